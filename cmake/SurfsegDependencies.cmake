@@ -1,0 +1,49 @@
+# Every library from outside, found once, as imported targets. tools/setup.sh
+# installs the Debian 12 packages; docs/developer.md says what each is for.
+find_package(Threads REQUIRED)
+find_package(Eigen3 3.4 REQUIRED NO_MODULE)
+find_package(TBB REQUIRED)
+find_package(OpenMesh REQUIRED)
+# Ceres before OpenVDB, or the two definitions of TBB's targets clash (Debian 12).
+find_package(Ceres REQUIRED)
+find_path(SURFSEG_OPENVDB_MODULES FindOpenVDB.cmake
+          PATH_SUFFIXES lib/${CMAKE_LIBRARY_ARCHITECTURE}/cmake/OpenVDB lib/cmake/OpenVDB REQUIRED)
+mark_as_advanced(SURFSEG_OPENVDB_MODULES)
+list(APPEND CMAKE_MODULE_PATH ${SURFSEG_OPENVDB_MODULES})
+find_package(OpenVDB REQUIRED)
+set(CGAL_DO_NOT_WARN_ABOUT_CMAKE_BUILD_TYPE TRUE)
+find_package(CGAL 5.5 REQUIRED)
+find_package(MPI REQUIRED COMPONENTS C)  # wanted by VTK's own package file
+find_package(VTK 9.1 REQUIRED COMPONENTS CommonCore CommonDataModel IOCore IOXML IOGeometry IOPLY
+             IOImage ImagingCore metaio)
+find_package(spdlog REQUIRED)
+find_package(fmt REQUIRED)
+find_package(nlohmann_json 3.11 REQUIRED)
+
+# Libraries without a usable package file become imported targets here.
+function(surfseg_find_library target header library)
+  cmake_parse_arguments(ARG "" "" "PATH_SUFFIXES" ${ARGN})
+  string(MAKE_C_IDENTIFIER ${target} id)
+  find_path(${id}_INCLUDE ${header} PATH_SUFFIXES ${ARG_PATH_SUFFIXES} REQUIRED)
+  find_library(${id}_LIBRARY ${library} REQUIRED)
+  mark_as_advanced(${id}_INCLUDE ${id}_LIBRARY)
+  add_library(${target} UNKNOWN IMPORTED)
+  set_target_properties(${target} PROPERTIES IMPORTED_LOCATION ${${id}_LIBRARY}
+                        INTERFACE_INCLUDE_DIRECTORIES ${${id}_INCLUDE})
+endfunction()
+surfseg_find_library(surfseg_teem teem/nrrd.h teem)
+# GDCM's package file also exports its VTK bridge, which wants packages that are not needed here.
+surfseg_find_library(surfseg_gdcm gdcmReader.h gdcmMSFF PATH_SUFFIXES gdcm-3.0)
+foreach(part DSED DICT Common)
+  find_library(SURFSEG_GDCM_${part} gdcm${part} REQUIRED)
+  mark_as_advanced(SURFSEG_GDCM_${part})
+  set_property(TARGET surfseg_gdcm APPEND PROPERTY INTERFACE_LINK_LIBRARIES ${SURFSEG_GDCM_${part}})
+endforeach()
+
+if(SURFSEG_BUILD_TOOLS)
+  find_package(CLI11 REQUIRED)
+endif()
+if(SURFSEG_BUILD_TESTS)
+  find_package(GTest REQUIRED)
+  find_package(benchmark REQUIRED)
+endif()

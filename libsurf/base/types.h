@@ -1,0 +1,25 @@
+// Arrays shared by every folder: plain contiguous points and elements, so that
+// numerics need to know no mesh library.
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/SparseCore>
+
+namespace surf {
+
+/// A point or vector in R^Dim, world frame: right-handed RAS+ millimetres.
+template <int Dim>
+using Vector = Eigen::Matrix<double, Dim, 1>;
+
+/// Points or nodal vectors, one per row: (n, Dim), row-major.
+template <int Dim>
+using Points = Eigen::Matrix<double, Eigen::Dynamic, Dim, Eigen::RowMajor>;
+
+/// Elements, one per row: (m, Dim) vertex indices. Segments for Dim = 2,
+/// triangles for Dim = 3, oriented so that normals point outward.
+template <int Dim>
+using Elements = Eigen::Matrix<int, Eigen::Dynamic, Dim, Eigen::RowMajor>;
+
+using SparseMatrix = Eigen::SparseMatrix<double, Eigen::RowMajor>;
+
+}  // namespace surf

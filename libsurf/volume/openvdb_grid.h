@@ -1,0 +1,26 @@
+// The OpenVDB side of a Volume; included by .cpp files only (its headers are dear).
+#pragma once
+
+#include <openvdb/openvdb.h>
+
+#include "libsurf/volume/volume.h"
+
+namespace surf::volume {
+
+struct Volume::Impl {
+  std::array<int, 3> size;
+  Eigen::Affine3d index_to_world;
+  Eigen::Affine3d world_to_index;
+  Source source;
+  std::array<float, 2> range;
+  openvdb::FloatGrid::Ptr grid;  ///< voxel (i, j, k) at Coord(i, j, k); transform = index_to_world
+};
+
+/// OpenVDB must be initialised once per process before its registries are used.
+void initialize_openvdb();
+
+/// OpenVDB's matrices act on row vectors: the transposes of ours.
+openvdb::math::Mat4d to_openvdb(const Eigen::Affine3d& affine);
+Eigen::Affine3d from_openvdb(const openvdb::math::Mat4d& matrix);
+
+}  // namespace surf::volume

@@ -1,0 +1,185 @@
+#include "libsurf/volume/volume.h"
+
+#include <fmt/format.h>
+#include <openvdb/tools/Dense.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <mutex>
+
+#include "libsurf/base/error.h"
+#include "libsurf/volume/openvdb_grid.h"
+
+namespace surf::volume {
+namespace {
+
+constexpr int kSlab = 8;  // slices handed over at once: an OpenVDB leaf is 8^3
+
+using Dense = openvdb::tools::Dense<float, openvdb::tools::LayoutXYZ>;
+using ConstDense = openvdb::tools::Dense<const float, openvdb::tools::LayoutXYZ>;
+
+void check_size(const std::array<int, 3>& size, const std::string& path) {
+  for (int axis = 0; axis < 3; ++axis)
+    if (size[axis] < 2)
+      throw InputError(
+          fmt::format("{}: {} x {} x {} voxels; a volume needs at least 2 along every axis", path,
+                      size[0], size[1], size[2]));
+  const double bytes = 4.0 * size[0] * size[1] * size[2];
+  const double memory =
+      static_cast<double>(sysconf(_SC_PHYS_PAGES)) * static_cast<double>(sysconf(_SC_PAGE_SIZE));
+  if (bytes > 0.8 * memory)
+    throw InputError(fmt::format(
+        "{}: {} x {} x {} voxels need {:.1f} GiB as 32-bit floats, this machine has {:.1f} GiB; "
+        "crop or resample the volume first",
+        path, size[0], size[1], size[2], bytes / (1 << 30), memory / (1 << 30)));
+}
+
+Eigen::Affine3d checked_affine(const Eigen::Matrix4d& matrix, const std::string& path) {
+  if (!matrix.allFinite())
+    throw InputError(fmt::format("{}: the voxel-to-world matrix has a NaN or Inf", path));
+  if (matrix.row(3) != Eigen::RowVector4d(0, 0, 0, 1))
+    throw InputError(fmt::format("{}: the voxel-to-world matrix is not affine", path));
+  const Eigen::Vector3d spacing = matrix.topLeftCorner<3, 3>().colwise().norm();
+  if (spacing.minCoeff() <= 0)
+    throw InputError(fmt::format("{}: zero voxel spacing ({} x {} x {} mm)", path, spacing[0],
+                                 spacing[1], spacing[2]));
+  // Volume of the voxel relative to that of a box with the same spacings.
+  const double skewness = std::abs(matrix.topLeftCorner<3, 3>().determinant()) / spacing.prod();
+  if (!(skewness > 1e-6))
+    throw InputError(fmt::format("{}: the voxel-to-world matrix is singular", path));
+  return Eigen::Affine3d(matrix);
+}
+
+}  // namespace
+
+void initialize_openvdb() {
+  static std::once_flag once;
+  std::call_once(once, [] { openvdb::initialize(); });
+}
+
+openvdb::math::Mat4d to_openvdb(const Eigen::Affine3d& affine) {
+  openvdb::math::Mat4d result;
+  for (int row = 0; row < 4; ++row)
+    for (int column = 0; column < 4; ++column) result[row][column] = affine.matrix()(column, row);
+  return result;
+}
+
+Eigen::Affine3d from_openvdb(const openvdb::math::Mat4d& matrix) {
+  Eigen::Affine3d result;
+  for (int row = 0; row < 4; ++row)
+    for (int column = 0; column < 4; ++column) result.matrix()(column, row) = matrix[row][column];
+  return result;
+}
+
+Volume::Volume(std::shared_ptr<const Impl> impl) : impl_(std::move(impl)) {}
+
+Volume::Volume(const std::array<int, 3>& size, const Eigen::Affine3d& index_to_world,
+               std::span<const float> values) {
+  Builder builder(size, index_to_world.matrix(), {});
+  const std::size_t slice = std::size_t(size[0]) * size[1];
+  if (values.size() != slice * size[2])
+    throw InputError(
+        fmt::format("volume: {} values for {} x {} x {}", values.size(), size[0], size[1], size[2]));
+  for (int k = 0; k < size[2]; ++k) builder.append_slice(values.subspan(k * slice, slice));
+  *this = builder.finish();
+}
+
+const std::array<int, 3>& Volume::size() const { return impl_->size; }
+std::size_t Volume::n_voxels() const {
+  return std::size_t(impl_->size[0]) * impl_->size[1] * impl_->size[2];
+}
+const Eigen::Affine3d& Volume::index_to_world() const { return impl_->index_to_world; }
+const Eigen::Affine3d& Volume::world_to_index() const { return impl_->world_to_index; }
+Eigen::Vector3d Volume::spacing() const { return impl_->index_to_world.linear().colwise().norm(); }
+const Source& Volume::source() const { return impl_->source; }
+std::array<float, 2> Volume::range() const { return impl_->range; }
+
+float Volume::value(int i, int j, int k) const {
+  return impl_->grid->tree().getValue(openvdb::Coord(i, j, k));
+}
+
+void Volume::copy_box(const std::array<int, 3>& lower, const std::array<int, 3>& upper,
+                      float* out) const {
+  std::array<int, 3> inner_lower, inner_upper;  // the part inside the volume, at least one voxel
+  bool is_inside = true;
+  for (int axis = 0; axis < 3; ++axis) {
+    inner_lower[axis] = std::clamp(lower[axis], 0, size()[axis] - 1);
+    inner_upper[axis] = std::clamp(upper[axis], inner_lower[axis] + 1, size()[axis]);
+    is_inside &= inner_lower[axis] == lower[axis] && inner_upper[axis] == upper[axis];
+  }
+  const openvdb::CoordBBox box(
+      openvdb::Coord(inner_lower[0], inner_lower[1], inner_lower[2]),
+      openvdb::Coord(inner_upper[0] - 1, inner_upper[1] - 1, inner_upper[2] - 1));
+  if (is_inside) {
+    Dense dense(box, out);
+    openvdb::tools::copyToDense(*impl_->grid, dense, /*serial=*/true);
+    return;
+  }
+  std::vector<float> inner(box.volume());
+  Dense dense(box, inner.data());
+  openvdb::tools::copyToDense(*impl_->grid, dense, /*serial=*/true);
+  const std::size_t stride_j = inner_upper[0] - inner_lower[0];
+  const std::size_t stride_k = stride_j * (inner_upper[1] - inner_lower[1]);
+  for (int k = lower[2]; k < upper[2]; ++k)
+    for (int j = lower[1]; j < upper[1]; ++j)
+      for (int i = lower[0]; i < upper[0]; ++i)
+        *out++ = inner[(std::clamp(k, inner_lower[2], inner_upper[2] - 1) - inner_lower[2]) * stride_k +
+                       (std::clamp(j, inner_lower[1], inner_upper[1] - 1) - inner_lower[1]) * stride_j +
+                       (std::clamp(i, inner_lower[0], inner_upper[0] - 1) - inner_lower[0])];
+}
+
+Volume::Builder::Builder(const std::array<int, 3>& size, const Eigen::Matrix4d& index_to_world,
+                         Source source) {
+  check_size(size, source.path);
+  initialize_openvdb();
+  impl_ = std::make_shared<Impl>();
+  impl_->size = size;
+  impl_->index_to_world = checked_affine(index_to_world, source.path);
+  impl_->world_to_index = impl_->index_to_world.inverse();
+  impl_->source = std::move(source);
+  impl_->range = {std::numeric_limits<float>::max(), std::numeric_limits<float>::lowest()};
+  impl_->grid = openvdb::FloatGrid::create(0.0f);
+  impl_->grid->setTransform(
+      openvdb::math::Transform::createLinearTransform(to_openvdb(impl_->index_to_world)));
+  slab_.reserve(std::size_t(size[0]) * size[1] * kSlab);
+}
+
+Volume::Builder::~Builder() = default;
+
+void Volume::Builder::append_slice(std::span<const float> values) {
+  const auto& size = impl_->size;
+  const std::size_t n = std::size_t(size[0]) * size[1];
+  if (n_slices_ == size[2] || values.size() != n)
+    throw InputError(fmt::format("{}: slice {} has {} voxels, expected {} slices of {}",
+                                 impl_->source.path, n_slices_, values.size(), size[2], n));
+  auto& [lowest, highest] = impl_->range;
+  for (std::size_t at = 0; at < n; ++at) {
+    const float value = values[at];
+    if (!std::isfinite(value))
+      throw InputError(fmt::format("{}: voxel ({}, {}, {}) is {}; replace NaN and Inf first",
+                                   impl_->source.path, at % size[0], at / size[0], n_slices_,
+                                   std::isnan(value) ? "NaN" : "Inf"));
+    lowest = std::min(lowest, value);
+    highest = std::max(highest, value);
+  }
+  slab_.insert(slab_.end(), values.begin(), values.end());
+  ++n_slices_;
+  if (n_slices_ % kSlab != 0 && n_slices_ != size[2]) return;
+  const int depth = static_cast<int>(slab_.size() / n);
+  const openvdb::CoordBBox box(openvdb::Coord(0, 0, n_slices_ - depth),
+                               openvdb::Coord(size[0] - 1, size[1] - 1, n_slices_ - 1));
+  const ConstDense dense(box, slab_.data());
+  openvdb::tools::copyFromDense(dense, *impl_->grid, /*tolerance=*/0.0f);
+  slab_.clear();
+}
+
+Volume Volume::Builder::finish() {
+  if (n_slices_ != impl_->size[2])
+    throw InputError(fmt::format("{}: {} of {} slices", impl_->source.path, n_slices_,
+                                 impl_->size[2]));
+  return Volume(std::move(impl_));
+}
+
+}  // namespace surf::volume

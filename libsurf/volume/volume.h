@@ -1,0 +1,86 @@
+// A scalar volume in the world frame, held as an OpenVDB float grid.
+#pragma once
+
+#include <Eigen/Geometry>
+#include <array>
+#include <cstddef>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace surf::volume {
+
+/// Where a volume came from; for `surfseg info` and reports. Nothing computes with it.
+struct Source {
+  std::string path;
+  std::string format;        ///< "NIfTI-1", "DICOM series", ...
+  std::string scalar_type;   ///< type in the file: "int16", "float32", ...
+  std::string orientation_source;  ///< which field gave the affine: "sform", "ImagePositionPatient", ...
+  int n_frames = 1;          ///< frames in the file (4-D)
+  int frame = 0;             ///< the one that was read
+  std::vector<std::string> notes;  ///< what a user should know: gantry tilt, dropped slices, ...
+};
+
+/// Scalar values at voxel centres, index (i, j, k) with i fastest, and the affine map
+/// from voxel centre to world: right-handed RAS+ millimetres. Any invertible
+/// affine is legal: oblique, mirrored, sheared, anisotropic.
+///
+/// Immutable and cheap to copy (the grid is shared); reading is thread-safe.
+class Volume {
+ public:
+  class Builder;
+  struct Impl;
+
+  /// From dense values, i fastest.
+  /// @throws InputError  see Builder
+  Volume(const std::array<int, 3>& size, const Eigen::Affine3d& index_to_world,
+         std::span<const float> values);
+
+  const std::array<int, 3>& size() const;
+  std::size_t n_voxels() const;
+  const Eigen::Affine3d& index_to_world() const;
+  const Eigen::Affine3d& world_to_index() const;
+  /// Lengths of the affine's columns [mm].
+  Eigen::Vector3d spacing() const;
+  const Source& source() const;
+  /// Smallest and largest value.
+  std::array<float, 2> range() const;
+
+  float value(int i, int j, int k) const;
+  /// Copies the voxels lower <= (i, j, k) < upper, i fastest, into out; indices outside
+  /// the volume take the value of the nearest voxel inside.
+  void copy_box(const std::array<int, 3>& lower, const std::array<int, 3>& upper, float* out) const;
+
+  /// The grid and what is private to volume/*.cpp (openvdb_grid.h shows it).
+  const Impl& impl() const { return *impl_; }
+
+ private:
+  explicit Volume(std::shared_ptr<const Impl> impl);
+  std::shared_ptr<const Impl> impl_;
+};
+
+/// Builds a volume slice by slice, so that a reader never holds a second dense copy.
+class Volume::Builder {
+ public:
+  /// @throws InputError  a size < 2 (2-D or empty), a singular, non-finite or non-affine
+  ///                     matrix, zero spacing, or more voxels than memory can hold
+  Builder(const std::array<int, 3>& size, const Eigen::Matrix4d& index_to_world, Source source);
+  ~Builder();
+  Builder(const Builder&) = delete;
+  Builder& operator=(const Builder&) = delete;
+
+  /// Appends slice k = 0, 1, ...: size[0] * size[1] values, i fastest.
+  /// @throws InputError  NaN or Inf, with place and count
+  void append_slice(std::span<const float> values);
+
+  /// @throws InputError  fewer slices came than size[2]
+  Volume finish();
+
+ private:
+  std::shared_ptr<Impl> impl_;
+  std::vector<float> slab_;  // slices not yet in the grid
+  int n_slices_ = 0;
+};
+
+}  // namespace surf::volume
