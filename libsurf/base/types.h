@@ -20,6 +20,12 @@ using Points = Eigen::Matrix<double, Eigen::Dynamic, Dim, Eigen::RowMajor>;
 template <int Dim>
 using Elements = Eigen::Matrix<int, Eigen::Dynamic, Dim, Eigen::RowMajor>;
 
+/// A triangle surface as plain arrays: what files hold and what checks look at.
+struct Triangles {
+  Points<3> points;      ///< (n, 3) [mm, RAS]
+  Elements<3> elements;  ///< (m, 3), counter-clockwise seen from outside
+};
+
 using SparseMatrix = Eigen::SparseMatrix<double, Eigen::RowMajor>;
 
 }  // namespace surf

@@ -1,0 +1,84 @@
+#include "tools/common/arguments.h"
+
+#include <fmt/format.h>
+
+#include <charconv>
+#include <cmath>
+#include <optional>
+#include <string_view>
+
+#include "libsurf/base/error.h"
+
+namespace surfseg {
+namespace {
+
+/// The number at the front of text, which is shortened by it; nothing if there is none or
+/// it is not finite.
+std::optional<double> take_number(std::string_view& text) {
+  while (!text.empty() && text.front() == ' ') text.remove_prefix(1);
+  if (!text.empty() && text.front() == '+') text.remove_prefix(1);
+  double value = 0;
+  const auto [end, status] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (status != std::errc() || !std::isfinite(value)) return std::nullopt;
+  text.remove_prefix(end - text.data());
+  return value;
+}
+
+}  // namespace
+
+double Length::mm(double voxel_volume_mm3) const {
+  return in_voxels ? value * std::cbrt(voxel_volume_mm3) : value;
+}
+
+Length parse_length(const std::string& option, const std::string& text) {
+  std::string_view rest = text;
+  const auto value = take_number(rest);
+  if (!value || (rest != "mm" && rest != "vox"))
+    throw surf::UsageError(fmt::format(
+        "{}: expected a length with its unit, such as 12mm or 20vox; got '{}'", option, text));
+  if (*value < 0)
+    throw surf::UsageError(fmt::format("{}: a length cannot be negative; got '{}'", option, text));
+  return {*value, rest == "vox"};
+}
+
+Space parse_space(const std::string& option, const std::string& text) {
+  if (text == "ras") return Space::kRas;
+  if (text == "lps") return Space::kLps;
+  if (text == "ijk") return Space::kIjk;
+  throw surf::UsageError(fmt::format("{}: expected ras, lps or ijk; got '{}'", option, text));
+}
+
+Eigen::Vector3d parse_point(const std::string& option, const std::string& text) {
+  const auto fail = [&] {
+    return surf::UsageError(
+        fmt::format("{}: expected three numbers X,Y,Z; got '{}'", option, text));
+  };
+  std::string_view rest = text;
+  Eigen::Vector3d point;
+  for (int axis = 0; axis < 3; ++axis) {
+    if (axis > 0) {
+      if (rest.empty() || rest.front() != ',') throw fail();
+      rest.remove_prefix(1);
+    }
+    const auto value = take_number(rest);
+    if (!value) throw fail();
+    point[axis] = *value;
+  }
+  if (!rest.empty()) throw fail();
+  return point;
+}
+
+Eigen::Vector3d to_ras_mm(const Eigen::Vector3d& point, Space space,
+                          const Eigen::Affine3d& index_to_world) {
+  switch (space) {
+    case Space::kLps:
+      return {-point[0], -point[1], point[2]};
+    case Space::kIjk:
+      return index_to_world * point;
+    case Space::kRas:
+      break;
+  }
+  return point;
+}
+
+}  // namespace surfseg

@@ -1,0 +1,37 @@
+// Values as they are typed on the command line: lengths with their unit, points in a space.
+#pragma once
+
+#include <Eigen/Geometry>
+#include <string>
+#include <vector>
+
+namespace surfseg {
+
+/// A length with its unit: "12mm" or "3vox" (voxels: the cube root of a voxel's volume).
+struct Length {
+  double value = 0;
+  bool in_voxels = false;
+
+  /// Millimetres in a volume whose voxel has this volume.
+  double mm(double voxel_volume_mm3) const;
+};
+
+/// @throws surf::UsageError  naming `option`, e.g. "--radius: expected a length with its
+///                           unit, such as 12mm or 20vox; got '12'"
+Length parse_length(const std::string& option, const std::string& text);
+
+/// Spaces a point can be given in: RAS mm (NIfTI, Slicer's scene), LPS mm (DICOM, ITK), or
+/// voxel indices of the volume.
+enum class Space { kRas, kLps, kIjk };
+/// @throws surf::UsageError
+Space parse_space(const std::string& option, const std::string& text);
+
+/// Three comma-separated finite numbers.
+/// @throws surf::UsageError
+Eigen::Vector3d parse_point(const std::string& option, const std::string& text);
+
+/// The point in RAS mm.
+Eigen::Vector3d to_ras_mm(const Eigen::Vector3d& point, Space space,
+                          const Eigen::Affine3d& index_to_world);
+
+}  // namespace surfseg

@@ -1,0 +1,16 @@
+// The verbs of surfseg. Each adds its subcommand to the parser; the callback runs it and
+// throws on failure (main maps exceptions to exit codes). A command that ends with another
+// code than 0 sets `exit_code`.
+#pragma once
+
+#include <CLI/CLI.hpp>
+
+#include "tools/common/exit_codes.h"
+
+namespace surfseg {
+
+void add_info_command(CLI::App& app, ExitCode& exit_code);
+void add_phantom_command(CLI::App& app, ExitCode& exit_code);
+void add_evaluate_command(CLI::App& app, ExitCode& exit_code);
+
+}  // namespace surfseg

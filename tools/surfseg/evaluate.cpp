@@ -1,0 +1,7 @@
+#include "tools/surfseg/commands.h"
+
+namespace surfseg {
+
+void add_evaluate_command(CLI::App&, ExitCode&) {}
+
+}  // namespace surfseg

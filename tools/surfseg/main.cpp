@@ -1,0 +1,55 @@
+// surfseg: surfaces from CT and MRI volumes. Parses, dispatches, maps errors to exit codes.
+#include <fmt/format.h>
+
+#include <cstdio>
+#include <exception>
+
+#include "libsurf/base/error.h"
+#include "libsurf/base/log.h"
+#include "tools/surfseg/commands.h"
+
+namespace {
+
+int fail(surfseg::ExitCode code, const char* message) {
+  fmt::print(stderr, "surfseg: error: {}\n", message);
+  return code;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  using namespace surfseg;
+  surf::set_log_sink([](surf::LogLevel level, const std::string& message) {
+    if (level == surf::LogLevel::kWarning) fmt::print(stderr, "surfseg: warning: {}\n", message);
+  });
+
+  ExitCode exit_code = kDone;
+  CLI::App app{"Turn a CT or MRI volume into a closed, manifold, sub-voxel surface mesh.", "surfseg"};
+  app.set_version_flag("--version", "surfseg " SURFSEG_VERSION);
+  app.require_subcommand(1);
+  app.get_formatter()->column_width(34);
+  add_info_command(app, exit_code);
+  add_phantom_command(app, exit_code);
+  add_evaluate_command(app, exit_code);
+
+  try {
+    app.parse(argc, argv);
+    return exit_code;
+  } catch (const CLI::Success& help_or_version) {
+    return app.exit(help_or_version);
+  } catch (const CLI::ParseError& error) {
+    return fail(kUsage, fmt::format("{} (see surfseg --help)", error.what()).c_str());
+  } catch (const surf::UsageError& error) {
+    return fail(kUsage, error.what());
+  } catch (const surf::InputError& error) {
+    return fail(kInput, error.what());
+  } catch (const surf::OutputError& error) {
+    return fail(kOutput, error.what());
+  } catch (const surf::InvalidMesh& error) {
+    return fail(kInvalidResult, error.what());
+  } catch (const std::bad_alloc&) {
+    return fail(kInput, "out of memory; crop the volume or use a larger edge length");
+  } catch (const std::exception& error) {
+    return fail(kInternal, error.what());
+  }
+}
