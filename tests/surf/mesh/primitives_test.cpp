@@ -33,8 +33,8 @@ TEST(Primitives, BallHasItsVerticesOnTheSphereAndTheWantedEdges) {
 // The inscribed polyhedron's volume is that of the ball less O(h^2).
 TEST(Primitives, VolumeOfTheBallConvergesWithOrderTwo) {
   const double exact = 4 * std::numbers::pi / 3;
-  const double coarse = exact - enclosed_volume(to_mesh(ball(Vector3d::Zero(), 1, 0.1)));
-  const double fine = exact - enclosed_volume(to_mesh(ball(Vector3d::Zero(), 1, 0.05)));
+  const double coarse = exact - enclosed_volume(to_mesh(ball(Vector3d::Zero(), 1, 1.21 / 12)));
+  const double fine = exact - enclosed_volume(to_mesh(ball(Vector3d::Zero(), 1, 1.21 / 24)));
   EXPECT_GT(fine, 0);
   EXPECT_NEAR(std::log2(coarse / fine), 2, 0.02);
 }
