@@ -12,8 +12,10 @@ struct AngleWidthOptions {
   /// The loop as printed need not end: bisection leaves the angles of the closure's triangles, and
   /// smoothing may widen others. More rounds than these would only add triangles in one place.
   int max_rounds = 10;
-  /// Bisection at the longest edge cuts the wide angle at once; at the newest vertex it may
-  /// take two bisections more and leaves thinner triangles.
+  /// Bisection at the longest edge cuts the wide angle at once. At the newest vertex it may take
+  /// two bisections more and leaves thinner triangles; called in each step of the growth of
+  /// bisection.h it did not settle (650 000 triangles at half of the way, 28 000 with kLongest at
+  /// its end).
   RefinementEdges edges = RefinementEdges::kLongest;
 };
 

@@ -51,14 +51,21 @@ void check_refinement_edges(const TriMesh& mesh);
 int bisect(TriMesh& mesh, std::span<const OpenMesh::FaceHandle> marked,
            const BisectionHook& hook = {});
 
-/// Which edges refine_long_edges() halves.
+/// Which edges refine_long_edges() halves. Measured on a ball that is stretched in 100 small steps
+/// to the axes 1:3:1 while its area grows by 118, edges limited in each step:
+///
+///     chosen      triangles  smallest angle  under 25 degrees
+///     kKeep           39576            12.4              32 %
+///     kLongest        30976            14.1               7 %
+///
+/// With improve() (improve.h) after each step both end near 23 500 triangles and 30 degrees.
 enum class RefinementEdges {
-  /// Those that the faces carry: what is built can be coarsened again. Where vertices have moved
-  /// much since they were chosen, children can be thin.
+  /// Those that the faces carry: the history of bisections stays valid, so that they can be undone.
+  /// Where vertices have moved far since the edges were chosen, children are thin.
   kKeep,
-  /// Chooses the longest edges of the whole mesh anew before each round: the better angles on a
-  /// surface that has moved (a ball stretched to axes 1:3:1 while its area grows by 100: smallest
-  /// angle and share under 25 degrees are in the tests), at the price of the history.
+  /// The longest of each face, chosen anew on the whole mesh before each round: safe, since that is
+  /// a start from which bisection ends. Better angles on a surface that has moved, at the
+  /// price of the history.
   kLongest
 };
 

@@ -45,25 +45,33 @@ double squared_distance(const Vector3d& point, const Corners& t) {
   return height * height / normal.squaredNorm();
 }
 
-double squared_distance(const Vector3d& point, const std::vector<Corners>& patch) {
-  double closest = std::numeric_limits<double>::max();
-  for (const Corners& triangle : patch)
-    closest = std::min(closest, squared_distance(point, triangle));
-  return closest;
+struct Closest {
+  double squared_distance = std::numeric_limits<double>::max();
+  std::size_t triangle = 0;
+};
+
+Closest closest(const Vector3d& point, const std::vector<Corners>& patch) {
+  Closest result;
+  for (std::size_t k = 0; k < patch.size(); ++k) {
+    const double squared = squared_distance(point, patch[k]);
+    if (squared < result.squared_distance) result = {squared, k};
+  }
+  return result;
 }
 
-/// Largest distance of the patches' first and second corners and of the midpoints between them
-/// (inner vertices and spokes of a star) from the other patch.
-double distance(const std::vector<Corners>& patch, const std::vector<Corners>& other) {
-  double largest = 0;
-  for (const auto& [from, to] : {std::pair{&patch, &other}, std::pair{&other, &patch}}) {
-    for (const Corners& triangle : *from) {
-      largest = std::max(largest, squared_distance(0.5 * (triangle[0] + triangle[1]), *to));
-      if (&triangle == &from->front() || triangle[0] != (&triangle)[-1][0])
-        largest = std::max(largest, squared_distance(triangle[0], *to));
-    }
-  }
-  return std::sqrt(largest);
+bool is_near(const Vector3d& point, const std::vector<Corners>& patch, double distance) {
+  return std::any_of(patch.begin(), patch.end(), [&](const Corners& triangle) {
+    return squared_distance(point, triangle) <= distance * distance;
+  });
+}
+
+/// Whether the centre of a star and the midpoints of its spokes are near a patch.
+bool is_star_near(const std::vector<Corners>& star, const std::vector<Corners>& patch,
+                  double distance) {
+  if (!is_near(star.front()[0], patch, distance)) return false;
+  return std::all_of(star.begin(), star.end(), [&](const Corners& t) {
+    return is_near(0.5 * (t[0] + t[1]), patch, distance);
+  });
 }
 
 double sharpest(const std::vector<Corners>& patch) {
@@ -81,7 +89,7 @@ bool turns_too_far(const Vector3d& before, const Vector3d& now) {
 class Improvement {
  public:
   Improvement(TriMesh& mesh, const ImproveOptions& options)
-      : mesh_(mesh), options_(options), deviation_(mesh.n_faces(), 0.0) {}
+      : mesh_(mesh), options_(options), witnesses_(mesh.n_faces()) {}
 
   ImproveReport run() {
     for (int sweep = 0; sweep < options_.n_sweeps; ++sweep) {
@@ -103,14 +111,14 @@ class Improvement {
     VertexHandle a, b, c, d;
   };
 
-  /// Inner triangles of one or two stars before, and those of the one star after.
+  /// The triangles of one or two stars before an operation, and those of the one star after it.
   struct Patch {
-    std::vector<FaceHandle> faces;
-    std::vector<Corners> before;  // star of each inner vertex, which is its first corner
-    std::vector<double> weight;   // 1/2 for triangles that are in both stars
-    std::vector<Corners> kept;    // those of `before` that stay, in the order of `after`
-    std::vector<Corners> after;   // first corner is the new place
-    double deviation = 0;         // of `before` from the surface at the start
+    std::vector<Corners> before;      // the centre of its star is the first corner
+    std::vector<double> weight;       // of `before`: 1/2 for triangles that are in both stars
+    std::vector<Corners> kept;        // those of `before` that stay
+    std::vector<FaceHandle> faces;    // of `kept`
+    std::vector<Corners> after;       // `kept` with the new place as first corner
+    std::vector<Vector3d> witnesses;  // of all faces
   };
 
   int n_changes() const { return report_.n_collapsed + report_.n_flipped + report_.n_moved; }
@@ -180,15 +188,25 @@ class Improvement {
     if (turns_too_far(mean, area_normal(c, d, b)) || turns_too_far(mean, area_normal(d, c, a)))
       return false;
     const std::optional<double> distance = flip_distance(v);
-    if (!distance) return false;
-    double& first = deviation_[mesh_.face_handle(v.halfedge).idx()];
-    double& second = deviation_[mesh_.face_handle(v.opposite).idx()];
-    const double deviation = std::max(first, second) + *distance;
-    if (deviation > options_.tolerance_mm) return false;
+    if (!distance || *distance > options_.tolerance_mm) return false;
+    const std::vector<FaceHandle> faces = {mesh_.face_handle(v.halfedge),
+                                           mesh_.face_handle(v.opposite)};
+    const std::vector<Corners> patch = {{c, d, b}, {d, c, a}};
+    std::vector<Vector3d> witnesses;
+    for (const FaceHandle face : faces) add_witnesses(face, witnesses);
+    if (!are_witnesses_near(witnesses, patch)) return false;
     mesh_.flip(edge);
-    first = second = deviation;
+    // OpenMesh's flip leaves the side of b with the first half-edge's face or the other: ask.
+    const bool is_first = has_corner(faces[0], v.b);
+    hand_over(witnesses, patch, is_first ? faces : std::vector{faces[1], faces[0]});
     ++report_.n_flipped;
     return true;
+  }
+
+  bool has_corner(FaceHandle face, VertexHandle vertex) const {
+    const HalfedgeHandle h = mesh_.halfedge_handle(face);
+    return mesh_.from_vertex_handle(h) == vertex || mesh_.to_vertex_handle(h) == vertex ||
+           mesh_.to_vertex_handle(mesh_.next_halfedge_handle(h)) == vertex;
   }
 
   /// Flips until no edge asks for it; each edge's turn comes again when its triangles change.
@@ -212,28 +230,61 @@ class Improvement {
 
   // ---- patches: what collapses and moves have in common ----
 
-  void add_star(VertexHandle vertex, VertexHandle other) {
+  // Witnesses are the vertices and midpoints of edges of the surface at the start. Each is kept by
+  // a face close to it; faces that no operation has touched keep their own without a list.
+
+  void add_witnesses(FaceHandle face, std::vector<Vector3d>& witnesses) const {
+    const auto& list = witnesses_[face.idx()];
+    if (list.has_value()) {
+      witnesses.insert(witnesses.end(), list->begin(), list->end());
+      return;
+    }
+    for (const HalfedgeHandle h : mesh_.fh_range(face)) {
+      const Vector3d &from = point(mesh_.from_vertex_handle(h)),
+                     &to = point(mesh_.to_vertex_handle(h));
+      witnesses.push_back(from);
+      witnesses.push_back(0.5 * (from + to));
+    }
+  }
+
+  bool are_witnesses_near(const std::vector<Vector3d>& witnesses,
+                          const std::vector<Corners>& patch) const {
+    return std::all_of(witnesses.begin(), witnesses.end(), [&](const Vector3d& witness) {
+      return is_near(witness, patch, options_.tolerance_mm);
+    });
+  }
+
+  /// Each witness goes to the closest triangle of the patch. @pre faces[k] is patch[k]
+  void hand_over(const std::vector<Vector3d>& witnesses, const std::vector<Corners>& patch,
+                 const std::vector<FaceHandle>& faces) {
+    for (const FaceHandle face : faces) witnesses_[face.idx()].emplace();
+    for (const Vector3d& witness : witnesses)
+      witnesses_[faces[closest(witness, patch).triangle].idx()]->push_back(witness);
+  }
+
+  void add_star(VertexHandle vertex, VertexHandle other, bool is_second) {
     for (const HalfedgeHandle spoke : mesh_.voh_range(vertex)) {
       const HalfedgeHandle rim = mesh_.next_halfedge_handle(spoke);
       const VertexHandle from = mesh_.to_vertex_handle(spoke), to = mesh_.to_vertex_handle(rim);
       const FaceHandle face = mesh_.face_handle(spoke);
-      patch_.faces.push_back(face);
-      patch_.deviation = std::max(patch_.deviation, deviation_[face.idx()]);
-      patch_.before.push_back({point(vertex), point(from), point(to)});
       const bool is_shared = from == other || to == other;
+      if (!is_shared || !is_second) add_witnesses(face, patch_.witnesses);
+      patch_.before.push_back({point(vertex), point(from), point(to)});
       patch_.weight.push_back(is_shared ? 0.5 : 1.0);
-      if (!is_shared) patch_.kept.push_back(patch_.before.back());
+      if (is_shared) continue;
+      patch_.kept.push_back(patch_.before.back());
+      patch_.faces.push_back(face);
     }
   }
 
   void collect_patch(VertexHandle vertex, VertexHandle other = VertexHandle()) {
-    patch_.faces.clear();
     patch_.before.clear();
     patch_.weight.clear();
     patch_.kept.clear();
-    patch_.deviation = 0;
-    add_star(vertex, other);
-    if (other.is_valid()) add_star(other, vertex);
+    patch_.faces.clear();
+    patch_.witnesses.clear();
+    add_star(vertex, other, /*is_second=*/false);
+    if (other.is_valid()) add_star(other, vertex, /*is_second=*/true);
   }
 
   void set_place(const Vector3d& place) {
@@ -267,39 +318,34 @@ class Improvement {
                        [&](const Corners& t) { return (t[1] - t[0]).squaredNorm() > limit; });
   }
 
-  /// Deviation of patch_.after if it is allowed.
-  std::optional<double> allowed_deviation() const {
-    if (has_turned()) return std::nullopt;
-    const double deviation = patch_.deviation + distance(patch_.before, patch_.after);
-    if (deviation > options_.tolerance_mm) return std::nullopt;
-    return deviation;
+  bool is_patch_near() const {
+    return is_star_near(patch_.after, patch_.before, options_.tolerance_mm) &&
+           are_witnesses_near(patch_.witnesses, patch_.after);
   }
-
-  struct Candidate {
-    Vector3d place;
-    double cosine;     // of the smallest angle of the star
-    double deviation;  // of the star from the surface at the start
-  };
 
   /// The place with the largest smallest angle among those allowed, if its cosine is below the
   /// bound.
-  std::optional<Candidate> best_place(const std::vector<Vector3d>& places, double cos_bound,
-                                      bool is_length_limited) {
-    std::optional<Candidate> best;
-    for (const Vector3d& place : places) {
-      set_place(place);
+  std::optional<Vector3d> best_place(const std::vector<Vector3d>& places, double cos_bound,
+                                     bool is_length_limited) {
+    std::vector<std::pair<double, std::size_t>> by_angle;  // the checks of distance are dear
+    for (std::size_t k = 0; k < places.size(); ++k) {
+      set_place(places[k]);
       const double cosine = sharpest(patch_.after);
-      if (!(cosine < (best ? best->cosine : cos_bound))) continue;
-      if (is_length_limited && has_long_spoke()) continue;
-      if (const auto deviation = allowed_deviation()) best = Candidate{place, cosine, *deviation};
+      if (cosine < cos_bound) by_angle.emplace_back(cosine, k);
     }
-    return best;
+    std::sort(by_angle.begin(), by_angle.end());
+    for (const auto& [unused, k] : by_angle) {
+      set_place(places[k]);
+      if (is_length_limited && has_long_spoke()) continue;
+      if (!has_turned() && is_patch_near()) return places[k];
+    }
+    return std::nullopt;
   }
 
-  void apply(VertexHandle vertex, const Candidate& candidate) {
-    mesh_.set_point(vertex, candidate.place);
-    for (const FaceHandle face : mesh_.vf_range(vertex))
-      deviation_[face.idx()] = candidate.deviation;
+  void apply(VertexHandle vertex, const Vector3d& place) {
+    mesh_.set_point(vertex, place);
+    set_place(place);
+    hand_over(patch_.witnesses, patch_.after, patch_.faces);
   }
 
   // ---- collapses ----
@@ -460,7 +506,7 @@ class Improvement {
   const ImproveOptions& options_;
   const double cos_bound_ = cos_deg(options_.min_angle_deg);
   const double cos_move_ = cos_deg(options_.min_angle_deg + 10);
-  std::vector<double> deviation_;  // of each face from the surface at the start [mm]
+  std::vector<std::optional<std::vector<Vector3d>>> witnesses_;  // of each face that was touched
   Patch patch_;
   ImproveReport report_;
 };

@@ -11,8 +11,8 @@ namespace surf::mesh {
 struct ImproveOptions {
   double min_length = 0;  ///< shorter edges are collapsed [mm], >= 0
   double max_length = 0;  ///< collapses and flips make no longer edge [mm], > 2 * min_length
-  /// No part of the surface moves further from where it was before the call, all operations
-  /// taken together [mm], > 0.
+  /// The surface before the call stays this close to the one after it (at vertices and midpoints
+  /// of edges), all operations taken together, and no single one goes further [mm], > 0.
   double tolerance_mm = 0;
   /// Triangles with a smaller angle are flipped or collapsed away; the vertices of those below
   /// this + 10 degrees are moved along the surface. In (0, 50).
@@ -39,10 +39,11 @@ struct ImproveReport {
 ///
 /// An operation is made only if the link condition holds (the surface stays a manifold of the
 /// same genus), no triangle turns by more than 60 degrees, the smallest angle of the patch does not
-/// fall (short edges: not below min_angle_deg either way), and the old and the new patch
-/// are not further apart than what is left of the tolerance: exact for flips, from vertices and
-/// midpoints of edges for the others. Each face remembers how far its patch has gone already. Sharp
-/// edges whose height exceeds the tolerance are so kept without being marked. Flips may change
+/// fall (short edges: not below min_angle_deg either way), and the new patch is within the
+/// tolerance of the old one and of the vertices and midpoints of edges that were there before the
+/// call: faces keep those close to them. (A sum of the distances of all operations would be a
+/// strict bound, but it is used up after few of them.) Sharp edges whose height exceeds the
+/// tolerance are so kept without being marked. Flips may change
 /// the volume by area times tolerance. The checks are local: that two far parts of the surface do
 /// not meet is not looked at.
 ///
