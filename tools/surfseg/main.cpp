@@ -24,7 +24,8 @@ int main(int argc, char** argv) {
   });
 
   ExitCode exit_code = kDone;
-  CLI::App app{"Turn a CT or MRI volume into a closed, manifold, sub-voxel surface mesh.", "surfseg"};
+  CLI::App app{"Turn a CT or MRI volume into a closed, manifold, sub-voxel surface mesh.",
+               "surfseg"};
   app.set_version_flag("--version", "surfseg " SURFSEG_VERSION);
   app.require_subcommand(1);
   app.get_formatter()->column_width(34);
