@@ -44,6 +44,8 @@ class Volume {
   const Eigen::Affine3d& world_to_index() const;
   /// Lengths of the affine's columns [mm].
   Eigen::Vector3d spacing() const;
+  /// Cube root of the voxel's volume [mm]: the "vox" of lengths.
+  double voxel_size() const;
   const Source& source() const;
   /// Smallest and largest value.
   std::array<float, 2> range() const;
