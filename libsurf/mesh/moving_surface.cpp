@@ -6,7 +6,7 @@
 
 #include "libsurf/base/error.h"
 #include "libsurf/mesh/bisection.h"
-#include "libsurf/mesh/improve.h"
+#include "libsurf/mesh/smoothing.h"
 #include "libsurf/mesh/sheet_guard.h"
 
 namespace surf::mesh {
@@ -82,12 +82,8 @@ void MovingSurface::move_to(const Points<3>& to) { set_points(mesh_, to); }
 bool MovingSurface::mend() {
   const double longest = kLongest * options_.edge_length_mm;
   const int n_new = refine_long_edges(mesh_, longest);
-  ImproveOptions improvement;
-  improvement.min_length = kShortest * options_.edge_length_mm;
-  improvement.max_length = longest;
-  improvement.tolerance_mm = 0.1 * options_.edge_length_mm;
-  const ImproveReport report = improve(mesh_, improvement);
-  return n_new > 0 || report.n_flips + report.n_collapses + report.n_moved > 0;
+  const SmoothingReport report = smooth(mesh_);
+  return n_new > 0 || report.n_moved > 0;
 }
 
 std::string MovingSurface::obstacle() const {
