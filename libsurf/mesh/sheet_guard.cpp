@@ -1,5 +1,6 @@
 #include "libsurf/mesh/sheet_guard.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>

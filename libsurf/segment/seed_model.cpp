@@ -143,13 +143,13 @@ double estimate_edge_strength(const Field<3>& I, std::span<const Eigen::Vector3d
     for (Eigen::Index i = 0; i < samples.gradient.rows(); ++i)
       near.push_back(samples.gradient.row(i).norm());
   }
-  const double background = median(near);
+  // Without noise the background is 0, and every ripple would count as a peak.
+  const auto [lowest, highest] = volume.range();
+  const double background = std::max(median(near), 2e-3 * (double(highest) - lowest) / voxel_mm);
   for (const Eigen::Vector3d& seed : seeds)
     for (int ray = 0; ray < kRays; ++ray)
       peaks.push_back(first_peak(I, seed, directions.row(ray), voxel_mm / 2, background, volume));
-  const auto [lowest, highest] = volume.range();
-  const double smallest = 1e-6 * std::max(double(highest) - lowest, 1e-30) / voxel_mm;
-  return std::max({0.25 * median(peaks), 3 * background, smallest});
+  return std::max({0.25 * median(peaks), 3 * background, 1e-30});
 }
 
 }  // namespace surf::segment
