@@ -198,7 +198,9 @@ class Run {
   /// on a ball. With gamma = -kappa in (5.1) the two forces cancel where d_nu H = 0, on the edge;
   /// the median serves flat and round objects alike.
   bool run_settle() {
-    const double lambda = edge_strength_on(result_.surface);
+    double lambda = edge_strength_on(result_.surface);
+    for (const EnergyTerm& term : result_.energies)  // the field of the run is there already
+      if (term.name == "minimal-surface") lambda = term.parameters.at("lambda");
     if (!(lambda > 0)) return true;
     flow::FlowOptions flow = options_.flow;
     flow.max_steps = std::min(flow.max_steps, 40);

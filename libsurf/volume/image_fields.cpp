@@ -78,6 +78,11 @@ Box convolved(const Box& in, int axis, const Kernel& half) {
   return out;
 }
 
+bool is_constant(const Box& box) {
+  return std::all_of(box.values.begin(), box.values.end(),
+                     [&](float value) { return value == box.values.front(); });
+}
+
 /// Smoothed intensities of a volume on any box of voxels.
 class Smoother {
  public:
@@ -97,6 +102,11 @@ class Smoother {
   Box box(const Index3& lower, const Index3& upper) const {
     const Index3 radius = radii(kernel_);
     Box values = selected(widened(lower, radius, -1), widened(upper, radius, 1));
+    if (is_constant(values)) {  // background, masked air, clean phantoms: nothing to smooth
+      Box same(lower, upper);
+      std::fill(same.values.begin(), same.values.end(), values.values.front());
+      return same;
+    }
     for (int axis = 2; axis >= 0; --axis) values = convolved(values, axis, kernel_[axis]);
     return values;
   }
@@ -196,6 +206,12 @@ std::shared_ptr<const TiledField> edge_indicator(const Volume& volume,
   return std::make_shared<const TiledField>(
       volume, [=](const Index3& lower, const Index3& upper, float* out) {
         const Box box = smoother->box(widened(lower, {1, 1, 1}, -1), widened(upper, {1, 1, 1}, 1));
+        if (is_constant(box)) {
+          const std::size_t n =
+              std::size_t(box.extent(0) - 2) * (box.extent(1) - 2) * (box.extent(2) - 2);
+          std::fill(out, out + n, 1.0f);
+          return;
+        }
         for (int k = 1; k < box.extent(2) - 1; ++k)
           for (int j = 1; j < box.extent(1) - 1; ++j)
             for (int i = 1; i < box.extent(0) - 1; ++i) {
