@@ -30,6 +30,7 @@ int main(int argc, char** argv) {
   app.require_subcommand(1);
   app.get_formatter()->column_width(34);
   add_info_command(app, exit_code);
+  add_segment_command(app, exit_code);
   add_phantom_command(app, exit_code);
   add_evaluate_command(app, exit_code);
 
