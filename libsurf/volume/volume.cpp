@@ -147,7 +147,7 @@ Volume::Builder::Builder(const std::array<int, 3>& size, const Eigen::Matrix4d& 
   impl_->grid = openvdb::FloatGrid::create(0.0f);
   impl_->grid->setTransform(
       openvdb::math::Transform::createLinearTransform(to_openvdb(impl_->index_to_world)));
-  slab_.reserve(std::size_t(size[0]) * size[1] * kSlab);
+  slab_.reserve(std::size_t(size[0]) * size[1] * std::min(size[2], kSlab));
 }
 
 Volume::Builder::~Builder() = default;
