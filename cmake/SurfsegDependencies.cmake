@@ -19,6 +19,10 @@ find_package(VTK 9.1 REQUIRED COMPONENTS CommonCore CommonDataModel IOCore IOXML
 find_package(spdlog REQUIRED)
 find_package(fmt REQUIRED)
 find_package(nlohmann_json 3.11 REQUIRED)
+find_package(ZLIB REQUIRED)
+# Only the two structs of the file headers (libnifti2-dev).
+find_path(SURFSEG_NIFTI_INCLUDE nifti/nifti2.h REQUIRED)
+mark_as_advanced(SURFSEG_NIFTI_INCLUDE)
 
 # Libraries without a usable package file become imported targets here.
 function(surfseg_find_library target header library)

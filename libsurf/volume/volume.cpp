@@ -80,8 +80,8 @@ Volume::Volume(const std::array<int, 3>& size, const Eigen::Affine3d& index_to_w
   Builder builder(size, index_to_world.matrix(), {});
   const std::size_t slice = std::size_t(size[0]) * size[1];
   if (values.size() != slice * size[2])
-    throw InputError(
-        fmt::format("volume: {} values for {} x {} x {}", values.size(), size[0], size[1], size[2]));
+    throw InputError(fmt::format("volume: {} values for {} x {} x {}", values.size(), size[0],
+                                 size[1], size[2]));
   for (int k = 0; k < size[2]; ++k) builder.append_slice(values.subspan(k * slice, slice));
   *this = builder.finish();
 }
@@ -93,6 +93,9 @@ std::size_t Volume::n_voxels() const {
 const Eigen::Affine3d& Volume::index_to_world() const { return impl_->index_to_world; }
 const Eigen::Affine3d& Volume::world_to_index() const { return impl_->world_to_index; }
 Eigen::Vector3d Volume::spacing() const { return impl_->index_to_world.linear().colwise().norm(); }
+double Volume::voxel_size() const {
+  return std::cbrt(std::abs(impl_->index_to_world.linear().determinant()));
+}
 const Source& Volume::source() const { return impl_->source; }
 std::array<float, 2> Volume::range() const { return impl_->range; }
 
@@ -125,9 +128,10 @@ void Volume::copy_box(const std::array<int, 3>& lower, const std::array<int, 3>&
   for (int k = lower[2]; k < upper[2]; ++k)
     for (int j = lower[1]; j < upper[1]; ++j)
       for (int i = lower[0]; i < upper[0]; ++i)
-        *out++ = inner[(std::clamp(k, inner_lower[2], inner_upper[2] - 1) - inner_lower[2]) * stride_k +
-                       (std::clamp(j, inner_lower[1], inner_upper[1] - 1) - inner_lower[1]) * stride_j +
-                       (std::clamp(i, inner_lower[0], inner_upper[0] - 1) - inner_lower[0])];
+        *out++ =
+            inner[(std::clamp(k, inner_lower[2], inner_upper[2] - 1) - inner_lower[2]) * stride_k +
+                  (std::clamp(j, inner_lower[1], inner_upper[1] - 1) - inner_lower[1]) * stride_j +
+                  (std::clamp(i, inner_lower[0], inner_upper[0] - 1) - inner_lower[0])];
 }
 
 Volume::Builder::Builder(const std::array<int, 3>& size, const Eigen::Matrix4d& index_to_world,
@@ -143,7 +147,7 @@ Volume::Builder::Builder(const std::array<int, 3>& size, const Eigen::Matrix4d& 
   impl_->grid = openvdb::FloatGrid::create(0.0f);
   impl_->grid->setTransform(
       openvdb::math::Transform::createLinearTransform(to_openvdb(impl_->index_to_world)));
-  slab_.reserve(std::size_t(size[0]) * size[1] * kSlab);
+  slab_.reserve(std::size_t(size[0]) * size[1] * std::min(size[2], kSlab));
 }
 
 Volume::Builder::~Builder() = default;
@@ -177,8 +181,8 @@ void Volume::Builder::append_slice(std::span<const float> values) {
 
 Volume Volume::Builder::finish() {
   if (n_slices_ != impl_->size[2])
-    throw InputError(fmt::format("{}: {} of {} slices", impl_->source.path, n_slices_,
-                                 impl_->size[2]));
+    throw InputError(
+        fmt::format("{}: {} of {} slices", impl_->source.path, n_slices_, impl_->size[2]));
   return Volume(std::move(impl_));
 }
 

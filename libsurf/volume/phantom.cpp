@@ -1,0 +1,186 @@
+#include "libsurf/volume/phantom.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "libsurf/base/error.h"
+
+namespace surf::volume {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr double kEdgeWidthUnits = 0.05;
+
+double ball(const Vector3d& u, const Vector3d& center, double radius) {
+  return (u - center).norm() - radius;
+}
+
+double box(const Vector3d& u, const Vector3d& half_sides) {
+  const Vector3d beyond = u.cwiseAbs() - half_sides;
+  return beyond.cwiseMax(0).norm() + std::min(beyond.maxCoeff(), 0.0);
+}
+
+double torus(const Vector3d& u, double radius, double tube_radius) {
+  return std::hypot(u.head<2>().norm() - radius, u[2]) - tube_radius;
+}
+
+struct Capsule {
+  Vector3d start, end;
+  double radius;
+};
+
+double capsule(const Vector3d& u, const Capsule& c) {
+  const Vector3d axis = c.end - c.start;
+  const double at = std::clamp((u - c.start).dot(axis) / axis.squaredNorm(), 0.0, 1.0);
+  return (u - c.start - at * axis).norm() - c.radius;
+}
+
+double vessel(const Vector3d& u) {
+  // Radii fall from branch to branch by about 2^(1/3) (Murray's law) and stay above the edge's
+  // width, so that every branch reaches the value 1.
+  static const std::array<Capsule, 8> kBranches = {{
+      {{0, 0, -0.75}, {0, 0, 0}, 0.14},
+      {{0, 0, 0}, {0.35, 0, 0.35}, 0.11},
+      {{0, 0, 0}, {-0.35, 0.05, 0.3}, 0.11},
+      {{0.35, 0, 0.35}, {0.45, 0.3, 0.65}, 0.08},
+      {{0.35, 0, 0.35}, {0.5, -0.3, 0.6}, 0.08},
+      {{-0.35, 0.05, 0.3}, {-0.4, 0.3, 0.65}, 0.08},
+      {{-0.35, 0.05, 0.3}, {-0.7, -0.2, 0.4}, 0.08},
+      {{0, 0, -0.4}, {0, -0.6, -0.15}, 0.07},
+  }};
+  double distance = capsule(u, kBranches[0]);
+  for (std::size_t n = 1; n < kBranches.size(); ++n)
+    distance = std::min(distance, capsule(u, kBranches[n]));
+  return distance;
+}
+
+double edge_profile(double distance, double width) {
+  const double t = std::clamp(-distance / width, -1.0, 1.0);
+  return 0.5 * (1 + t + std::sin(std::numbers::pi * t) / std::numbers::pi);
+}
+
+/// The finaliser of SplitMix64: a bijection whose output bits all depend on all input bits.
+std::uint64_t mix(std::uint64_t x) {
+  x ^= x >> 30;
+  x *= 0xbf58476d1ce4e5b9u;
+  x ^= x >> 27;
+  x *= 0x94d049bb133111ebu;
+  return x ^ (x >> 31);
+}
+
+/// A number of the standard normal distribution that is a function of seed and counter only
+/// (Box and Muller's transform), unlike std::normal_distribution the same with every library.
+double normal(std::uint64_t seed, std::uint64_t counter) {
+  constexpr std::uint64_t kGolden = 0x9e3779b97f4a7c15u;
+  const std::uint64_t start = mix(seed + kGolden);
+  const auto uniform = [&](std::uint64_t n) {  // in (0, 1)
+    return (static_cast<double>(mix(start + kGolden * n) >> 11) + 0.5) * 0x1p-53;
+  };
+  const double radius = std::sqrt(-2 * std::log(uniform(2 * counter)));
+  return radius * std::cos(2 * std::numbers::pi * uniform(2 * counter + 1));
+}
+
+}  // namespace
+
+std::string PhantomOptions::error() const {
+  for (const int n : size)
+    if (n < 2 || n > 4096)
+      return fmt::format("PhantomOptions::size = {} violates 2 <= size <= 4096", n);
+  if (spacing_mm && !(spacing_mm->allFinite() && spacing_mm->minCoeff() > 0))
+    return fmt::format("PhantomOptions::spacing_mm = ({}, {}, {}) violates 0 < spacing < Inf",
+                       (*spacing_mm)[0], (*spacing_mm)[1], (*spacing_mm)[2]);
+  const double boxiness = std::abs(direction.determinant()) / direction.colwise().norm().prod();
+  if (!direction.allFinite() || !(boxiness > 1e-6))
+    return "PhantomOptions::direction is singular or not finite";
+  if (origin_ras_mm && !origin_ras_mm->allFinite())
+    return "PhantomOptions::origin_ras_mm is not finite";
+  if (edge_width_mm && !(std::isfinite(*edge_width_mm) && *edge_width_mm > 0))
+    return fmt::format("PhantomOptions::edge_width_mm = {} violates 0 < width < Inf",
+                       *edge_width_mm);
+  if (!(std::isfinite(noise) && noise >= 0))
+    return fmt::format("PhantomOptions::noise = {} violates 0 <= noise < Inf", noise);
+  return {};
+}
+
+Eigen::Affine3d PhantomOptions::index_to_world() const {
+  const int shortest = *std::min_element(size.begin(), size.end());
+  const Vector3d spacing = spacing_mm.value_or(Vector3d::Constant(2.0 / (shortest - 1)));
+  Eigen::Affine3d result = Eigen::Affine3d::Identity();
+  result.linear() = direction * spacing.asDiagonal();
+  const Vector3d middle(0.5 * (size[0] - 1), 0.5 * (size[1] - 1), 0.5 * (size[2] - 1));
+  result.translation() = origin_ras_mm.value_or(-(result.linear() * middle));
+  return result;
+}
+
+double PhantomOptions::unit_mm() const {
+  // Index i = const are parallel planes, 1 / |grad i| apart; grad i is a row of the inverse.
+  const Eigen::Matrix3d inverse = index_to_world().linear().inverse();
+  double least = std::numeric_limits<double>::max();
+  for (int axis = 0; axis < 3; ++axis)
+    least = std::min(least, (size[axis] - 1) / inverse.row(axis).norm());
+  return 0.5 * least;
+}
+
+Vector3d PhantomOptions::center_ras_mm() const {
+  return index_to_world() * Vector3d(0.5 * (size[0] - 1), 0.5 * (size[1] - 1), 0.5 * (size[2] - 1));
+}
+
+double phantom_distance(PhantomKind kind, const Vector3d& point) {
+  switch (kind) {
+    case PhantomKind::kBall:
+      return ball(point, Vector3d::Zero(), 0.6);
+    case PhantomKind::kTwoBalls:
+      return ball({std::abs(point[0]), point[1], point[2]}, {0.4, 0, 0}, 0.4);
+    case PhantomKind::kBox:
+      return box(point, {0.6, 0.4, 0.3});
+    case PhantomKind::kTorus:
+      return torus(point, 0.5, 0.2);
+    case PhantomKind::kVessel:
+      break;
+  }
+  return vessel(point);
+}
+
+double phantom_distance_mm(const PhantomOptions& options, const Vector3d& point_ras_mm) {
+  const double unit = options.unit_mm();
+  return unit * phantom_distance(options.kind, (point_ras_mm - options.center_ras_mm()) / unit);
+}
+
+Volume make_phantom(const PhantomOptions& options) {
+  if (const std::string error = options.error(); !error.empty()) throw UsageError(error);
+  const Eigen::Affine3d index_to_world = options.index_to_world();
+  const double unit = options.unit_mm();
+  const double width = options.edge_width_mm ? *options.edge_width_mm / unit : kEdgeWidthUnits;
+  const auto& [nx, ny, nz] = options.size;
+
+  // Index to units, so that the inner loop adds one column per voxel.
+  const Eigen::Matrix3d step = index_to_world.linear() / unit;
+  const Vector3d first = (index_to_world.translation() - options.center_ras_mm()) / unit;
+
+  Source source;
+  source.path = "phantom";
+  source.format = "phantom";
+  source.scalar_type = "float32";
+  source.orientation_source = "options";
+  Volume::Builder builder(options.size, index_to_world.matrix(), std::move(source));
+  std::vector<float> slice(std::size_t(nx) * ny);
+  std::uint64_t voxel = 0;
+  for (int k = 0; k < nz; ++k) {
+    for (int j = 0; j < ny; ++j)
+      for (int i = 0; i < nx; ++i, ++voxel) {
+        const Vector3d u = first + step * Vector3d(i, j, k);
+        double value = edge_profile(phantom_distance(options.kind, u), width);
+        if (options.noise > 0) value += options.noise * normal(options.random_seed, voxel);
+        slice[std::size_t(j) * nx + i] = static_cast<float>(value);
+      }
+    builder.append_slice(slice);
+  }
+  return builder.finish();
+}
+
+}  // namespace surf::volume

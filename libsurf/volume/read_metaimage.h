@@ -1,0 +1,14 @@
+// MetaImage: .mha, and .mhd with its data file.
+#pragma once
+
+#include <string>
+
+#include "libsurf/volume/read_volume.h"
+
+namespace surf::volume {
+
+/// See read_volume.
+/// @throws InputError
+Volume read_metaimage(const std::string& path, const ReadOptions& options);
+
+}  // namespace surf::volume

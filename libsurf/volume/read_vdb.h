@@ -1,0 +1,14 @@
+// OpenVDB: .vdb.
+#pragma once
+
+#include <string>
+
+#include "libsurf/volume/read_volume.h"
+
+namespace surf::volume {
+
+/// See read_volume.
+/// @throws InputError
+Volume read_vdb(const std::string& path, const ReadOptions& options);
+
+}  // namespace surf::volume

@@ -1,0 +1,36 @@
+// Volumes from files: NIfTI, MetaImage, NRRD, DICOM, VTK image data, OpenVDB.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "libsurf/volume/volume.h"
+
+namespace surf::volume {
+
+struct ReadOptions {
+  /// Frame of a 4-D file, from 0.
+  int frame_index = 0;
+  /// Which series of a DICOM folder, by its SeriesInstanceUID; needed if it holds several.
+  std::optional<std::string> series_uid;
+};
+
+/// Reads a volume; the format is recognised by the file's content. `path` is a file or a folder
+/// of DICOM files; of a pair of files (.hdr/.img, .mhd/.raw, .nhdr/.raw) give the header, or of a
+/// DICOM series any one file.
+///
+/// Every reader maps its format's world into RAS mm:
+///  - NIfTI-1/2: the sform if sform_code > 0, else the qform if qform_code > 0, else the spacing
+///    alone with a note; xyzt_units applied; value = scl_slope * stored + scl_inter.
+///  - MetaImage and DICOM: LPS. NRRD: its `space`; LPS with a note if it has none.
+///  - VTI and OpenVDB have no anatomical convention: their coordinates are taken as RAS mm.
+///
+/// Values are read slice by slice: the peak of memory is the volume's 4 bytes per voxel and a
+/// few slices, for VTI and DICOM of several frames also the values as stored in the file.
+/// @throws InputError  "path: what; what to do": missing, empty, truncated or damaged, not a
+///                     volume, of an unsupported kind, without a usable affine, NaN or Inf,
+///                     beyond memory, no such frame, several DICOM series, uneven slices
+Volume read_volume(const std::string& path, const ReadOptions& options = {});
+
+}  // namespace surf::volume

@@ -1,0 +1,224 @@
+#include "libsurf/volume/write_volume.h"
+
+#include <fmt/format.h>
+#include <nifti/nifti1.h>
+#include <zlib.h>
+
+#include <Eigen/LU>
+#include <cerrno>
+#include <cstring>
+#include <functional>
+#include <memory>
+#include <vector>
+
+#include "libsurf/base/error.h"
+#include "libsurf/base/file.h"
+
+namespace surf::volume {
+namespace {
+
+constexpr int kSlab = 8;  // slices taken at once: an OpenVDB leaf is 8^3
+
+enum class Scalar { kUint8, kFloat32 };
+
+/// What is written: a grid, and a function that gives slice after slice as bytes.
+struct Image {
+  std::array<int, 3> size;
+  Eigen::Affine3d index_to_world;
+  Scalar scalar;
+  std::function<void(const std::function<void(const void*, std::size_t)>&)> send;
+};
+
+/// A file through zlib, compressed or plain; every failure is an OutputError naming `path`.
+class Sink {
+ public:
+  Sink(const std::string& file, const std::string& path, bool is_compressed)
+      : file_(gzopen(file.c_str(), is_compressed ? kCompressed : "wbT")), path_(path) {
+    if (!file_) fail();
+    gzbuffer(file_, 1 << 18);
+  }
+  ~Sink() {
+    if (file_) gzclose(file_);
+  }
+  Sink(const Sink&) = delete;
+  Sink& operator=(const Sink&) = delete;
+
+  void write(const void* data, std::size_t n_bytes) {
+    if (gzfwrite(data, 1, n_bytes, file_) != n_bytes) fail();
+  }
+  void close() {
+    const int status = gzclose(file_);
+    file_ = nullptr;
+    if (status != Z_OK) fail();
+  }
+
+ private:
+  // Level 1 takes a third of the default level's time; noisy floats hardly shrink anyway.
+  static constexpr const char* kCompressed = "wb1";
+
+  [[noreturn]] void fail() const {
+    throw OutputError(fmt::format("{}: cannot be written: {}", path_, std::strerror(errno)));
+  }
+
+  gzFile file_;
+  std::string path_;
+};
+
+bool is_rotation_times_spacing(const Eigen::Matrix3d& linear) {
+  const Eigen::Matrix3d cosines = linear.colwise().normalized();
+  constexpr double kTolerance = 1e-5;  // a quaternion of floats holds no more
+  return (cosines.transpose() * cosines - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff() <
+         kTolerance;
+}
+
+/// The qform of nifti1.h: quaternion, offset, and in pixdim[0] the sign of a mirrored k axis.
+void set_qform(nifti_1_header& header, const Eigen::Affine3d& index_to_world) {
+  Eigen::Matrix3d rotation = index_to_world.linear().colwise().normalized();
+  if (rotation.determinant() < 0) {
+    header.pixdim[0] = -1;
+    rotation.col(2) *= -1;
+  }
+  Eigen::Quaterniond q(rotation);
+  if (q.w() < 0) q.coeffs() *= -1;
+  header.qform_code = NIFTI_XFORM_SCANNER_ANAT;
+  header.quatern_b = static_cast<float>(q.x());
+  header.quatern_c = static_cast<float>(q.y());
+  header.quatern_d = static_cast<float>(q.z());
+  header.qoffset_x = static_cast<float>(index_to_world.translation()[0]);
+  header.qoffset_y = static_cast<float>(index_to_world.translation()[1]);
+  header.qoffset_z = static_cast<float>(index_to_world.translation()[2]);
+}
+
+nifti_1_header nifti_header(const Image& image, const std::string& path) {
+  nifti_1_header header = {};
+  header.sizeof_hdr = 348;
+  header.regular = 'r';
+  header.dim[0] = 3;
+  for (int axis = 1; axis < 8; ++axis) header.dim[axis] = 1;
+  for (float& value : header.pixdim) value = 1;
+  for (int axis = 0; axis < 3; ++axis) {
+    if (image.size[axis] > 32767)
+      throw OutputError(fmt::format("{}: NIfTI-1 holds at most 32767 voxels along an axis, not {}",
+                                    path, image.size[axis]));
+    header.dim[axis + 1] = static_cast<short>(image.size[axis]);
+    header.pixdim[axis + 1] = static_cast<float>(image.index_to_world.linear().col(axis).norm());
+  }
+  header.datatype = image.scalar == Scalar::kUint8 ? DT_UINT8 : DT_FLOAT32;
+  header.bitpix = image.scalar == Scalar::kUint8 ? 8 : 32;
+  header.vox_offset = 352;
+  header.scl_slope = 1;
+  header.xyzt_units = NIFTI_UNITS_MM;
+  header.sform_code = NIFTI_XFORM_SCANNER_ANAT;
+  for (int column = 0; column < 4; ++column) {
+    header.srow_x[column] = static_cast<float>(image.index_to_world.matrix()(0, column));
+    header.srow_y[column] = static_cast<float>(image.index_to_world.matrix()(1, column));
+    header.srow_z[column] = static_cast<float>(image.index_to_world.matrix()(2, column));
+  }
+  if (is_rotation_times_spacing(image.index_to_world.linear()))
+    set_qform(header, image.index_to_world);
+  std::memcpy(header.magic, "n+1", 4);
+  return header;
+}
+
+std::string nifti_bytes(const Image& image, const std::string& path) {
+  const nifti_1_header header = nifti_header(image, path);
+  std::string bytes(352, '\0');  // the last four: no extension follows
+  std::memcpy(bytes.data(), &header, sizeof header);
+  return bytes;
+}
+
+/// The affine as LPS: MetaImage's only convention, and what readers of NRRD know best.
+Eigen::Affine3d to_lps(const Eigen::Affine3d& index_to_ras) {
+  return Eigen::Scaling(-1.0, -1.0, 1.0) * index_to_ras;
+}
+
+std::string metaimage_bytes(const Image& image, const std::string&) {
+  const Eigen::Affine3d lps = to_lps(image.index_to_world);
+  std::string matrix, spacing;
+  for (int axis = 0; axis < 3; ++axis) {
+    const double length = lps.linear().col(axis).norm();
+    const Eigen::Vector3d d = lps.linear().col(axis) / length;
+    matrix += fmt::format(" {} {} {}", d[0], d[1], d[2]);
+    spacing += fmt::format(" {}", length);
+  }
+  const Eigen::Vector3d offset = lps.translation();
+  return fmt::format(
+      "ObjectType = Image\nNDims = 3\nBinaryData = True\nBinaryDataByteOrderMSB = False\n"
+      "CompressedData = False\nTransformMatrix ={}\nOffset = {} {} {}\nCenterOfRotation = 0 0 0\n"
+      "ElementSpacing ={}\nDimSize = {} {} {}\nElementType = {}\nElementDataFile = LOCAL\n",
+      matrix, offset[0], offset[1], offset[2], spacing, image.size[0], image.size[1], image.size[2],
+      image.scalar == Scalar::kUint8 ? "MET_UCHAR" : "MET_FLOAT");
+}
+
+std::string nrrd_bytes(const Image& image, const std::string&) {
+  const Eigen::Affine3d lps = to_lps(image.index_to_world);
+  std::string directions;
+  for (int axis = 0; axis < 3; ++axis) {
+    const Eigen::Vector3d d = lps.linear().col(axis);
+    directions += fmt::format(" ({},{},{})", d[0], d[1], d[2]);
+  }
+  const Eigen::Vector3d origin = lps.translation();
+  return fmt::format(
+      "NRRD0004\ntype: {}\ndimension: 3\nspace: left-posterior-superior\nsizes: {} {} {}\n"
+      "space directions:{}\nkinds: domain domain domain\nendian: little\nencoding: raw\n"
+      "space origin: ({},{},{})\n\n",
+      image.scalar == Scalar::kUint8 ? "uint8" : "float", image.size[0], image.size[1],
+      image.size[2], directions, origin[0], origin[1], origin[2]);
+}
+
+using HeaderWriter = std::string (*)(const Image&, const std::string& path);
+
+void write_image(const std::string& path, const Image& image, HeaderWriter header_writer) {
+  const std::string header = header_writer(image, path);
+  write_atomically(path, [&](const std::string& temporary) {
+    Sink sink(temporary, path, path.ends_with(".gz"));
+    sink.write(header.data(), header.size());
+    image.send([&](const void* data, std::size_t n_bytes) { sink.write(data, n_bytes); });
+    sink.close();
+  });
+}
+
+HeaderWriter writer_of(const std::string& path) {
+  const std::string ending = extension(path);
+  if (ending == ".nii" || ending == ".nii.gz") return nifti_bytes;
+  if (ending == ".mha") return metaimage_bytes;
+  if (ending == ".nrrd") return nrrd_bytes;
+  throw UsageError(
+      fmt::format("{}: the ending '{}' names no volume format; use .nii.gz, .nii, .mha or .nrrd",
+                  path, ending));
+}
+
+Image image_of(const Volume& volume) {
+  return {volume.size(), volume.index_to_world(), Scalar::kFloat32, [&volume](const auto& sink) {
+            const auto [nx, ny, nz] = volume.size();
+            std::vector<float> slab(std::size_t(nx) * ny * kSlab);
+            for (int k = 0; k < nz; k += kSlab) {
+              const int end = std::min(k + kSlab, nz);
+              volume.copy_box({0, 0, k}, {nx, ny, end}, slab.data());
+              sink(slab.data(), std::size_t(nx) * ny * (end - k) * sizeof(float));
+            }
+          }};
+}
+
+}  // namespace
+
+void write_volume(const std::string& path, const Volume& volume) {
+  write_image(path, image_of(volume), writer_of(path));
+}
+
+void write_nifti(const std::string& path, const Volume& volume) {
+  write_image(path, image_of(volume), nifti_bytes);
+}
+
+void write_label_map(const std::string& path, const std::array<int, 3>& size,
+                     const Eigen::Affine3d& index_to_world, std::span<const std::uint8_t> labels) {
+  if (labels.size() != std::size_t(size[0]) * size[1] * size[2])
+    throw OutputError(fmt::format("{}: {} labels for {} x {} x {} voxels", path, labels.size(),
+                                  size[0], size[1], size[2]));
+  write_image(path,
+              {size, index_to_world, Scalar::kUint8,
+               [labels](const auto& sink) { sink(labels.data(), labels.size()); }},
+              writer_of(path));
+}
+
+}  // namespace surf::volume

@@ -1,0 +1,30 @@
+// Volumes and label maps as files other programs read.
+#pragma once
+
+#include <Eigen/Geometry>
+#include <array>
+#include <cstdint>
+#include <span>
+#include <string>
+
+#include "libsurf/volume/volume.h"
+
+namespace surf::volume {
+
+/// Writes a volume as 32-bit floats, in the format of the name's ending: NIfTI-1 (.nii, .nii.gz),
+/// MetaImage (.mha) or NRRD (.nrrd). The file is written whole or not at all.
+/// @throws UsageError   another ending
+/// @throws OutputError  the file cannot be written; more than 32767 voxels along an axis (NIfTI)
+void write_volume(const std::string& path, const Volume& volume);
+
+/// The same, as NIfTI-1 whatever the ending; compressed if it is .gz. The affine is in the
+/// sform (code 1); in the qform too when it is a rotation, perhaps mirrored, times the spacing.
+void write_nifti(const std::string& path, const Volume& volume);
+
+/// Writes labels (size[0] * size[1] * size[2] values, i fastest) as unsigned bytes, in the
+/// format of the name's ending as above.
+/// @throws UsageError, OutputError  as above; labels.size() is not the product of the sizes
+void write_label_map(const std::string& path, const std::array<int, 3>& size,
+                     const Eigen::Affine3d& index_to_world, std::span<const std::uint8_t> labels);
+
+}  // namespace surf::volume
