@@ -6,7 +6,7 @@
 
 #include "libsurf/base/error.h"
 #include "libsurf/mesh/bisection.h"
-#include "libsurf/mesh/smoothing.h"
+#include "libsurf/mesh/improve.h"
 #include "libsurf/mesh/sheet_guard.h"
 
 namespace surf::mesh {
@@ -14,6 +14,7 @@ namespace {
 
 constexpr int kGuardRounds = 3;
 constexpr double kLongest = 4.0 / 3, kShortest = 0.4;  // of the wanted edge length
+constexpr double kTolerance = 0.1;  // by which mending may move the surface, likewise
 
 }  // namespace
 
@@ -82,8 +83,12 @@ void MovingSurface::move_to(const Points<3>& to) { set_points(mesh_, to); }
 bool MovingSurface::mend() {
   const double longest = kLongest * options_.edge_length_mm;
   const int n_new = refine_long_edges(mesh_, longest);
-  const SmoothingReport report = smooth(mesh_);
-  return n_new > 0 || report.n_moved > 0;
+  ImproveOptions improvement;
+  improvement.min_length = kShortest * options_.edge_length_mm;
+  improvement.max_length = longest;
+  improvement.tolerance_mm = kTolerance * options_.edge_length_mm;
+  const ImproveReport report = improve(mesh_, improvement);
+  return n_new > 0 || report.n_collapsed + report.n_flipped + report.n_moved > 0;
 }
 
 std::string MovingSurface::obstacle() const {
