@@ -102,8 +102,10 @@ class SegmentCommand {
     std::unique_ptr<surf::ThreadLimit> limit;
     if (arguments_.threads > 0) limit = std::make_unique<surf::ThreadLimit>(arguments_.threads);
     clock_.begin("read");
+    surf::volume::ReadOptions read_options;
+    read_options.frame_index = arguments_.frame_index;
     const surf::volume::Volume volume =
-        surf::volume::read_volume(arguments_.volume, {.frame_index = arguments_.frame_index});
+        surf::volume::read_volume(arguments_.volume, read_options);
     for (const std::string& note : volume.source().notes) progress_.note("note: " + note);
     const surf::segment::SegmentOptions options = segment_options(volume);
     catch_signals();
