@@ -12,7 +12,11 @@
 namespace surf::segment {
 namespace {
 
-constexpr double kExplosion = 1.4;  // ln of the growth in volume that counts as a leak
+constexpr double kExplosion = 1.0;        // ln of the growth in volume that counts as a leak
+constexpr double kLargestGrowth = 1.4;    // growth_out of a rung before a leak
+constexpr double kLeastVolume = 113;      // voxels; a ball of radius 3: smaller is not judged
+constexpr double kLeakFrom = 1000;      // voxels; growth of what is smaller is no leak
+constexpr double kLeastSphericity = 0.2;  // rougher surfaces percolate through noise
 
 /// Histograms of intensities just inside and just outside, overlap sum min(p, q).
 double histogram_separation(const Eigen::VectorXd& inside, const Eigen::VectorXd& outside) {
@@ -54,6 +58,12 @@ Eigen::VectorXd joined(const std::vector<Eigen::VectorXd>& parts) {
   return out;
 }
 
+/// Area of the ball of equal volume over the area.
+double sphericity(const fem::Geometry<3>& shape) {
+  const double r = shape.radius();
+  return 4 * std::numbers::pi * r * r / shape.measure();
+}
+
 RungFeatures measure_rung(const ImageModel& model, const fem::Geometry<3>& shape, double noise) {
   const double h = model.volume().voxel_size();
   Points<3> normals = shape.nodal_normals();
@@ -76,10 +86,8 @@ RungFeatures measure_rung(const ImageModel& model, const fem::Geometry<3>& shape
     if (std::abs(steepest - 7) <= 2 && slope(steepest) > 3 * noise)
       on_edge += shape.lumped_mass()[i];
   }
-  const double area = shape.measure();
-  features.edge_share = on_edge / area;
-  features.sphericity =
-      std::cbrt(36 * std::numbers::pi * features.volume_mm3 * features.volume_mm3) / area;
+  features.edge_share = on_edge / shape.measure();
+  features.sphericity = sphericity(shape);
   return features;
 }
 
@@ -103,38 +111,42 @@ class Climb {
         stages_(stages),
         progress_(progress),
         beta_(neck_radius * model.volume().voxel_size() / 2),
-        surface_(start, surface_options(neck_radius)) {}
+        start_(start) {
+    restart();
+  }
 
   /// False if the caller's progress asked to stop.
   bool run(std::vector<Candidate>& candidates) {
     std::vector<RungFeatures> rungs;
     std::vector<Candidate> found;
-    bool go_on = true;
-    for (int q = 2; q < options_.max_rungs && go_on; ++q) {
+    RungEnd end = RungEnd::kRest;
+    for (int q = 2; q < options_.max_rungs; ++q) {
       const double half_width = seed_.deviation * std::pow(2, q / 2.0);
-      const double before = surface_.geometry().enclosed();
-      const RungEnd end = grow(half_width, before, q);
-      go_on = end != RungEnd::kStopped;
-      const RungFeatures rung = measure_rung(model_, surface_.geometry(), seed_.noise);
-      const double ball =
-          4.0 / 3 * std::numbers::pi * std::pow(3 * model_.volume().voxel_size(), 3);
-      if (!rungs.empty() && rungs.back().volume_mm3 > 0)
-        rungs.back().growth_out = std::min(
-            kExplosion, std::max(0.0, std::log(rung.volume_mm3 / rungs.back().volume_mm3)));
-      if (end == RungEnd::kLeaked || end == RungEnd::kVanished) break;
+      end = grow(half_width, rungs.empty() ? 0 : rungs.back().volume_mm3, q);
+      if (end == RungEnd::kStopped) break;
+      if (end == RungEnd::kVanished || end == RungEnd::kRough) {  // try wider from the seed
+        if (!rungs.empty()) break;
+        restart();
+        continue;
+      }
+      if (end == RungEnd::kLeaked) {
+        if (!rungs.empty()) rungs.back().growth_out = kLargestGrowth;
+        break;
+      }
+      RungFeatures rung = measure_rung(model_, surface_->geometry(), seed_.noise);
+      if (!rungs.empty()) {
+        rung.growth_in = std::max(0.0, std::log(rung.volume_mm3 / rungs.back().volume_mm3));
+        rungs.back().growth_out = std::min(kLargestGrowth, rung.growth_in);
+      }
       rungs.push_back(rung);
-      if (rungs.size() > 1)
-        rungs.back().growth_in =
-            std::max(0.0, std::log(rung.volume_mm3 / rungs[rungs.size() - 2].volume_mm3));
-      Candidate candidate;
-      candidate.surface = surface_.triangles();
-      candidate.volume_mm3 = rung.volume_mm3;
-      candidate.energies = terms(half_width);
-      found.push_back(std::move(candidate));
-      if (rung.volume_mm3 < ball) rungs.back().separation = 0;  // too small to be judged
+      found.push_back({surface_->triangles(), 0, rung.volume_mm3, terms(half_width)});
+      adapt_edge_length();
     }
     for (std::size_t i = 0; i < found.size(); ++i) {
-      found[i].score = rungs[i].score();
+      found[i].score =
+          rungs[i].volume_mm3 < kLeastVolume * std::pow(model_.volume().voxel_size(), 3)
+              ? 0
+              : rungs[i].score();
       log(LogLevel::kDebug,
           fmt::format("rung {:2} beta {:.2f} a {:8.2f} V {:9.3f} ml  O {:.2f} e {:.2f} Q {:.2f} b "
                       "{:.2f} g {:.2f}  score {:.3f}",
@@ -144,17 +156,26 @@ class Climb {
                       found[i].score));
       candidates.push_back(std::move(found[i]));
     }
-    return go_on;
+    return end != RungEnd::kStopped;
   }
 
  private:
-  enum class RungEnd { kRest, kLeaked, kVanished, kStopped };
+  enum class RungEnd { kRest, kLeaked, kVanished, kRough, kStopped };
 
   std::vector<EnergyTerm> terms(double half_width) const {
     return {{"window", 1, {{"mean", seed_.mean}, {"half-width", half_width}}}, {"area", beta_, {}}};
   }
 
-  mesh::MovingSurfaceOptions surface_options(double) const {
+  void restart() { surface_ = std::make_unique<mesh::MovingSurface>(start_, surface_options()); }
+
+  /// Large objects get longer edges, up to twice the first: their necks are wider too.
+  void adapt_edge_length() {
+    const double wanted = surface_->geometry().radius() / 20;
+    surface_->set_edge_length(
+        std::clamp(wanted, options_.edge_length_mm, 2 * options_.edge_length_mm));
+  }
+
+  mesh::MovingSurfaceOptions surface_options() const {
     mesh::MovingSurfaceOptions out;
     out.edge_length_mm = options_.edge_length_mm;
     const auto& volume = model_.volume();
@@ -165,13 +186,14 @@ class Climb {
   RungEnd grow(double half_width, double volume_before, int q) {
     const auto energy = model_.energy(terms(half_width));
     const std::string stage = fmt::format("ladder r={:.3g} rung {}", 2 * beta_, q - 1);
-    const double ball = 4.0 / 3 * std::numbers::pi * std::pow(options_.seed_radius_mm, 3);
+    const double start_volume = fem::Geometry<3>(start_.points, start_.elements).enclosed();
     // A tiny first rung may fill a whole plateau at once.
-    const bool may_leak = volume_before > 30 * ball;
+    const bool may_leak =
+        volume_before > kLeakFrom * std::pow(model_.volume().voxel_size(), 3);
     RungEnd end = RungEnd::kRest;
     const auto start = std::chrono::steady_clock::now();
     const auto on_step = [&](const flow::StepRecord& record) {
-      if (progress_ && !progress_(stage, record, [&] { return surface_.triangles(); })) {
+      if (progress_ && !progress_(stage, record, [&] { return surface_->triangles(); })) {
         end = RungEnd::kStopped;
         return false;
       }
@@ -179,16 +201,22 @@ class Climb {
         end = RungEnd::kLeaked;
         return false;
       }
+      if (record.k % 10 == 0 && sphericity(surface_->geometry()) < kLeastSphericity) {
+        end = may_leak ? RungEnd::kLeaked : RungEnd::kRough;
+        return false;
+      }
       return true;
     };
     StageReport report;
     report.name = stage;
     report.edge_length_mm = options_.edge_length_mm;
-    report.flow = flow::evolve<3>(surface_, *energy, options_.flow, on_step);
+    report.flow = flow::evolve<3>(*surface_, *energy, options_.flow, on_step);
     report.seconds =
         std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     if (report.flow.termination == flow::Termination::kObstacle)
-      end = surface_.border_share() > 0.1 ? RungEnd::kLeaked : RungEnd::kVanished;
+      end = surface_->border_share() > 0.1 ? RungEnd::kLeaked : RungEnd::kVanished;
+    if (end == RungEnd::kRest && surface_->geometry().enclosed() < 0.5 * start_volume)
+      end = RungEnd::kVanished;
     stages_.push_back(std::move(report));
     return end;
   }
@@ -199,16 +227,18 @@ class Climb {
   std::vector<StageReport>& stages_;
   const Progress& progress_;
   double beta_;
-  mesh::MovingSurface surface_;
+  const Triangles& start_;
+  std::unique_ptr<mesh::MovingSurface> surface_;
 };
 
 }  // namespace
 
-std::vector<Candidate> climb(ImageModel& model, const SeedModel& seed, const Triangles& start,
+std::vector<Candidate> climb(ImageModel& model, const SeedModel& seed, const Start& starts,
                              const LadderOptions& options, std::vector<StageReport>& stages,
                              const Progress& progress) {
   std::vector<Candidate> candidates;
   for (const double neck_radius : options.neck_radii) {
+    const Triangles start = starts(neck_radius);
     Climb one(model, seed, neck_radius, start, options, stages, progress);
     if (!one.run(candidates)) break;
   }

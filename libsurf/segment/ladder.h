@@ -22,7 +22,6 @@ struct RungFeatures {
 
 struct LadderOptions {
   double edge_length_mm = 1;
-  double seed_radius_mm = 1;
   /// Neck radii r [voxels]: the weight of the area is r / 2, so that a front does not pass a neck
   /// of smaller radius.
   std::vector<double> neck_radii = {1, 2, 4};
@@ -30,8 +29,11 @@ struct LadderOptions {
   flow::FlowOptions flow;
 };
 
+/// The initial surface for a neck radius [voxels]: balls below that radius would vanish.
+using Start = std::function<Triangles(double neck_radius)>;
+
 /// Candidates of all rungs of all neck radii, best score first; empty if none grew.
-std::vector<Candidate> climb(ImageModel& model, const SeedModel& seed, const Triangles& start,
+std::vector<Candidate> climb(ImageModel& model, const SeedModel& seed, const Start& starts,
                              const LadderOptions& options, std::vector<StageReport>& stages,
                              const Progress& progress);
 

@@ -7,15 +7,18 @@
 #include <cmath>
 
 #include "libsurf/base/error.h"
-#include "libsurf/fem/stiffness.h"
 #include "libsurf/mesh/moving_surface.h"
 #include "libsurf/mesh/primitives.h"
+#include "libsurf/segment/edge_offset.h"
 #include "libsurf/segment/ladder.h"
 #include "libsurf/segment/model.h"
 #include "libsurf/segment/seed_model.h"
 
 namespace surf::segment {
 namespace {
+
+constexpr int kSettleSteps = 8;
+constexpr double kSettleStep = 0.25;  // voxels, largest move in a step
 
 void check_seeds(const volume::Volume& volume, const std::vector<Eigen::Vector3d>& seeds) {
   for (const Eigen::Vector3d& seed : seeds) {
@@ -113,9 +116,17 @@ class Run {
   bool run_ladder() {
     LadderOptions ladder;
     ladder.edge_length_mm = std::max(result_.edge_length_mm, 2 * model_.volume().voxel_size());
-    ladder.seed_radius_mm = result_.seed_radius_mm;
     ladder.flow = options_.flow;
-    result_.candidates = climb(model_, seed_model_, start_, ladder, result_.stages, progress_);
+    ladder.flow.energy_tol = std::max(ladder.flow.energy_tol, 3e-3);
+    const double voxel = model_.volume().voxel_size();
+    const auto starts = [&](double neck_radius) {
+      const double radius = std::max(result_.seed_radius_mm, 1.4 * neck_radius * voxel);
+      if (options_.initial_surface || radius == result_.seed_radius_mm) return start_;
+      std::vector<std::string> notes;
+      return seed_balls(options_.seeds_ras_mm, radius,
+                        std::min(ladder.edge_length_mm, radius / 2), notes);
+    };
+    result_.candidates = climb(model_, seed_model_, starts, ladder, result_.stages, progress_);
     if (result_.candidates.empty()) {
       result_.surface = start_;
       result_.notes.push_back("the seed did not grow: it may lie on an edge");
@@ -130,7 +141,8 @@ class Run {
   bool run_energies() {
     result_.energies = options_.energies;
     for (EnergyTerm& term : result_.energies) complete(term);
-    return evolve("evolve", result_.energies, start_, options_.flow);
+    return evolve("evolve", result_.energies, start_, options_.flow,
+                  surface_options(result_.edge_length_mm));
   }
 
   /// Fills in what is not given.
@@ -155,9 +167,10 @@ class Run {
   }
 
   bool evolve(const std::string& stage, const std::vector<EnergyTerm>& terms,
-              const Triangles& start, const flow::FlowOptions& flow) {
+              const Triangles& start, const flow::FlowOptions& flow,
+              const mesh::MovingSurfaceOptions& surface_options) {
     const auto begin = std::chrono::steady_clock::now();
-    mesh::MovingSurface surface(start, surface_options(result_.edge_length_mm));
+    mesh::MovingSurface surface(start, surface_options);
     const auto energy = model_.energy(terms);
     bool go_on = true;
     StageReport report;
@@ -186,29 +199,27 @@ class Run {
     return 0.5 * median(std::move(gradients));
   }
 
-  /// Median mean curvature over the vertices [1/mm].
-  static double median_curvature(const Triangles& surface) {
-    const fem::Geometry<3> shape(surface.points, surface.elements);
-    const SparseMatrix A = fem::stiffness<3>(shape, Eigen::VectorXd::Ones(shape.n_elements()));
-    const Eigen::VectorXd kappa = fem::mean_curvature<3>(shape, A);
-    return median({kappa.data(), kappa.data() + kappa.size()});
-  }
-
-  /// The minimiser of int H dS alone lies inside the edge by about kappa H / H'': 0.05 to 0.1 voxel
-  /// on a ball. With gamma = -kappa in (5.1) the two forces cancel where d_nu H = 0, on the edge;
-  /// the median serves flat and round objects alike.
+  /// Minimises int H dS from the surface found: at most kSettleSteps small steps, so that what
+  /// lies on a weak edge stays about where it is; then takes off the bias of the curvature.
   bool run_settle() {
     double lambda = edge_strength_on(result_.surface);
     for (const EnergyTerm& term : result_.energies)  // the field of the run is there already
       if (term.name == "minimal-surface") lambda = term.parameters.at("lambda");
     if (!(lambda > 0)) return true;
     flow::FlowOptions flow = options_.flow;
-    flow.max_steps = std::min(flow.max_steps, 40);
+    flow.max_steps = std::min(flow.max_steps, kSettleSteps);
+    const double voxel = model_.volume().voxel_size();
+    mesh::MovingSurfaceOptions surface = surface_options(result_.edge_length_mm);
+    surface.max_displacement =
+        std::min(surface.max_displacement, kSettleStep * voxel / result_.edge_length_mm);
+    const std::vector<EnergyTerm> terms = {
+        {"minimal-surface", 1, {{"gamma0", 1}, {"gamma", 0}, {"lambda", lambda}}}};
     const Triangles start = result_.surface;
-    const double gamma = -median_curvature(start);
-    return evolve("settle",
-                  {{"minimal-surface", 1, {{"gamma0", 1}, {"gamma", gamma}, {"lambda", lambda}}}},
-                  start, flow);
+    const bool go_on = evolve("settle", terms, start, flow, surface);
+    if (go_on)
+      result_.surface.points =
+          moved_to_edge(result_.surface, *model_.edge_indicator(lambda), kSettleStep * voxel);
+    return go_on;
   }
 
   const SegmentOptions& options_;
