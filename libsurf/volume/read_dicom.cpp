@@ -10,6 +10,7 @@
 #include <charconv>
 #include <cstring>
 #include <filesystem>
+#include <fstream>
 #include <map>
 
 #include "libsurf/base/error.h"
@@ -49,6 +50,21 @@ class SilenceGdcm {
 
  private:
   bool warnings_, errors_;
+};
+
+/// A file that knows whether a value ended early: GDCM reads truncated pixels without complaint.
+class WatchedFile : public std::filebuf {
+ public:
+  bool is_short = false;
+
+ protected:
+  std::streamsize xsgetn(char* out, std::streamsize n_wanted) override {
+    // The end of a file is found by looking for one more element's tag, length and so on.
+    constexpr std::streamsize kLongestField = 8;
+    const std::streamsize n = std::filebuf::xsgetn(out, n_wanted);
+    is_short |= n < n_wanted && (n > 0 || n_wanted > kLongestField);
+    return n;
+  }
 };
 
 std::string text(const DataSet& data, const Tag& tag) {
@@ -265,9 +281,12 @@ class Decoder {
  public:
   ScalarType load(const std::string& file, std::size_t n_pixels) {
     if (file == file_) return type_;
+    WatchedFile buffer;
+    buffer.open(file, std::ios::in | std::ios::binary);
+    std::istream stream(&buffer);
     gdcm::ImageReader reader;
-    reader.SetFileName(file.c_str());
-    if (!reader.Read()) fail(file);
+    reader.SetStream(stream);
+    if (!reader.Read() || buffer.is_short) fail(file);
     const gdcm::Image& image = reader.GetImage();
     if (image.GetPixelFormat().GetSamplesPerPixel() != 1) fail(file);
     type_ = scalar_type(image.GetPixelFormat(), file);

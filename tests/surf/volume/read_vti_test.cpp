@@ -101,7 +101,8 @@ TEST_F(ReadVti, TruncatedAtAnyPlaceIsOneMessage) {
     for (const double part : {0.1, 0.5, 0.8}) {
       write("b.vti", bytes.substr(0, static_cast<std::size_t>(part * double(bytes.size()))));
       const std::string message = failure(path("b.vti"));
-      EXPECT_TRUE(message.starts_with(path("b.vti") + ": ")) << message;
+      EXPECT_TRUE(message.starts_with(path("b.vti") + ": "))
+          << "mode " << mode << ", " << part << ": " << message;
       EXPECT_EQ(message.find('\n'), std::string::npos);
     }
   }
