@@ -128,12 +128,37 @@ TEST_F(ReadDicom, SlicesThatAreNoneAreReported) {
   expect_failure(path("one"), "a single slice");
   std::filesystem::create_directories(path("none"));
   expect_failure(path("none"), "no DICOM image among them");
+}
 
-  const auto files = write_series(path("truncated"), grid);
+TEST_F(ReadDicom, FileCutAnywhereIsOneMessageThatNamesIt) {
+  const Grid grid = dicom_grids()[0];
+  for (const bool is_compressed : {false, true}) {
+    const auto files = write_series(path("cut"), grid);
+    if (is_compressed) compress(files[2], gdcm::TransferSyntax::JPEGLSLossless);
+    const std::string bytes = bytes_of(files[2]);
+    for (std::size_t n = 133; n < bytes.size(); ++n) {
+      std::ofstream(files[2], std::ios::binary) << bytes.substr(0, n);
+      const std::string message = failure(path("cut"));
+      // Cut between two elements in front of the pixels, the file is none of the series.
+      EXPECT_TRUE(message.find(files[2] + ": truncated or damaged DICOM") == 0 ||
+                  message.find("1 slice is missing") != std::string::npos)
+          << n << ": " << message;
+    }
+  }
+}
+
+TEST_F(ReadDicom, AnySpoiledByteIsReadOrRefusedInOneLine) {
+  const Grid grid = dicom_grids()[0];
+  const auto files = write_series(path("spoiled"), grid);
   const std::string bytes = bytes_of(files[2]);
-  std::ofstream(files[2], std::ios::binary) << bytes.substr(0, bytes.size() - 40);
-  expect_failure(path("truncated"), "its pixels cannot be read");
-  expect_failure(path("truncated"), std::filesystem::path(files[2]).filename().string());
+  for (std::size_t place = 132; place < bytes.size(); ++place)
+    for (const int mask : {0x01, 0x5a, 0xff}) {
+      std::string spoiled = bytes;
+      spoiled[place] = static_cast<char>(spoiled[place] ^ mask);
+      std::ofstream(files[2], std::ios::binary) << spoiled;
+      const std::string message = failure(path("spoiled"));
+      EXPECT_EQ(message.find('\n'), std::string::npos) << message;
+    }
 }
 
 TEST_F(ReadDicom, FramesOfAnEnhancedObjectAreStacked) {
