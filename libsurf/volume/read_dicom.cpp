@@ -155,8 +155,8 @@ FileHeader header_of(const DataSet& data, const std::string& file) {
   header.series_uid = text(data, kSeriesUid);
   header.description = text(data, kSeriesDescription);
   header.modality = text(data, kModality);
-  if (const int n = unsigned_short(data, kSamplesPerPixel); n > 1) {
-    header.fault = fmt::format("has {} samples per pixel (colour)", n);
+  if (const int n = unsigned_short(data, kSamplesPerPixel); n != 1) {
+    header.fault = fmt::format("has {} samples per pixel, not 1", n);
     return header;
   }
   if (text(data, kPhotometric) == "PALETTE COLOR") {

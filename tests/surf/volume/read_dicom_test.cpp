@@ -131,7 +131,7 @@ TEST_F(ReadDicom, SlicesThatAreNoneAreReported) {
 }
 
 TEST_F(ReadDicom, FileCutAnywhereIsOneMessageThatNamesIt) {
-  const Grid grid = dicom_grids()[0];
+  const Grid grid = {"small", {5, 4, 5}, dicom_grids()[0].index_to_world};
   for (const bool is_compressed : {false, true}) {
     const auto files = write_series(path("cut"), grid);
     if (is_compressed) compress(files[2], gdcm::TransferSyntax::JPEGLSLossless);
@@ -148,7 +148,7 @@ TEST_F(ReadDicom, FileCutAnywhereIsOneMessageThatNamesIt) {
 }
 
 TEST_F(ReadDicom, AnySpoiledByteIsReadOrRefusedInOneLine) {
-  const Grid grid = dicom_grids()[0];
+  const Grid grid = {"small", {5, 4, 4}, dicom_grids()[0].index_to_world};
   const auto files = write_series(path("spoiled"), grid);
   const std::string bytes = bytes_of(files[2]);
   for (std::size_t place = 132; place < bytes.size(); ++place)
