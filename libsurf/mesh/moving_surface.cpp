@@ -57,7 +57,6 @@ Eigen::Index MovingSurface::restrict_move(Points<3>& to) {
       const Eigen::Vector3d inside = index.array().max(0).min(last);
       if (inside == index) continue;
       to.row(i) = box.index_to_world * inside;
-      ++n_held;
     }
   }
   if (options_.sheet_distance == 0) return n_held;

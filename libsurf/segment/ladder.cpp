@@ -12,10 +12,12 @@
 namespace surf::segment {
 namespace {
 
-constexpr double kExplosion = 1.0;        // ln of the growth in volume that counts as a leak
-constexpr double kLargestGrowth = 1.4;    // growth_out of a rung before a leak
-constexpr double kLeastVolume = 113;      // voxels; a ball of radius 3: smaller is not judged
+constexpr double kExplosion = 1.0;      // ln of the growth in volume that counts as a leak
+constexpr double kLargestGrowth = 1.4;  // growth_out of a rung before a leak
+constexpr double kLeastVolume = 113;    // voxels; a ball of radius 3: smaller is not judged
 constexpr double kLeakFrom = 1000;      // voxels; growth of what is smaller is no leak
+constexpr double kLargestContact =
+    0.05;  // share of vertices held: the front meets itself round holes
 constexpr double kLeastSphericity = 0.2;  // rougher surfaces percolate through noise
 
 /// Histograms of intensities just inside and just outside, overlap sum min(p, q).
@@ -125,7 +127,6 @@ class Climb {
       end = grow(half_width, rungs.empty() ? 0 : rungs.back().volume_mm3, q);
       if (end == RungEnd::kStopped) break;
       if (end == RungEnd::kVanished || end == RungEnd::kRough) {  // try wider from the seed
-        if (!rungs.empty()) break;
         restart();
         continue;
       }
@@ -188,8 +189,7 @@ class Climb {
     const std::string stage = fmt::format("ladder r={:.3g} rung {}", 2 * beta_, q - 1);
     const double start_volume = fem::Geometry<3>(start_.points, start_.elements).enclosed();
     // A tiny first rung may fill a whole plateau at once.
-    const bool may_leak =
-        volume_before > kLeakFrom * std::pow(model_.volume().voxel_size(), 3);
+    const bool may_leak = volume_before > kLeakFrom * std::pow(model_.volume().voxel_size(), 3);
     RungEnd end = RungEnd::kRest;
     const auto start = std::chrono::steady_clock::now();
     const auto on_step = [&](const flow::StepRecord& record) {
@@ -201,8 +201,10 @@ class Climb {
         end = RungEnd::kLeaked;
         return false;
       }
-      if (record.k % 10 == 0 && sphericity(surface_->geometry()) < kLeastSphericity) {
-        end = may_leak ? RungEnd::kLeaked : RungEnd::kRough;
+      const bool meets_itself = record.n_held > kLargestContact * double(record.n_vertices);
+      if (meets_itself ||
+          (record.k % 10 == 0 && sphericity(surface_->geometry()) < kLeastSphericity)) {
+        end = RungEnd::kRough;
         return false;
       }
       return true;

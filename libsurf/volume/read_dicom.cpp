@@ -10,9 +10,11 @@
 #include <charconv>
 #include <cstring>
 #include <filesystem>
+#include <fstream>
 #include <map>
 
 #include "libsurf/base/error.h"
+#include "libsurf/volume/dicom_structure.h"
 #include "libsurf/volume/raw_scalars.h"
 #include "libsurf/volume/slice_stack.h"
 
@@ -26,8 +28,9 @@ using gdcm::Tag;
 const Tag kModality(0x0008, 0x0060), kSeriesDescription(0x0008, 0x103e), kSeriesUid(0x0020, 0x000e),
     kPosition(0x0020, 0x0032), kOrientation(0x0020, 0x0037), kSamplesPerPixel(0x0028, 0x0002),
     kPhotometric(0x0028, 0x0004), kFrames(0x0028, 0x0008), kRows(0x0028, 0x0010),
-    kColumns(0x0028, 0x0011), kPixelSpacing(0x0028, 0x0030), kIntercept(0x0028, 0x1052),
-    kSlope(0x0028, 0x1053), kPixelData(0x7fe0, 0x0010),
+    kColumns(0x0028, 0x0011), kPixelSpacing(0x0028, 0x0030), kBitsAllocated(0x0028, 0x0100),
+    kBitsStored(0x0028, 0x0101), kHighBit(0x0028, 0x0102), kPixelRepresentation(0x0028, 0x0103),
+    kIntercept(0x0028, 0x1052), kSlope(0x0028, 0x1053), kPixelData(0x7fe0, 0x0010),
     // Enhanced objects: groups shared by all frames and of each frame, and what they hold.
     kSharedGroups(0x5200, 0x9229), kFrameGroups(0x5200, 0x9230), kPlanePosition(0x0020, 0x9113),
     kPlaneOrientation(0x0020, 0x9116), kPixelMeasures(0x0028, 0x9110),
@@ -49,6 +52,21 @@ class SilenceGdcm {
 
  private:
   bool warnings_, errors_;
+};
+
+/// A file that knows whether a value ended early: GDCM reads truncated pixels without complaint.
+class WatchedFile : public std::filebuf {
+ public:
+  bool is_short = false;
+
+ protected:
+  std::streamsize xsgetn(char* out, std::streamsize n_wanted) override {
+    // The end of a file is found by looking for one more element's tag, length and so on.
+    constexpr std::streamsize kLongestField = 8;
+    const std::streamsize n = std::filebuf::xsgetn(out, n_wanted);
+    is_short |= n < n_wanted && (n > 0 || n_wanted > kLongestField);
+    return n;
+  }
 };
 
 std::string text(const DataSet& data, const Tag& tag) {
@@ -94,7 +112,7 @@ const DataSet* item(const DataSet& data, const Tag& sequence, std::size_t n) {
 }
 
 struct FileHeader {
-  std::string series_uid, description, modality;
+  std::string file, series_uid, description, modality;
   std::vector<DicomSlice> slices;  ///< one per frame
   std::string fault;  ///< why the file's slices have no place in space; empty if they have
 };
@@ -133,15 +151,27 @@ std::string place(const DataSet& data, int frame, DicomSlice& slice) {
 
 FileHeader header_of(const DataSet& data, const std::string& file) {
   FileHeader header;
+  header.file = file;
   header.series_uid = text(data, kSeriesUid);
   header.description = text(data, kSeriesDescription);
   header.modality = text(data, kModality);
-  if (const int n = unsigned_short(data, kSamplesPerPixel); n > 1) {
-    header.fault = fmt::format("has {} samples per pixel (colour)", n);
+  if (const int n = unsigned_short(data, kSamplesPerPixel); n != 1) {
+    header.fault = fmt::format("has {} samples per pixel, not 1", n);
     return header;
   }
   if (text(data, kPhotometric) == "PALETTE COLOR") {
     header.fault = "has a colour palette";
+    return header;
+  }
+  // GDCM asserts that these make sense.
+  const int allocated = unsigned_short(data, kBitsAllocated);
+  const int stored = unsigned_short(data, kBitsStored);
+  const int high = unsigned_short(data, kHighBit);
+  if ((allocated != 8 && allocated != 16 && allocated != 32 && allocated != 64) || stored < 1 ||
+      stored > allocated || high >= allocated || high + 1 < stored ||
+      unsigned_short(data, kPixelRepresentation) > 1) {
+    header.fault = fmt::format("has pixels of {} bits in {} up to bit {}: no scalars surfseg reads",
+                               stored, allocated, high);
     return header;
   }
   const auto frames = decimals(data, kFrames, 1);
@@ -165,6 +195,13 @@ FileHeader header_of(const DataSet& data, const std::string& file) {
 
 /// Nothing if the file is not DICOM, or holds no image (a report, a directory of files, ...).
 std::optional<FileHeader> read_header(const std::string& file) {
+  const DicomStructure structure = dicom_structure(file);
+  if (structure == DicomStructure::kNone) return std::nullopt;
+  if (structure == DicomStructure::kCut)
+    throw InputError(fmt::format(
+        "{}: truncated or damaged DICOM (or deflated as a whole); get the file again or "
+        "remove it from its folder",
+        file));
   gdcm::Reader reader;
   reader.SetFileName(file.c_str());
   if (!reader.ReadUpToTag(kPixelData)) return std::nullopt;
@@ -265,9 +302,12 @@ class Decoder {
  public:
   ScalarType load(const std::string& file, std::size_t n_pixels) {
     if (file == file_) return type_;
+    WatchedFile buffer;
+    buffer.open(file, std::ios::in | std::ios::binary);
+    std::istream stream(&buffer);
     gdcm::ImageReader reader;
-    reader.SetFileName(file.c_str());
-    if (!reader.Read()) fail(file);
+    reader.SetStream(stream);
+    if (!reader.Read() || buffer.is_short) fail(file);
     const gdcm::Image& image = reader.GetImage();
     if (image.GetPixelFormat().GetSamplesPerPixel() != 1) fail(file);
     type_ = scalar_type(image.GetPixelFormat(), file);
@@ -306,9 +346,7 @@ std::vector<DicomSlice> slices_of(const std::vector<FileHeader>& files) {
   std::vector<DicomSlice> slices;
   for (const FileHeader& file : files) {
     if (!file.fault.empty())
-      throw InputError(fmt::format("{}: {}; give a CT or MR series",
-                                   file.slices.empty() ? "DICOM" : file.slices[0].file,
-                                   file.fault));
+      throw InputError(fmt::format("{}: {}; give a CT or MR series", file.file, file.fault));
     slices.insert(slices.end(), file.slices.begin(), file.slices.end());
   }
   return slices;

@@ -1,10 +1,13 @@
 #include "libsurf/volume/read_vdb.h"
 
 #include <fmt/format.h>
-#include <openvdb/io/File.h>
+#include <openvdb/io/Stream.h>
 #include <openvdb/tools/Dense.h>
 
 #include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <fstream>
 
 #include "libsurf/base/error.h"
 #include "libsurf/volume/openvdb_grid.h"
@@ -15,8 +18,19 @@ namespace {
 
 constexpr int kSlab = 8;  // slices copied at once: an OpenVDB leaf is 8^3
 
+/// Frees the leaves of the box that lie below z + 1, so that source and copy need not be in
+/// memory together.
 template <class Grid>
-Volume volume_of(const Grid& grid, const Eigen::Affine3d& grid_to_world, Source source) {
+void forget(Grid& grid, const openvdb::CoordBBox& box, int z) {
+  constexpr int kMask = ~(kSlab - 1);
+  const openvdb::Coord lower(box.min().x() & kMask, box.min().y() & kMask, box.min().z() & kMask);
+  const openvdb::Coord upper(box.max().x() | ~kMask, box.max().y() | ~kMask, ((z + 1) & kMask) - 1);
+  if (upper.z() > lower.z())
+    grid.tree().fill(openvdb::CoordBBox(lower, upper), grid.background(), /*active=*/false);
+}
+
+template <class Grid>
+Volume volume_of(Grid& grid, const Eigen::Affine3d& grid_to_world, Source source) {
   const openvdb::CoordBBox box = grid.evalActiveVoxelBoundingBox();
   if (grid.activeVoxelCount() == 0)
     throw InputError(
@@ -45,6 +59,7 @@ Volume volume_of(const Grid& grid, const Eigen::Affine3d& grid_to_world, Source 
                      [](Value value) { return static_cast<float>(value); });
       builder.append_slice(slice);
     }
+    forget(grid, box, part.max().z());
   }
   return builder.finish();
 }
@@ -61,10 +76,18 @@ bool is_scalar(const openvdb::GridBase& grid) {
          grid.isType<openvdb::Int32Grid>() || grid.isType<openvdb::Int64Grid>();
 }
 
-/// Name of the first scalar grid in the file.
-std::string scalar_grid(openvdb::io::File& file, Source& source) {
+/// All grids of the file. OpenVDB reads on past the end of a truncated file, and takes what it
+/// finds there for sizes; with exceptions on in the stream it cannot.
+openvdb::GridPtrVecPtr read_grids(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  if (!file) throw InputError(fmt::format("{}: cannot be read: {}", path, std::strerror(errno)));
+  file.exceptions(std::ios::failbit | std::ios::badbit | std::ios::eofbit);
+  return openvdb::io::Stream(file, /*delayLoad=*/false).getGrids();
+}
+
+/// The first scalar grid.
+openvdb::GridBase::Ptr scalar_grid(const openvdb::GridPtrVecPtr& grids, Source& source) {
   std::string names;
-  const openvdb::GridPtrVecPtr grids = file.readAllGridMetadata();
   for (const auto& grid : *grids) {
     if (!grid) continue;
     if (is_scalar(*grid)) {
@@ -73,7 +96,7 @@ std::string scalar_grid(openvdb::io::File& file, Source& source) {
             fmt::format("{} grids in the file, read '{}'", grids->size(), grid->getName()));
       if (grid->getGridClass() == openvdb::GRID_LEVEL_SET)
         source.notes.push_back("a level set: values are distances, not intensities");
-      return grid->getName();
+      return grid;
     }
     names += fmt::format(" '{}' ({})", grid->getName(), grid->valueType());
   }
@@ -87,10 +110,9 @@ Volume read_grid(const std::string& path) {
   source.format = "OpenVDB";
   source.orientation_source = "grid transform";
   source.notes.push_back("OpenVDB has no anatomical convention: coordinates taken as RAS mm");
-  openvdb::io::File file(path);
-  file.open(/*delayLoad=*/false);
-  const std::string name = scalar_grid(file, source);
-  const openvdb::GridBase::Ptr grid = file.readGrid(name);
+  openvdb::GridPtrVecPtr grids = read_grids(path);
+  const openvdb::GridBase::Ptr grid = scalar_grid(grids, source);
+  grids.reset();
   const Eigen::Affine3d affine = grid_to_world(*grid, path);
   source.scalar_type = grid->valueType();
   if (source.scalar_type == "float") source.scalar_type = "float32";
@@ -114,6 +136,8 @@ Volume read_vdb(const std::string& path, const ReadOptions& options) {
   } catch (const openvdb::Exception& error) {
     throw InputError(
         fmt::format("{}: not a readable OpenVDB file: {}; get the file again", path, error.what()));
+  } catch (const std::ios::failure&) {
+    throw InputError(fmt::format("{}: truncated or damaged; get the file again", path));
   }
 }
 

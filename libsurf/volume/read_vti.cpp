@@ -5,13 +5,18 @@
 #include <vtkDataArray.h>
 #include <vtkImageData.h>
 #include <vtkInformation.h>
-#include <vtkMatrix3x3.h>
+#include <vtkLogger.h>
 #include <vtkNew.h>
+#include <vtkObjectFactory.h>
+#include <vtkOutputWindow.h>
 #include <vtkPointData.h>
+#include <vtkSmartPointer.h>
 #include <vtkStreamingDemandDrivenPipeline.h>
 #include <vtkXMLImageDataReader.h>
 
+#include <algorithm>
 #include <filesystem>
+#include <fstream>
 
 #include "libsurf/base/error.h"
 #include "libsurf/volume/raw_scalars.h"
@@ -19,18 +24,42 @@
 namespace surf::volume {
 namespace {
 
-/// VTK prints its errors; ours come from what it has read.
-class SilenceVtk {
+/// Takes the messages that VTK would print; reader, parser and array each report in their own way,
+/// and a truncated file is read without any but these.
+class CaptureErrors : public vtkOutputWindow {
  public:
-  SilenceVtk() : was_on_(vtkObject::GetGlobalWarningDisplay()) {
-    vtkObject::GlobalWarningDisplayOff();
+  static CaptureErrors* New();
+  vtkTypeMacro(CaptureErrors, vtkOutputWindow);
+  void DisplayText(const char*) override {}
+  void DisplayErrorText(const char*) override { has_error = true; }
+  void DisplayWarningText(const char*) override {}
+  void DisplayGenericWarningText(const char*) override {}
+  void DisplayDebugText(const char*) override {}
+
+  bool has_error = false;
+};
+vtkStandardNewMacro(CaptureErrors);
+
+/// Puts the capture in the place of VTK's output window.
+class Capture {
+ public:
+  Capture() {
+    vtkLogger::SetStderrVerbosity(vtkLogger::VERBOSITY_OFF);
+    vtkOutputWindow::SetInstance(window_);
   }
-  ~SilenceVtk() { vtkObject::SetGlobalWarningDisplay(was_on_); }
-  SilenceVtk(const SilenceVtk&) = delete;
-  SilenceVtk& operator=(const SilenceVtk&) = delete;
+  ~Capture() {
+    vtkOutputWindow::SetInstance(before_);
+    vtkLogger::SetStderrVerbosity(verbosity_);
+  }
+  Capture(const Capture&) = delete;
+  Capture& operator=(const Capture&) = delete;
+
+  bool has_error() const { return window_->has_error; }
 
  private:
-  int was_on_;
+  vtkLogger::Verbosity verbosity_ = vtkLogger::GetCurrentVerbosityCutoff();
+  vtkSmartPointer<vtkOutputWindow> before_ = vtkOutputWindow::GetInstance();
+  vtkNew<CaptureErrors> window_;
 };
 
 ScalarType scalar_type(int type, const std::string& path) {
@@ -118,23 +147,31 @@ vtkDataArray* scalars_of(vtkImageData& image, const std::string& path) {
   return array;
 }
 
-/// Reads slices [begin, end) of the volume.
-vtkDataArray* read_slab(vtkXMLImageDataReader& reader, const Geometry& geometry, int begin, int end,
-                        const std::string& path) {
-  std::array<int, 6> extent = geometry.extent;
-  extent[4] = geometry.extent[4] + begin;
-  extent[5] = geometry.extent[4] + end - 1;
-  const bool is_read =
-      reader.vtkAlgorithm::UpdateExtent(extent.data()) != 0 && reader.GetErrorCode() == 0;
+vtkDataArray* read_voxels(vtkXMLImageDataReader& reader, const Geometry& geometry,
+                          const Capture& capture, const std::string& path) {
+  reader.Update();
+  const bool is_read = reader.GetErrorCode() == 0 && !capture.has_error();
   vtkDataArray* array = is_read ? scalars_of(*reader.GetOutput(), path) : nullptr;
-  const auto n_values = vtkIdType(geometry.size[0]) * geometry.size[1] * (end - begin);
+  const auto n_values = vtkIdType(geometry.size[0]) * geometry.size[1] * geometry.size[2];
   if (!array || array->GetNumberOfTuples() != n_values)
     throw InputError(fmt::format(
         "{}: truncated or damaged: its voxels cannot be read; get the file again", path));
   return array;
 }
 
-/// Text holds at least two bytes per value and binary one; zlib shrinks by 1032 at most.
+/// VTK fills in what is missing at the end of appended data without a word.
+void check_end(const std::string& path) {
+  constexpr std::streamoff kTail = 256;
+  std::ifstream file(path, std::ios::binary | std::ios::ate);
+  const std::streamoff n_bytes = file.tellg();
+  file.seekg(std::max<std::streamoff>(0, n_bytes - kTail));
+  const std::string tail(std::istreambuf_iterator<char>(file), {});
+  if (tail.find("</VTKFile>") == std::string::npos)
+    throw InputError(
+        fmt::format("{}: truncated: it does not end with </VTKFile>; get the file again", path));
+}
+
+/// Text and raw data take at least a byte per value; zlib shrinks by 1032 at most.
 void check_plausible(const Geometry& geometry, const std::string& path) {
   const double n_voxels = 1.0 * geometry.size[0] * geometry.size[1] * geometry.size[2];
   std::error_code status;
@@ -149,11 +186,12 @@ void check_plausible(const Geometry& geometry, const std::string& path) {
 
 Volume read_vti(const std::string& path, const ReadOptions& options) {
   check_frame(path, options.frame_index, 1);
-  const SilenceVtk silence;
+  const Capture capture;
   vtkNew<vtkXMLImageDataReader> reader;
   reader->SetFileName(path.c_str());
   if (!reader->CanReadFile(path.c_str()))
     throw InputError(fmt::format("{}: not VTK image data (.vti); give a volume", path));
+  check_end(path);
   const Geometry geometry = geometry_of(*reader, path);
   check_plausible(geometry, path);
 
@@ -163,7 +201,7 @@ Volume read_vti(const std::string& path, const ReadOptions& options) {
   source.orientation_source = "Origin, Spacing, Direction";
   source.notes.push_back("VTI has no anatomical convention: coordinates taken as RAS mm");
   const auto& size = geometry.size;
-  vtkDataArray* array = read_slab(*reader, geometry, 0, size[2], path);
+  vtkDataArray* array = read_voxels(*reader, geometry, capture, path);
   const ScalarType type = scalar_type(array->GetDataType(), path);
   source.scalar_type = name(type);
   Volume::Builder builder(size, geometry.index_to_world, std::move(source));

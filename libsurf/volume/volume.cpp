@@ -52,6 +52,18 @@ Eigen::Affine3d checked_affine(const Eigen::Matrix4d& matrix, const std::string&
   return Eigen::Affine3d(matrix);
 }
 
+/// OpenVDB takes matrices with entries that are far from 1 for singular.
+openvdb::math::Transform::Ptr transform_of(const Eigen::Affine3d& affine, const std::string& path) {
+  try {
+    return openvdb::math::Transform::createLinearTransform(to_openvdb(affine));
+  } catch (const openvdb::ArithmeticError&) {
+    const Eigen::Vector3d spacing = affine.linear().colwise().norm();
+    throw InputError(fmt::format(
+        "{}: voxels of {:.3g} x {:.3g} x {:.3g} mm are too small or too thin; scale the lengths",
+        path, spacing[0], spacing[1], spacing[2]));
+  }
+}
+
 }  // namespace
 
 void initialize_openvdb() {
@@ -145,8 +157,7 @@ Volume::Builder::Builder(const std::array<int, 3>& size, const Eigen::Matrix4d& 
   impl_->source = std::move(source);
   impl_->range = {std::numeric_limits<float>::max(), std::numeric_limits<float>::lowest()};
   impl_->grid = openvdb::FloatGrid::create(0.0f);
-  impl_->grid->setTransform(
-      openvdb::math::Transform::createLinearTransform(to_openvdb(impl_->index_to_world)));
+  impl_->grid->setTransform(transform_of(impl_->index_to_world, impl_->source.path));
   slab_.reserve(std::size_t(size[0]) * size[1] * std::min(size[2], kSlab));
 }
 

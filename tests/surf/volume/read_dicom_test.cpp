@@ -1,0 +1,184 @@
+#include "libsurf/volume/read_dicom.h"
+
+#include "libsurf/volume/orientation.h"
+#include "tests/surf/volume/dicom_files.h"
+
+namespace surf::volume {
+namespace {
+
+// write_series stores value_at - 1000 under slope 2, intercept 2000, or four times that under
+// slope 0.5: both give 2 * value_at.
+constexpr double kSlope = 2, kIntercept = 0;
+
+/// Grids whose slices have the normal i x j, as slices of DICOM are sorted.
+std::vector<Grid> dicom_grids() {
+  std::vector<Grid> result;
+  for (Grid grid : grids()) {
+    if (grid.index_to_world.linear().determinant() < 0) {
+      Eigen::Matrix3d linear = grid.index_to_world.linear();
+      linear.col(2) *= -1;
+      grid.index_to_world.linear() = linear;
+    }
+    result.push_back(grid);
+  }
+  return result;
+}
+
+class ReadDicom : public Files {
+ protected:
+  void expect_failure(const std::string& path_read, const std::string& piece) const {
+    const std::string message = failure(path_read);
+    EXPECT_NE(message.find(piece), std::string::npos) << message;
+    EXPECT_EQ(message.find('\n'), std::string::npos);
+  }
+};
+
+TEST_F(ReadDicom, ShuffledObliqueAndTiltedSeriesIsRead) {
+  for (const Grid& grid : dicom_grids()) {
+    SCOPED_TRACE(grid.name);
+    const auto files = write_series(path(grid.name), grid);
+    const Volume volume = read_volume(path(grid.name));
+    expect_volume(volume, grid, kSlope, kIntercept);
+    EXPECT_EQ(volume.source().format, "DICOM series");
+    const bool is_tilted = orientation_of(grid.index_to_world).shear_deg > 1;
+    bool has_note = false;
+    for (const std::string& note : volume.source().notes)
+      has_note |= note.find("gantry tilt") != std::string::npos;
+    EXPECT_EQ(has_note, is_tilted);
+    expect_volume(read_volume(files[1]), grid, kSlope, kIntercept);
+  }
+}
+
+TEST_F(ReadDicom, CompressedTransferSyntaxesAreDecoded) {
+  const Grid grid = dicom_grids()[0];
+  using gdcm::TransferSyntax;
+  for (const auto syntax :
+       {TransferSyntax::RLELossless, TransferSyntax::JPEGLSLossless,
+        TransferSyntax::JPEG2000Lossless, TransferSyntax::JPEGLosslessProcess14_1}) {
+    SCOPED_TRACE(TransferSyntax::GetTSString(syntax));
+    for (const std::string& file : write_series(path("series"), grid)) compress(file, syntax);
+    expect_volume(read_volume(path("series")), grid, kSlope, kIntercept);
+  }
+}
+
+TEST_F(ReadDicom, OtherFilesInTheFolderAreSkippedWithANote) {
+  const Grid grid = dicom_grids()[0];
+  write_series(path("series"), grid);
+  write("series/notes.txt", "not an image");
+  write("series/empty", "");
+  const Volume volume = read_volume(path("series"));
+  expect_volume(volume, grid, kSlope, kIntercept);
+  ASSERT_FALSE(volume.source().notes.empty());
+  EXPECT_NE(volume.source().notes.back().find("2 files"), std::string::npos);
+}
+
+TEST_F(ReadDicom, SeveralSeriesAreListedAndOneIsChosen) {
+  const Grid one = dicom_grids()[0], two = dicom_grids()[2];
+  write_series(path("both"), one, "1.2.3.4");
+  const auto files = write_series(path("both"), two, "1.2.3.5");
+  expect_failure(path("both"), "holds 2 series");
+  expect_failure(path("both"), "1.2.3.4 (CT phantom, 10 files); 1.2.3.5 (CT phantom, 19 files)");
+  expect_volume(read_volume(path("both"), {.frame_index = 0, .series_uid = "1.2.3.4"}), one, kSlope,
+                kIntercept);
+  expect_volume(read_volume(files[0]), two, kSlope, kIntercept);
+  EXPECT_NE(failure(path("both"), {.frame_index = 0, .series_uid = "9.9"}).find("no series 9.9"),
+            std::string::npos);
+}
+
+TEST_F(ReadDicom, MissingSlicesAreReportedWithTheirPlaceAndNumber) {
+  Grid grid = dicom_grids()[0];
+  grid.index_to_world = affine(Eigen::Vector3d(-1, -1, 2).asDiagonal(), {0, 0, 40});
+  const auto files = write_series(path("series"), grid);
+  std::filesystem::remove(files[4]);
+  expect_failure(path("series"), "4 mm between");
+  expect_failure(path("series"), "at 46 mm along the normal, elsewhere 2 mm; 1 slice is missing");
+  std::filesystem::remove(files[5]);
+  expect_failure(path("series"), "6 mm between");
+  expect_failure(path("series"), "2 slices are missing");
+}
+
+TEST_F(ReadDicom, UnevenDuplicateAndStraySlicesAreReported) {
+  const Grid grid = dicom_grids()[0];
+  auto files = write_series(path("uneven"), grid);
+  DicomImage image = slice_of(grid, 3);
+  const Eigen::Vector3d step = (slice_of(grid, 4).positions_lps[0] - image.positions_lps[0]);
+  const Eigen::Vector3d position = image.positions_lps[0];
+  image.positions_lps[0] = position + 0.3 * step;
+  write_slice(files[3], image);
+  expect_failure(path("uneven"), "uneven slices: 3.25 mm between");
+
+  image.positions_lps[0] = position + step;
+  write_slice(files[3], image);
+  expect_failure(path("uneven"), "lie at the same position");
+
+  image.positions_lps[0] = position + 0.5 * image.along_row;
+  write_slice(files[3], image);
+  expect_failure(path("uneven"), "0.5 mm off the line");
+
+  image.positions_lps[0] = position;
+  std::swap(image.along_row, image.along_column);
+  write_slice(files[3], image);
+  expect_failure(path("uneven"), "differ in their orientations");
+}
+
+TEST_F(ReadDicom, SlicesThatAreNoneAreReported) {
+  const Grid grid = dicom_grids()[0];
+  std::filesystem::create_directories(path("one"));
+  write_slice(path("one/a.dcm"), slice_of(grid, 0));
+  expect_failure(path("one"), "a single slice");
+  std::filesystem::create_directories(path("none"));
+  expect_failure(path("none"), "no DICOM image among them");
+}
+
+TEST_F(ReadDicom, FileCutAnywhereIsOneMessageThatNamesIt) {
+  const Grid grid = {"small", {5, 4, 5}, dicom_grids()[0].index_to_world};
+  for (const bool is_compressed : {false, true}) {
+    const auto files = write_series(path("cut"), grid);
+    if (is_compressed) compress(files[2], gdcm::TransferSyntax::JPEGLSLossless);
+    const std::string bytes = bytes_of(files[2]);
+    for (std::size_t n = 133; n < bytes.size(); ++n) {
+      std::ofstream(files[2], std::ios::binary) << bytes.substr(0, n);
+      const std::string message = failure(path("cut"));
+      // Cut between two elements in front of the pixels, the file is none of the series.
+      EXPECT_TRUE(message.find(files[2] + ": truncated or damaged DICOM") == 0 ||
+                  message.find("1 slice is missing") != std::string::npos)
+          << n << ": " << message;
+    }
+  }
+}
+
+TEST_F(ReadDicom, AnySpoiledByteIsReadOrRefusedInOneLine) {
+  const Grid grid = {"small", {5, 4, 4}, dicom_grids()[0].index_to_world};
+  const auto files = write_series(path("spoiled"), grid);
+  const std::string bytes = bytes_of(files[2]);
+  for (std::size_t place = 132; place < bytes.size(); ++place)
+    for (const int mask : {0x01, 0x5a, 0xff}) {
+      std::string spoiled = bytes;
+      spoiled[place] = static_cast<char>(spoiled[place] ^ mask);
+      std::ofstream(files[2], std::ios::binary) << spoiled;
+      const std::string message = failure(path("spoiled"));
+      EXPECT_EQ(message.find('\n'), std::string::npos) << message;
+    }
+}
+
+TEST_F(ReadDicom, FramesOfAnEnhancedObjectAreStacked) {
+  for (const Grid& grid : dicom_grids()) {
+    SCOPED_TRACE(grid.name);
+    DicomImage all = slice_of(grid, 0);
+    all.positions_lps.clear();
+    all.pixels.clear();
+    all.intercept = "1000";
+    for (int k = grid.size[2] - 1; k >= 0; --k) {  // stored from the top down
+      const DicomImage slice = slice_of(grid, k);
+      all.positions_lps.push_back(slice.positions_lps[0]);
+      all.pixels.insert(all.pixels.end(), slice.pixels.begin(), slice.pixels.end());
+    }
+    write_enhanced(path("a.dcm"), all, /*has_places=*/true);
+    expect_volume(read_volume(path("a.dcm")), grid);
+    write_enhanced(path("b.dcm"), all, /*has_places=*/false);
+    expect_failure(path("b.dcm"), "frames without a place of each in space");
+  }
+}
+
+}  // namespace
+}  // namespace surf::volume

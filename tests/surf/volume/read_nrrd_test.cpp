@@ -1,0 +1,164 @@
+#include "libsurf/volume/read_nrrd.h"
+
+#include <fmt/format.h>
+#include <zlib.h>
+
+#include "tests/surf/volume/files.h"
+
+namespace surf::volume {
+namespace {
+
+std::string vector_text(const Eigen::Vector3d& v) {
+  return fmt::format("({},{},{})", v[0], v[1], v[2]);
+}
+
+/// Header up to, not including, encoding; signs take RAS to the space.
+std::string header_of(const Grid& grid, const std::string& type, const std::string& space,
+                      const Eigen::Vector3d& signs) {
+  const Eigen::Matrix3d linear = signs.asDiagonal() * grid.index_to_world.linear();
+  const Eigen::Vector3d origin = signs.asDiagonal() * grid.index_to_world.translation();
+  return fmt::format(
+      "NRRD0004\ntype: {}\ndimension: 3\nspace: {}\nsizes: {} {} {}\nspace directions: {} {} {}\n"
+      "kinds: domain domain domain\nspace origin: {}\n",
+      type, space, grid.size[0], grid.size[1], grid.size[2], vector_text(linear.col(0)),
+      vector_text(linear.col(1)), vector_text(linear.col(2)), vector_text(origin));
+}
+
+const Eigen::Vector3d kLps(-1, -1, 1);
+constexpr const char* kLpsName = "left-posterior-superior";
+
+class ReadNrrd : public Files {
+ protected:
+  std::string gzipped(const std::string& bytes) const {
+    gzFile file = gzopen(path("part.gz").c_str(), "wb");
+    gzwrite(file, bytes.data(), static_cast<unsigned>(bytes.size()));
+    gzclose(file);
+    return bytes_of(path("part.gz"));
+  }
+};
+
+TEST_F(ReadNrrd, EverySpaceBecomesRas) {
+  const std::pair<const char*, Eigen::Vector3d> spaces[] = {{kLpsName, kLps},
+                                                            {"right-anterior-superior", {1, 1, 1}},
+                                                            {"left-anterior-superior", {-1, 1, 1}},
+                                                            {"RAS", {1, 1, 1}}};
+  for (const auto& [space, signs] : spaces)
+    for (const Grid& grid : grids()) {
+      SCOPED_TRACE(std::string(space) + " " + grid.name);
+      const Volume volume = read_volume(write(
+          "a.nrrd", header_of(grid, "short", space, signs) + "endian: little\nencoding: raw\n\n" +
+                        raw_bytes(values<std::int16_t>(grid.size))));
+      expect_volume(volume, grid);
+      EXPECT_TRUE(volume.source().notes.empty());
+    }
+}
+
+TEST_F(ReadNrrd, EveryScalarTypeIsReadInBothByteOrders) {
+  const Grid grid = grids()[0];
+  const auto check = [&](const char* type, auto scalar, const char* name) {
+    for (const bool is_big : {false, true}) {
+      SCOPED_TRACE(type);
+      const Volume volume = read_volume(write(
+          "a.nrrd", header_of(grid, type, kLpsName, kLps) +
+                        fmt::format("endian: {}\nencoding: raw\n\n", is_big ? "big" : "little") +
+                        raw_bytes(values<decltype(scalar)>(grid.size), is_big)));
+      EXPECT_EQ(volume.source().scalar_type, name);
+      expect_volume(volume, grid);
+    }
+  };
+  check("int8", std::int8_t(), "int8");
+  check("uchar", std::uint8_t(), "uint8");
+  check("short", std::int16_t(), "int16");
+  check("ushort", std::uint16_t(), "uint16");
+  check("int", std::int32_t(), "int32");
+  check("uint", std::uint32_t(), "uint32");
+  check("int64", std::int64_t(), "int64");
+  check("uint64", std::uint64_t(), "uint64");
+  check("float", float(), "float32");
+  check("double", double(), "float64");
+}
+
+TEST_F(ReadNrrd, GzipAndTextAreDecoded) {
+  const Grid grid = grids()[1];
+  const std::string header = header_of(grid, "short", kLpsName, kLps) + "endian: little\n";
+  expect_volume(
+      read_volume(write("a.nrrd", header + "encoding: gzip\n\n" +
+                                      gzipped(raw_bytes(values<std::int16_t>(grid.size))))),
+      grid);
+  std::string text;
+  for (const int value : values<int>(grid.size)) text += fmt::format("{} ", value);
+  expect_volume(read_volume(write("b.nrrd", header + "encoding: ascii\n\n" + text)), grid);
+}
+
+TEST_F(ReadNrrd, DetachedDataAreFoundBesideTheHeaderAndSkipTheirOwn) {
+  const Grid grid = grids()[2];
+  const std::string data = raw_bytes(values<std::int16_t>(grid.size));
+  const std::string header =
+      header_of(grid, "short", kLpsName, kLps) + "endian: little\nencoding: ";
+  write("a.raw", "one line\n12345" + data);
+  expect_volume(
+      read_volume(write("a.nhdr", header + "raw\nline skip: 1\nbyte skip: 5\ndata file: a.raw\n")),
+      grid);
+  expect_volume(read_volume(write("b.nhdr", header + "raw\nbyte skip: -1\ndata file: a.raw\n")),
+                grid);
+  write("a.raw.gz", gzipped("12345" + data));
+  expect_volume(read_volume(write("c.nhdr", header + "gzip\nbyte skip: 5\ndata file: a.raw.gz\n")),
+                grid);
+}
+
+TEST_F(ReadNrrd, OneFilePerSliceIsRead) {
+  const Grid grid = grids()[1];
+  const std::string data = raw_bytes(values<std::int16_t>(grid.size));
+  const std::size_t n = data.size() / grid.size[2];
+  std::string list;
+  for (int k = 0; k < grid.size[2]; ++k) {
+    write(fmt::format("s{}.raw", k), data.substr(k * n, n));
+    list += fmt::format("s{}.raw\n", k);
+  }
+  expect_volume(
+      read_volume(write("a.nhdr", header_of(grid, "short", kLpsName, kLps) +
+                                      "endian: little\nencoding: raw\ndata file: LIST\n" + list)),
+      grid);
+}
+
+TEST_F(ReadNrrd, FramesAreFoundOnTheFirstOrTheLastAxis) {
+  const Grid grid{"4-D", {4, 3, 5}, affine(Eigen::Vector3d(2, 3, 4).asDiagonal(), {1, 2, 3})};
+  const std::string start = "NRRD0004\ntype: short\ndimension: 4\nspace: RAS\n";
+  const std::string end = "endian: little\nencoding: raw\nspace origin: (1,2,3)\n\n";
+  const auto first = values<std::int16_t>(grid.size);
+  const auto second = values<std::int16_t>(grid.size, 500);
+  const std::string last = start +
+                           "sizes: 4 3 5 2\nkinds: domain domain domain time\n"
+                           "space directions: (2,0,0) (0,3,0) (0,0,4) none\n" +
+                           end + raw_bytes(first) + raw_bytes(second);
+  std::vector<std::int16_t> interleaved;
+  for (std::size_t n = 0; n < first.size(); ++n) {
+    interleaved.push_back(first[n]);
+    interleaved.push_back(second[n]);
+  }
+  const std::string fastest = start +
+                              "sizes: 2 4 3 5\nkinds: list domain domain domain\n"
+                              "space directions: none (2,0,0) (0,3,0) (0,0,4)\n" +
+                              end + raw_bytes(interleaved);
+  for (const std::string& bytes : {last, fastest}) {
+    const std::string file = write("a.nrrd", bytes);
+    expect_volume(read_volume(file), grid);
+    expect_volume(read_volume(file, {.frame_index = 1, .series_uid = {}}), grid, 1, 500);
+    EXPECT_NE(failure(file, {.frame_index = 2, .series_uid = {}}).find("has 2 frames"),
+              std::string::npos);
+  }
+}
+
+TEST_F(ReadNrrd, NoSpaceIsLpsWithANote) {
+  const Grid grid{"plain", {4, 3, 5}, affine(Eigen::Vector3d(-2, -3, 4).asDiagonal(), {0, 0, 0})};
+  const Volume volume =
+      read_volume(write("a.nrrd",
+                        "NRRD0001\ntype: uchar\ndimension: 3\nsizes: 4 3 5\nspacings: 2 3 4\n"
+                        "encoding: raw\n\n" +
+                            raw_bytes(values<std::uint8_t>(grid.size))));
+  expect_volume(volume, grid);
+  EXPECT_EQ(volume.source().notes.size(), 1u);
+}
+
+}  // namespace
+}  // namespace surf::volume
