@@ -19,11 +19,8 @@ namespace {
 using Reader = FileSurface (*)(const std::string&, const std::string&);
 
 Reader find_reader(const std::string& ending) {
-  constexpr std::pair<std::string_view, Reader> kReaders[] = {{".stl", read_stl},
-                                                              {".obj", read_obj},
-                                                              {".ply", read_ply},
-                                                              {".vtp", read_vtp},
-                                                              {".vtk", read_vtk}};
+  constexpr std::pair<std::string_view, Reader> kReaders[] = {
+      {".stl", read_stl}, {".obj", read_obj}, {".ply", read_ply}, {".vtp", read_vtp}};
   for (const auto& [name, reader] : kReaders)
     if (name == ending) return reader;
   return nullptr;
@@ -74,7 +71,7 @@ Triangles read_surface(const std::string& path) {
   const Reader read = find_reader(extension(path));
   if (read == nullptr)
     throw InputError(fmt::format(
-        "{}: not a surface file by its ending; expected .stl, .obj, .ply, .vtp or .vtk", path));
+        "{}: not a surface file by its ending; expected .stl, .obj, .ply or .vtp", path));
   const FileSurface surface = read(path, content_of(path));
   check(path, surface);
   Triangles result;

@@ -1,4 +1,4 @@
-// Triangle surfaces from STL, OBJ, PLY, VTP and legacy VTK files.
+// Triangle surfaces from STL, OBJ, PLY and VTP files.
 #pragma once
 
 #include <string>
@@ -7,8 +7,9 @@
 
 namespace surf::io {
 
-/// Reads the surface of a file, by the ending of `path`, into RAS mm: .stl (binary, ASCII), .obj,
-/// .ply (ASCII, binary of both endians), .vtp, .vtk (legacy polygon data).
+/// Reads the surface of a file, by the ending of `path`, into RAS mm: .stl (binary, ASCII),
+/// .obj, .ply (ASCII, binary of both endians), .vtp. Not legacy .vtk: VTK 9.1's reader
+/// crashes on truncated ones.
 ///
 /// A statement SPACE=RAS or SPACE=LPS in the header is honoured (space.h); a file without
 /// one is LPS, as for Slicer. Polygons with more than three vertices, taken for convex,
