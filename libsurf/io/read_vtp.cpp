@@ -42,9 +42,9 @@ class Messages : public vtkOutputWindow {
 };
 vtkStandardNewMacro(Messages);
 
-/// Collects what VTK says while this lives. VTK has one window and one log for
-/// the whole process (observers
-/// do not reach all the objects inside a reader), so that one thread reads at a time.
+/// Collects what VTK says while this lives. VTK has one window and one log for the whole
+/// process (observers do not reach all the objects inside a reader), so that one thread reads
+/// at a time.
 class Listener {
  public:
   Listener()

@@ -30,7 +30,9 @@ constexpr const char* kFooter =
     "points of a cubic grid with 256 points along the longer side of both. Distances are\n"
     "between surfaces, both ways: mean and RMS over both areas, 95 % and maximum as the larger of\n"
     "both ways. A label map's surface runs halfway between its voxels, stairs and all:\n"
-    "even a perfect surface is about 0.17 voxels from it on average.\n\n"
+    "even a perfect surface is about 0.17 voxels from it on average. Where a surface is open "
+    "there\n"
+    "is no Dice and no volume (null in JSON).\n\n"
     "Examples:\n"
     "  surfseg evaluate liver.stl --reference liver-by-hand.nii.gz --label 5\n"
     "  surfseg evaluate ball.ply --reference ball-exact.vtp --json scores.json";
@@ -43,14 +45,12 @@ struct Request {
 /// The reference as a surface, and as the label map it came from.
 struct Reference {
   Triangles surface;
-  double volume_mm3 = 0;
   std::optional<Volume> labels;
 };
 
-/// Volumes and overlaps have no meaning for an open surface.
-void check_solid(const std::string& path, const Verification& verification) {
-  if (verification.closed && verification.n_misoriented_edges == 0) return;
-  throw surf::InputError(fmt::format("{}: encloses no volume: {}", path, verification.message()));
+/// Encloses a volume: closed, and neighbours agree on the outside.
+bool is_solid(const Verification& verification) {
+  return verification.closed && verification.n_misoriented_edges == 0;
 }
 
 Reference read_reference(const Request& request) {
@@ -60,13 +60,37 @@ Reference read_reference(const Request& request) {
       throw surf::UsageError(
           fmt::format("--label: {} is a mesh and has no labels", request.reference));
     reference.surface = surf::io::read_surface(request.reference);
-    check_solid(request.reference, surf::mesh::verify(reference.surface));
-    reference.volume_mm3 = std::abs(surf::mesh::volume_mm3(reference.surface));
   } else {
     reference.labels = surf::volume::read_volume(request.reference);
     reference.surface = surf::mesh::surface_of_label_map(*reference.labels, request.label);
   }
   return reference;
+}
+
+/// Null for all if one of the two encloses no volume.
+ordered_json overlap_json(const Request& request, const Triangles& surface,
+                          const Verification& verification, const Reference& reference) {
+  ordered_json scores = {{"dice", nullptr},
+                         {"jaccard", nullptr},
+                         {"volume_mm3", nullptr},
+                         {"reference_volume_mm3", nullptr},
+                         {"volume_difference_percent", nullptr}};
+  if (!is_solid(verification) ||
+      (!reference.labels && !is_solid(surf::mesh::verify(reference.surface))))
+    return scores;
+  const Overlap overlap = reference.labels
+                              ? surf::mesh::overlap(surface, *reference.labels, request.label)
+                              : surf::mesh::overlap(surface, reference.surface);
+  const double volume = std::abs(surf::mesh::volume_mm3(surface));
+  // A label's volume is that of its voxels, not of the surface between their centres.
+  const double reference_volume =
+      reference.labels ? overlap.second_mm3 : std::abs(surf::mesh::volume_mm3(reference.surface));
+  scores["dice"] = overlap.dice();
+  scores["jaccard"] = overlap.jaccard();
+  scores["volume_mm3"] = volume;
+  scores["reference_volume_mm3"] = reference_volume;
+  scores["volume_difference_percent"] = 100 * (volume - reference_volume) / reference_volume;
+  return scores;
 }
 
 ordered_json json_of(const surf::mesh::DistanceStatistics& distances) {
@@ -112,24 +136,14 @@ ordered_json json_of(const Verification& verification, const Triangles& surface)
 ordered_json evaluate(const Request& request) {
   const Triangles surface = surf::io::read_surface(request.surface);
   const Verification verification = surf::mesh::verify(surface);
-  check_solid(request.surface, verification);
   const Reference reference = read_reference(request);
-  const Overlap overlap = reference.labels
-                              ? surf::mesh::overlap(surface, *reference.labels, request.label)
-                              : surf::mesh::overlap(surface, reference.surface);
-  const double volume = std::abs(surf::mesh::volume_mm3(surface));
-  // A label's volume is that of its voxels, not of the surface between their centres.
-  const double reference_volume = reference.labels ? overlap.second_mm3 : reference.volume_mm3;
-  return {{"surface", request.surface},
-          {"reference", request.reference},
-          {"label", request.label ? ordered_json(*request.label) : ordered_json()},
-          {"dice", overlap.dice()},
-          {"jaccard", overlap.jaccard()},
-          {"volume_mm3", volume},
-          {"reference_volume_mm3", reference_volume},
-          {"volume_difference_percent", 100 * (volume - reference_volume) / reference_volume},
-          {"distance", json_of(surf::mesh::surface_distances(surface, reference.surface))},
-          {"quality", json_of(verification, surface)}};
+  ordered_json scores = {{"surface", request.surface},
+                         {"reference", request.reference},
+                         {"label", request.label ? ordered_json(*request.label) : ordered_json()}};
+  scores.update(overlap_json(request, surface, verification, reference));
+  scores["distance"] = json_of(surf::mesh::surface_distances(surface, reference.surface));
+  scores["quality"] = json_of(verification, surface);
+  return scores;
 }
 
 std::string text_of(const ordered_json& scores) {
@@ -141,11 +155,15 @@ std::string text_of(const ordered_json& scores) {
     return fmt::format(fmt::runtime(format), value.get<double>());
   };
   const ordered_json &distance = scores["distance"], &quality = scores["quality"];
-  line("Dice", number(scores["dice"], "{:.4f}"));
-  line("Jaccard", number(scores["jaccard"], "{:.4f}"));
-  line("volume", number(scores["volume_mm3"], "{:.1f} mm3"));
-  line("reference volume", number(scores["reference_volume_mm3"], "{:.1f} mm3") +
-                               number(scores["volume_difference_percent"], " ({:+.2f} %)"));
+  if (scores["dice"].is_null()) {
+    line("overlap", "none: a surface is open or not oriented and encloses no volume");
+  } else {
+    line("Dice", number(scores["dice"], "{:.4f}"));
+    line("Jaccard", number(scores["jaccard"], "{:.4f}"));
+    line("volume", number(scores["volume_mm3"], "{:.1f} mm3") +
+                       number(scores["volume_difference_percent"], " ({:+.2f} %)"));
+    line("reference volume", number(scores["reference_volume_mm3"], "{:.1f} mm3"));
+  }
   line("mean distance", number(distance["mean_mm"], "{:.4f} mm"));
   line("RMS distance", number(distance["rms_mm"], "{:.4f} mm"));
   line("95 % distance", number(distance["p95_mm"], "{:.4f} mm"));
