@@ -80,4 +80,7 @@ std::optional<T> to_number(std::string_view word) {
   return value;
 }
 
+/// Three coordinates from the next words of the line.
+std::array<double, 3> read_point(const std::string& path, Lines& lines);
+
 }  // namespace surf::io

@@ -24,9 +24,10 @@ using surf::volume::Volume;
 
 constexpr const char* kFooter =
     "SURFACE and a reference MESH are .stl, .obj, .ply or .vtp, in the space their header states\n"
-    "(SPACE=RAS or LPS; LPS if none). Any other reference is read as a LABELMAP, a volume of\n"
+    "(SPACE=RAS or LPS; else --unstated-space). Any other reference is read as a LABELMAP, a "
+    "volume of\n"
     "labels; without --label all its voxels that are not 0 are the object.\n\n"
-    "Dice and Jaccard against a label map count 2 x 2 x 2 samples per voxel, against a mesh the\n"
+    "Dice and Jaccard against a label map count voxel centres, against a mesh the\n"
     "points of a cubic grid with 256 points along the longer side of both. Distances are\n"
     "between surfaces, both ways: mean and RMS over both areas, 95 % and maximum as the larger of\n"
     "both ways. A label map's surface runs halfway between its voxels, stairs and all:\n"
@@ -40,6 +41,12 @@ constexpr const char* kFooter =
 struct Request {
   std::string surface, reference, json;
   std::optional<int> label;
+  std::string unstated_space = "lps";
+
+  Triangles read(const std::string& path) const {
+    return surf::io::read_surface(
+        path, {unstated_space == "ras" ? surf::io::Space::kRas : surf::io::Space::kLps});
+  }
 };
 
 /// The reference as a surface, and as the label map it came from.
@@ -59,7 +66,7 @@ Reference read_reference(const Request& request) {
     if (request.label)
       throw surf::UsageError(
           fmt::format("--label: {} is a mesh and has no labels", request.reference));
-    reference.surface = surf::io::read_surface(request.reference);
+    reference.surface = request.read(request.reference);
   } else {
     reference.labels = surf::volume::read_volume(request.reference);
     reference.surface = surf::mesh::surface_of_label_map(*reference.labels, request.label);
@@ -134,7 +141,7 @@ ordered_json json_of(const Verification& verification, const Triangles& surface)
 }
 
 ordered_json evaluate(const Request& request) {
-  const Triangles surface = surf::io::read_surface(request.surface);
+  const Triangles surface = request.read(request.surface);
   const Verification verification = surf::mesh::verify(surface);
   const Reference reference = read_reference(request);
   ordered_json scores = {{"surface", request.surface},
@@ -197,6 +204,11 @@ void add_evaluate_command(CLI::App& app, ExitCode&) {
   command->add_option("--reference", request->reference, "Mesh or label map to compare with")
       ->required();
   command->add_option("--label", request->label, "Label of the object in the label map");
+  command
+      ->add_option("--unstated-space", request->unstated_space,
+                   "Space of surface files that state none: ras or lps")
+      ->check(CLI::IsMember({"ras", "lps"}))
+      ->capture_default_str();
   command->add_option("--json", request->json, "Write the scores to this file");
   command->footer(kFooter);
   command->callback([request] { run(*request); });

@@ -89,6 +89,13 @@ TEST_F(ReadSurface, WithoutAStatementIsLps) {
   }
 }
 
+TEST_F(ReadSurface, OptionsSpeakOnlyWhereTheFileDoesNot) {
+  const ReadOptions as_ras{.unstated_space = Space::kRas};
+  expect_square(read_surface(write("t.obj", replaced(kObj, "# SPACE=RAS\n", "")), as_ras));
+  const std::string lps = write("u.obj", replaced(kObj, "RAS", "LPS"));
+  EXPECT_EQ(read_surface(lps, as_ras).points.col(0).minCoeff(), -1);
+}
+
 TEST_F(ReadSurface, BinaryPlyOfBothEndiansIsRead) {
   for (const bool is_big : {false, true}) {
     std::string bytes = replaced(kPlyHeader + kPlyFaces, "ascii",
