@@ -5,19 +5,6 @@
 namespace surf::io {
 namespace {
 
-std::array<double, 3> read_vertex(const std::string& path, Lines& lines) {
-  std::array<double, 3> point;
-  for (double& x : point) {
-    const std::string_view word = lines.word();
-    const auto value = to_number<double>(word);
-    if (!value)
-      throw InputError(
-          fmt::format("{}:{}: expected three coordinates; got '{}'", path, lines.number(), word));
-    x = *value;
-  }
-  return point;
-}
-
 /// Vertex of a corner "7", "7/1", "7//3" or "-1" (the last vertex so far), from 0.
 std::int64_t read_corner(const std::string& path, const Lines& lines, std::string_view word,
                          std::size_t n_points) {
@@ -48,7 +35,7 @@ FileSurface read_obj(const std::string& path, const std::string& content) {
     const std::string_view keyword = lines.word();
     if (keyword.starts_with('#') && !surface.space)
       surface.space = stated_space(lines.line(), path);
-    if (keyword == "v") surface.points.push_back(read_vertex(path, lines));
+    if (keyword == "v") surface.points.push_back(read_point(path, lines));
     if (keyword == "f") read_face(path, lines, surface);
   }
   return surface;

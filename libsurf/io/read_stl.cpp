@@ -73,19 +73,6 @@ FileSurface read_binary(const std::string& path, const std::string& content) {
   return surface;
 }
 
-std::array<double, 3> read_vertex(const std::string& path, Lines& lines) {
-  std::array<double, 3> point;
-  for (double& x : point) {
-    const std::string_view word = lines.word();
-    const auto value = to_number<double>(word);
-    if (!value)
-      throw InputError(
-          fmt::format("{}:{}: expected three coordinates; got '{}'", path, lines.number(), word));
-    x = *value;
-  }
-  return point;
-}
-
 FileSurface read_ascii(const std::string& path, const std::string& content) {
   FileSurface surface;
   Weld weld(surface);
@@ -95,7 +82,7 @@ FileSurface read_ascii(const std::string& path, const std::string& content) {
   while (lines.next()) {
     const std::string_view keyword = lines.word();
     if (keyword == "solid" && !surface.space) surface.space = stated_space(lines.line(), path);
-    if (keyword == "vertex") facet.push_back(weld.index_of(read_vertex(path, lines)));
+    if (keyword == "vertex") facet.push_back(weld.index_of(read_point(path, lines)));
     if (keyword == "endfacet") {
       if (facet.size() != 3)
         throw InputError(fmt::format("{}:{}: a facet with {} vertices; expected 3", path,

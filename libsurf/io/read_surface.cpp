@@ -19,11 +19,8 @@ namespace {
 using Reader = FileSurface (*)(const std::string&, const std::string&);
 
 Reader find_reader(const std::string& ending) {
-  constexpr std::pair<std::string_view, Reader> kReaders[] = {{".stl", read_stl},
-                                                              {".obj", read_obj},
-                                                              {".ply", read_ply},
-                                                              {".vtp", read_vtp},
-                                                              {".vtk", read_vtk}};
+  constexpr std::pair<std::string_view, Reader> kReaders[] = {
+      {".stl", read_stl}, {".obj", read_obj}, {".ply", read_ply}, {".vtp", read_vtp}};
   for (const auto& [name, reader] : kReaders)
     if (name == ending) return reader;
   return nullptr;
@@ -66,15 +63,28 @@ void check(const std::string& path, const FileSurface& surface) {
 
 }  // namespace
 
+std::array<double, 3> read_point(const std::string& path, Lines& lines) {
+  std::array<double, 3> point;
+  for (double& x : point) {
+    const std::string_view word = lines.word();
+    const auto value = to_number<double>(word);
+    if (!value)
+      throw InputError(
+          fmt::format("{}:{}: expected three coordinates; got '{}'", path, lines.number(), word));
+    x = *value;
+  }
+  return point;
+}
+
 bool is_readable_surface(const std::string& path) {
   return find_reader(extension(path)) != nullptr;
 }
 
-Triangles read_surface(const std::string& path) {
+Triangles read_surface(const std::string& path, const ReadOptions& options) {
   const Reader read = find_reader(extension(path));
   if (read == nullptr)
     throw InputError(fmt::format(
-        "{}: not a surface file by its ending; expected .stl, .obj, .ply, .vtp or .vtk", path));
+        "{}: not a surface file by its ending; expected .stl, .obj, .ply or .vtp", path));
   const FileSurface surface = read(path, content_of(path));
   check(path, surface);
   Triangles result;
@@ -82,7 +92,7 @@ Triangles read_surface(const std::string& path) {
   for (std::size_t i = 0; i < surface.points.size(); ++i)
     result.points.row(static_cast<Eigen::Index>(i)) =
         Eigen::RowVector3d::Map(surface.points[i].data());
-  result.points = converted(result.points, surface.space.value_or(Space::kLps));
+  result.points = converted(result.points, surface.space.value_or(options.unstated_space));
   result.elements.resize(static_cast<Eigen::Index>(surface.elements.size()), 3);
   for (std::size_t i = 0; i < surface.elements.size(); ++i)
     for (int k = 0; k < 3; ++k)

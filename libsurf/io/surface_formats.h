@@ -1,6 +1,7 @@
 // What the readers of the surface formats share; private to io/read_*.cpp.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <cstddef>
@@ -19,7 +20,7 @@ namespace surf::io {
 struct FileSurface {
   std::vector<std::array<double, 3>> points;
   std::vector<std::array<std::int64_t, 3>> elements;  ///< from 0; may name missing points
-  /// Where each element stands: "12: face" (line 12). Empty: elements are counted instead.
+  /// The line each element stands in; empty for binary formats.
   std::vector<std::size_t> lines;
   std::optional<Space> space;
 
@@ -35,7 +36,6 @@ FileSurface read_stl(const std::string& path, const std::string& content);
 FileSurface read_obj(const std::string& path, const std::string& content);
 FileSurface read_ply(const std::string& path, const std::string& content);
 FileSurface read_vtp(const std::string& path, const std::string& content);
-FileSurface read_vtk(const std::string& path, const std::string& content);
 
 /// Words of a text, line by line, counting lines from 1.
 class Lines {
@@ -79,5 +79,8 @@ std::optional<T> to_number(std::string_view word) {
   if (status != std::errc() || end != word.data() + word.size()) return std::nullopt;
   return value;
 }
+
+/// Three coordinates from the next words of the line.
+std::array<double, 3> read_point(const std::string& path, Lines& lines);
 
 }  // namespace surf::io

@@ -71,7 +71,8 @@ std::string ply_bytes(const Triangles& surface, Space space) {
   return bytes;
 }
 
-void append_number(std::string& text, float value) {
+/// All digits of the float: whether a reader keeps floats or doubles, it gets the same number.
+void append_number(std::string& text, double value) {
   char digits[32];
   const auto [end, status] = std::to_chars(digits, digits + sizeof digits, value);
   text.append(digits, end);

@@ -16,11 +16,16 @@ struct Overlap {
   double jaccard() const { return common_mm3 / (first_mm3 + second_mm3 - common_mm3); }
 };
 
-/// Of a surface's inside (rasterize.h says which) and a label, whose voxels are taken as
-/// parallelepipeds round their centres: each voxel is sampled at samples_per_axis^3 points. Parts
-/// of the surface outside the volume count as unlabelled. Works slab by slab.
+/// Of a surface's inside (rasterize.h says which) and a label, on the label map's grid: each voxel
+/// is sampled at samples_per_axis^3 points, one of them its centre if that is odd. Parts of the
+/// surface outside the volume count as unlabelled. Works slab by slab.
+///
+/// One sample compares masks, as the field does: a label says which voxel centres lie in the
+/// object. More samples compare with the voxels' boxes, whose stairs no smooth surface
+/// meets: with 2 per axis the surface of a label map itself scores a Dice of 0.97 (skull) to 0.99
+/// (liver) against its own label, not 1.
 Overlap overlap(const Triangles& surface, const volume::Volume& labels, std::optional<int> label,
-                int samples_per_axis = 2);
+                int samples_per_axis = 1);
 
 /// Of the insides of two surfaces, sampled on a common cubic grid over both, aligned with the
 /// world's axes, with `samples_along` points along its longest side.

@@ -44,9 +44,15 @@ TEST(Overlap, OfTheVoxelsOwnBoxIsOne) {
 
 TEST(Overlap, OfBoxesHalfAVoxelApartIsKnown) {
   const Eigen::Affine3d affine = mirrored_affine();
-  const Overlap found = overlap(voxel_box(affine, {0.5, 0, 0}), box_labels(affine), {});
+  const Overlap found = overlap(voxel_box(affine, {0.5, 0, 0}), box_labels(affine), {}, 2);
   EXPECT_DOUBLE_EQ(found.dice(), 3.5 / 4);
   EXPECT_DOUBLE_EQ(found.jaccard(), 3.5 / 4.5);
+}
+
+TEST(Overlap, OfALabelsOwnSurfaceIsOne) {
+  const volume::Volume labels = box_labels(mirrored_affine());
+  EXPECT_EQ(overlap(surface_of_label_map(labels), labels, 2).dice(), 1);
+  EXPECT_LT(overlap(surface_of_label_map(labels), labels, 2, 2).dice(), 1);  // corners cut off
 }
 
 TEST(Overlap, CountsWhatLiesOutsideTheVolume) {

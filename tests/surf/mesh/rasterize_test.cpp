@@ -68,8 +68,12 @@ TEST(Rasterize, BallOfTheSameVolume) {
       for (int i = 0; i < 100; ++i, ++at) {
         const double r = (Vector<3>(i, j, k) - Vector<3>(50.2, 49.7, 50.1)).norm();
         constexpr double kInscribed = 0.03;  // how deep triangles cut into the sphere
-        if (r < 40 - kInscribed) ASSERT_EQ(found[at], 1);
-        if (r > 40) ASSERT_EQ(found[at], 0);
+        if (r < 40 - kInscribed) {
+          ASSERT_EQ(found[at], 1);
+        }
+        if (r > 40) {
+          ASSERT_EQ(found[at], 0);
+        }
       }
 }
 

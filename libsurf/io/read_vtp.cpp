@@ -1,53 +1,81 @@
 #include <fmt/format.h>
-#include <vtkCallbackCommand.h>
 #include <vtkCellArray.h>
-#include <vtkCommand.h>
 #include <vtkFieldData.h>
+#include <vtkLogger.h>
 #include <vtkNew.h>
+#include <vtkObjectFactory.h>
+#include <vtkOutputWindow.h>
 #include <vtkPolyData.h>
-#include <vtkPolyDataReader.h>
+#include <vtkSmartPointer.h>
 #include <vtkStringArray.h>
 #include <vtkXMLPolyDataReader.h>
 
 #include <algorithm>
+#include <mutex>
 
 #include "libsurf/io/surface_formats.h"
 
 namespace surf::io {
 namespace {
 
-/// Keeps the first error of a VTK object instead of having it printed.
-class ErrorObserver {
+/// Keeps VTK's first error or warning instead of having it printed.
+class Messages : public vtkOutputWindow {
  public:
-  ErrorObserver() {
-    callback_->SetClientData(this);
-    callback_->SetCallback([](vtkObject*, unsigned long, void* self, void* text) {
-      auto& message = static_cast<ErrorObserver*>(self)->message_;
-      if (message.empty() && text != nullptr) message = static_cast<const char*>(text);
-    });
+  static Messages* New();
+  vtkTypeMacro(Messages, vtkOutputWindow);
+
+  void DisplayText(const char* text) override {
+    if (text_.empty() && text != nullptr) text_ = text;
   }
-  void observe(vtkObject* object) {
-    for (const auto event : {vtkCommand::ErrorEvent, vtkCommand::WarningEvent})
-      object->AddObserver(event, callback_);
-  }
-  vtkCommand* command() { return callback_; }
-  bool has_error() const { return !message_.empty(); }
+  bool is_empty() const { return text_.empty(); }
   /// VTK's text without the source file and the object's address, on one line.
-  std::string message() const {
-    std::string text = message_.substr(std::min(message_.find("): "), message_.size()));
-    text.erase(0, std::min<std::size_t>(3, text.size()));
+  std::string line() const {
+    const std::size_t at = text_.find("): ");
+    std::string text = at == std::string::npos ? text_ : text_.substr(at + 3);
     std::replace(text.begin(), text.end(), '\n', ' ');
     while (text.ends_with(' ')) text.pop_back();
     return text;
   }
 
  private:
-  vtkNew<vtkCallbackCommand> callback_;
-  std::string message_;
+  std::string text_;
+};
+vtkStandardNewMacro(Messages);
+
+/// Collects what VTK says while this lives. VTK has one window and one log for the whole
+/// process (observers do not reach all the objects inside a reader), so that one thread reads
+/// at a time.
+class Listener {
+ public:
+  Listener()
+      : lock_(mutex()),
+        old_window_(vtkOutputWindow::GetInstance()),
+        old_cutoff_(vtkLogger::GetCurrentVerbosityCutoff()) {
+    vtkOutputWindow::SetInstance(messages_);
+    vtkLogger::SetStderrVerbosity(vtkLogger::VERBOSITY_OFF);
+  }
+  ~Listener() {
+    vtkLogger::SetStderrVerbosity(old_cutoff_);
+    vtkOutputWindow::SetInstance(old_window_);
+  }
+  Listener(const Listener&) = delete;
+  Listener& operator=(const Listener&) = delete;
+
+  const Messages& messages() { return *messages_; }
+
+ private:
+  static std::mutex& mutex() {
+    static std::mutex the_mutex;
+    return the_mutex;
+  }
+  std::lock_guard<std::mutex> lock_;
+  vtkSmartPointer<vtkOutputWindow> old_window_;
+  vtkLogger::Verbosity old_cutoff_;
+  vtkNew<Messages> messages_;
 };
 
-void check(const std::string& path, const ErrorObserver& errors, vtkPolyData* data) {
-  if (errors.has_error()) throw InputError(fmt::format("{}: broken: {}", path, errors.message()));
+void check(const std::string& path, const Messages& messages, vtkPolyData* data) {
+  if (!messages.is_empty()) throw InputError(fmt::format("{}: broken: {}", path, messages.line()));
   if (data == nullptr || data->GetPoints() == nullptr)
     throw InputError(fmt::format("{}: holds no points", path));
   if (data->GetNumberOfStrips() > 0)
@@ -81,30 +109,14 @@ std::optional<Space> space_of_field_data(const std::string& path, vtkPolyData* d
 }  // namespace
 
 FileSurface read_vtp(const std::string& path, const std::string& content) {
+  Listener listener;
   vtkNew<vtkXMLPolyDataReader> reader;
-  ErrorObserver errors;
-  errors.observe(reader);
-  reader->SetParserErrorObserver(errors.command());
   reader->ReadFromInputStringOn();
   reader->SetInputString(content);
   reader->Update();
-  check(path, errors, reader->GetOutput());
+  check(path, listener.messages(), reader->GetOutput());
   FileSurface surface = to_surface(path, reader->GetOutput());
   surface.space = space_of_field_data(path, reader->GetOutput());
-  return surface;
-}
-
-FileSurface read_vtk(const std::string& path, const std::string& content) {
-  vtkNew<vtkPolyDataReader> reader;
-  ErrorObserver errors;
-  errors.observe(reader);
-  reader->ReadFromInputStringOn();
-  reader->SetBinaryInputString(content.data(), static_cast<int>(content.size()));
-  reader->Update();
-  check(path, errors, reader->GetOutput());
-  FileSurface surface = to_surface(path, reader->GetOutput());
-  Lines lines(content);
-  if (lines.next() && lines.next()) surface.space = stated_space(lines.line(), path);
   return surface;
 }
 

@@ -1,0 +1,117 @@
+// surfseg evaluate through the program: scores of known shapes, exit codes.
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+
+#include <cstdlib>
+#include <regex>
+
+#include "libsurf/io/write_surface.h"
+#include "libsurf/volume/volume.h"
+#include "libsurf/volume/write_volume.h"
+#include "tests/surf/io/scratch_folder.h"
+#include "tests/surf/mesh/check_shapes.h"
+
+namespace surf {
+namespace {
+
+using namespace surf::test;
+
+class EvaluateCommand : public ScratchFolder {
+ protected:
+  /// Exit code; what was printed is in output_.
+  int run(const std::string& arguments) {
+    const std::string command =
+        fmt::format("{} evaluate {} > {} 2>&1", SURFSEG_PROGRAM, arguments, path("output.txt"));
+    const int status = std::system(command.c_str());
+    output_ = read(path("output.txt"));
+    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+  }
+  /// The first number that follows the key in a text.
+  static double number(const std::string& text, const std::string& key) {
+    std::smatch match;
+    if (!std::regex_search(text, match, std::regex(key + "\\W*?(-?[0-9.]+(e-?[0-9]+)?)"))) {
+      ADD_FAILURE() << key << " is missing in " << text;
+      return 0;
+    }
+    return std::stod(match[1]);
+  }
+  std::string ball(const std::string& name, double radius) const {
+    io::write_surface(path(name), sphere({10, -20, 30}, radius, 5));
+    return path(name);
+  }
+  /// Label 3: a ball of radius 12 in a mirrored grid; label 1: a corner.
+  std::string ball_labels() const {
+    const Eigen::Affine3d affine = Eigen::Translation3d(10, -20, 30) *
+                                   Eigen::Scaling(-0.75, 0.75, 1.0) *
+                                   Eigen::Translation3d(-23.5, -23.5, -19.5);
+    std::vector<float> values;
+    for (int k = 0; k < 40; ++k)
+      for (int j = 0; j < 48; ++j)
+        for (int i = 0; i < 48; ++i) {
+          const bool is_ball = (affine * Vector<3>(i, j, k) - Vector<3>(10, -20, 30)).norm() <= 12;
+          values.push_back(is_ball ? 3.0f : i + j + k < 5 ? 1.0f : 0.0f);
+        }
+    volume::write_volume(path("labels.nii.gz"), {{48, 48, 40}, affine, values});
+    return path("labels.nii.gz");
+  }
+
+  std::string output_;
+};
+
+TEST_F(EvaluateCommand, MeasuresConcentricBalls) {
+  ASSERT_EQ(run(fmt::format("{} --reference {} --json {}", ball("a.stl", 10), ball("b.vtp", 11),
+                            path("scores.json"))),
+            0)
+      << output_;
+  const std::string json = read(path("scores.json"));
+  const double ratio = std::pow(10.0 / 11, 3);
+  constexpr double kSampling = 2e-3, kInscribed = 0.01;
+  EXPECT_NEAR(number(json, "\"dice\""), 2 * ratio / (1 + ratio), kSampling);
+  EXPECT_NEAR(number(json, "\"jaccard\""), ratio, kSampling);
+  EXPECT_NEAR(number(json, "\"volume_difference_percent\""), 100 * (ratio - 1), 0.01);
+  EXPECT_NEAR(number(json, "\"mean_mm\""), 1, kInscribed);
+  EXPECT_NEAR(number(json, "\"max_mm\""), 1, kInscribed);
+  EXPECT_NE(json.find("\"passed\": true"), std::string::npos);
+  EXPECT_NE(json.find("\"self_intersections\": 0"), std::string::npos);
+  EXPECT_NEAR(number(output_, "Dice"), 2 * ratio / (1 + ratio), kSampling);
+}
+
+TEST_F(EvaluateCommand, ComparesWithALabel) {
+  ASSERT_EQ(run(fmt::format("{} --reference {} --label 3 --json {}", ball("a.ply", 12),
+                            ball_labels(), path("scores.json"))),
+            0)
+      << output_;
+  const std::string json = read(path("scores.json"));
+  EXPECT_GT(number(json, "\"dice\""), 0.97);
+  EXPECT_NEAR(number(json, "\"volume_difference_percent\""), 0, 1);
+  EXPECT_LT(number(json, "\"mean_mm\""), 0.25);  // stairs of 0.75 and 1 mm
+  EXPECT_LT(number(json, "\"max_mm\""), 0.75);
+}
+
+TEST_F(EvaluateCommand, OpenSurfacesHaveDistancesButNoDice) {
+  io::write_surface(path("open.stl"), without_triangle(sphere({10, -20, 30}, 10, 4), 7));
+  ASSERT_EQ(run(fmt::format("{} --reference {} --json {}", path("open.stl"), ball("b.vtp", 11),
+                            path("scores.json"))),
+            0);
+  const std::string json = read(path("scores.json"));
+  EXPECT_NE(json.find("\"dice\": null"), std::string::npos);
+  EXPECT_NEAR(number(json, "\"mean_mm\""), 1, 0.02);
+  EXPECT_NE(json.find("\"closed\": false"), std::string::npos);
+  EXPECT_NE(output_.find("3 border edges"), std::string::npos);
+}
+
+TEST_F(EvaluateCommand, FailsWithItsCodes) {
+  const std::string a = ball("a.stl", 10), labels = ball_labels();
+  EXPECT_EQ(run(a), 2);  // no reference
+  EXPECT_EQ(run(fmt::format("{} --reference {} --label 3", a, a)), 2);
+  EXPECT_EQ(run(fmt::format("{} --reference {} --label x", a, labels)), 2);
+  EXPECT_EQ(run(fmt::format("{} --reference {}", path("none.stl"), a)), 3);
+  EXPECT_EQ(run(fmt::format("{} --reference {}", a, path("none.nii"))), 3);
+  EXPECT_EQ(run(fmt::format("{} --reference {} --label 9", a, labels)), 3);
+  EXPECT_NE(output_.find("no voxel has the label 9"), std::string::npos);
+  EXPECT_EQ(run(fmt::format("{} --reference {} --json {}", a, a, path("no/folder/s.json"))), 4);
+}
+
+}  // namespace
+}  // namespace surf

@@ -1,0 +1,169 @@
+#include "libsurf/io/write_surface.h"
+
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+
+#include <csignal>
+#include <cstring>
+#include <limits>
+
+#include "libsurf/base/error.h"
+#include "libsurf/io/read_surface.h"
+#include "libsurf/mesh/measure.h"
+#include "libsurf/mesh/verify.h"
+#include "tests/surf/io/scratch_folder.h"
+#include "tests/surf/mesh/check_shapes.h"
+
+namespace surf::io {
+namespace {
+
+using namespace surf::test;
+
+constexpr const char* kEndings[] = {".stl", ".obj", ".ply", ".vtp"};
+
+/// Coordinates with all the digits of a double.
+Triangles ball() { return sphere({-31.7, 122.4, 1000.0 / 3}, 17.3, 3); }
+
+/// Rows of corners, whatever the numbering of the points.
+Points<3> corners(const Triangles& surface) {
+  Points<3> result(surface.elements.size(), 3);
+  for (Eigen::Index at = 0; at < surface.elements.size(); ++at)
+    result.row(at) = surface.points.row(surface.elements.data()[at]);
+  return result;
+}
+
+class WriteSurface : public ScratchFolder {};
+
+TEST_F(WriteSurface, ComesBackBitForBitAsRounded) {
+  for (const char* ending : kEndings)
+    for (const Space space : {Space::kLps, Space::kRas}) {
+      const std::string file = path(std::string("ball") + ending);
+      write_surface(file, ball(), {space});
+      const Triangles back = read_surface(file);
+      EXPECT_TRUE(corners(back) == corners(rounded_to_file(ball(), ending))) << ending;
+      EXPECT_EQ(back.points.rows(), ball().points.rows()) << ending;
+      EXPECT_TRUE(mesh::verify(back).passed()) << ending;
+      EXPECT_GT(mesh::volume_mm3(back), 0) << ending;
+    }
+}
+
+TEST_F(WriteSurface, KeepsDoublesInVtpAndFloatsElsewhere) {
+  EXPECT_EQ(rounded_to_file(ball(), ".vtp").points, ball().points);
+  const double exact = ball().points(0, 1);
+  for (const char* ending : {".stl", ".obj", ".ply"})
+    EXPECT_EQ(rounded_to_file(ball(), ending).points(0, 1), double(float(exact))) << ending;
+  EXPECT_NE(double(float(exact)), exact);
+}
+
+TEST_F(WriteSurface, StatesItsSpaceAsSlicerReadsIt) {
+  for (const auto& [space, word] : {std::pair(Space::kLps, "LPS"), {Space::kRas, "RAS"}}) {
+    for (const char* ending : kEndings)
+      write_surface(path(std::string("t") + ending), tetrahedron(), {space});
+    const std::string statement = std::string("SPACE=") + word;
+    EXPECT_NE(read(path("t.stl")).substr(0, 80).find(statement + " "), std::string::npos);
+    EXPECT_FALSE(read(path("t.stl")).starts_with("solid"));
+    EXPECT_NE(read(path("t.obj")).find("# " + statement + "\n"), std::string::npos);
+    EXPECT_NE(read(path("t.ply")).find("comment " + statement + "\n"), std::string::npos);
+    EXPECT_NE(read(path("t.vtp")).find("type=\"String\" Name=\"SPACE\""), std::string::npos);
+  }
+}
+
+TEST_F(WriteSurface, LpsIsTheDefaultAndNegatesXAndY) {
+  write_surface(path("t.obj"), tetrahedron());
+  EXPECT_EQ(read(path("t.obj")),
+            "# surfseg\n# SPACE=LPS\nv -0 -0 0\nv -1 -0 0\nv -0 -1 0\nv -0 -0 1\n"
+            "f 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n");
+}
+
+TEST_F(WriteSurface, StlHasOutwardUnitNormals) {
+  write_surface(path("t.stl"), sphere({0, 0, 0}, 1e-12, 2), {Space::kRas});
+  const std::string bytes = read(path("t.stl"));
+  ASSERT_EQ(bytes.size(), 84u + 50 * 128);
+  for (int facet = 0; facet < 128; ++facet) {
+    float values[6];
+    std::memcpy(values, bytes.data() + 84 + 50 * facet, sizeof values);
+    const Eigen::Vector3f normal(values), corner(values + 3);
+    EXPECT_NEAR(normal.norm(), 1, 1e-6);
+    EXPECT_GT(normal.dot(corner), 0);
+  }
+}
+
+TEST_F(WriteSurface, GivesTheSameBytesTwice) {
+  for (const char* ending : kEndings) {
+    const std::string a = path(std::string("a") + ending), b = path(std::string("b") + ending);
+    write_surface(a, ball());
+    write_surface(b, ball());
+    EXPECT_EQ(read(a), read(b)) << ending;
+  }
+}
+
+TEST_F(WriteSurface, AcceptsEndingsInCapitals) {
+  write_surface(path("BALL.STL"), ball());
+  EXPECT_EQ(read_surface(path("BALL.STL")).elements.rows(), ball().elements.rows());
+}
+
+TEST_F(WriteSurface, RefusesAnUnknownEnding) {
+  for (const char* name : {"t.3mf", "t", "t.nii.gz", "stl"}) {
+    EXPECT_THROW(write_surface(path(name), tetrahedron()), UsageError) << name;
+    EXPECT_FALSE(is_writable_surface(name));
+  }
+  EXPECT_THROW(rounded_to_file(tetrahedron(), ".off"), UsageError);
+  EXPECT_EQ(n_files(), 0u);
+}
+
+TEST_F(WriteSurface, RefusesWhatNoFileCanHold) {
+  Triangles surface = tetrahedron();
+  surface.points(0, 0) = 1e300;  // not a float
+  EXPECT_THROW(write_surface(path("t.stl"), surface), InvalidMesh);
+  EXPECT_NO_THROW(write_surface(path("t.vtp"), surface));
+  surface.points(0, 0) = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_THROW(write_surface(path("t.vtp"), surface), InvalidMesh);
+  surface = tetrahedron();
+  surface.elements(0, 0) = 4;
+  EXPECT_THROW(write_surface(path("t.stl"), surface), InvalidMesh);
+}
+
+TEST_F(WriteSurface, FailsWhereItCannotWrite) {
+  for (const char* ending : kEndings) {
+    EXPECT_THROW(write_surface(path(std::string("no/folder/t") + ending), ball()), OutputError);
+    EXPECT_THROW(write_surface(std::string("/proc/t") + ending, ball()), OutputError);
+  }
+  std::filesystem::create_directory(path("folder.stl"));
+  EXPECT_THROW(write_surface(path("folder.stl"), ball()), OutputError);
+}
+
+/// Files cannot grow beyond a size while this lives, as on a full disk.
+class FullDisk {
+ public:
+  explicit FullDisk(rlim_t bytes) {
+    ::getrlimit(RLIMIT_FSIZE, &old_);
+    old_handler_ = std::signal(SIGXFSZ, SIG_IGN);
+    const rlimit limit{bytes, old_.rlim_max};
+    ::setrlimit(RLIMIT_FSIZE, &limit);
+  }
+  ~FullDisk() {
+    ::setrlimit(RLIMIT_FSIZE, &old_);
+    std::signal(SIGXFSZ, old_handler_);
+  }
+
+ private:
+  rlimit old_{};
+  void (*old_handler_)(int);
+};
+
+TEST_F(WriteSurface, KeepsTheOldFileWhenTheDiskIsFull) {
+  for (const char* ending : kEndings) {
+    const std::string file = path(std::string("t") + ending);
+    write_surface(file, tetrahedron());
+    const std::string before = read(file);
+    {
+      const FullDisk full(2000);
+      EXPECT_THROW(write_surface(file, sphere({0, 0, 0}, 1, 5)), OutputError) << ending;
+    }
+    EXPECT_EQ(read(file), before) << ending;
+  }
+  EXPECT_EQ(n_files(), std::size(kEndings));  // no temporary is left
+}
+
+}  // namespace
+}  // namespace surf::io
