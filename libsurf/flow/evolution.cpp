@@ -71,8 +71,7 @@ class Stepper {
       const double expected = terms.derivative.cwiseProduct(moved).sum();
       return Trial{try_points(shape) - J, expected};
     };
-    const double tau_first = previous_tau_ > 0 ? std::min(2 * previous_tau_, tau_max) : tau_max;
-    const auto step = choose_step(options_.step, tau_first, tau_max, attempt);
+    const auto step = choose_step(options_.step, first_trial(tau_max), tau_max, attempt);
     record.shape_derivative = velocity_.shape_derivative;
     if (!step) return false;
     previous_tau_ = step->tau;
@@ -96,15 +95,23 @@ class Stepper {
     }
   }
 
-  /// Bound by the largest displacement, by Alg. 3, and by the full Newton step of H1.
+  /// Bound by the largest displacement and by Alg. 3.
   double largest_step(const fem::Geometry<Dim>& shape) const {
     const double speed = velocity_.vector.rowwise().norm().maxCoeff();
     if (!(speed > 0) || !std::isfinite(speed)) return 0;
     double tau = moving_.max_displacement() / speed;
     const double gradient = max_velocity_gradient<Dim>(shape, velocity_.vector);
     if (gradient > 0) tau = std::min(tau, options_.step.epsilon_tau / gradient);
-    if (options_.velocity.product == ScalarProduct::kH1) tau = std::min(tau, 1.0);
     return tau;
+  }
+
+  /// Twice the last step, but for H1 the full inexact Newton step 1 first: longer ones are only
+  /// found by the line search, where J falls as fast as a linear function.
+  double first_trial(double tau_max) const {
+    const bool is_newton = options_.velocity.product == ScalarProduct::kH1;
+    double tau = previous_tau_ > 0 ? 2 * previous_tau_ : is_newton ? 1 : tau_max;
+    if (is_newton) tau = std::min(tau, std::max(1.0, previous_tau_));
+    return std::min(tau, tau_max);
   }
 
   MovingShape<Dim>& moving_;

@@ -141,7 +141,6 @@ class Climb {
       }
       rungs.push_back(rung);
       found.push_back({surface_->triangles(), 0, rung.volume_mm3, terms(half_width)});
-      adapt_edge_length();
     }
     for (std::size_t i = 0; i < found.size(); ++i) {
       found[i].score =
@@ -170,10 +169,10 @@ class Climb {
   void restart() { surface_ = std::make_unique<mesh::MovingSurface>(start_, surface_options()); }
 
   /// Large objects get longer edges, up to twice the first: their necks are wider too.
-  void adapt_edge_length() {
-    const double wanted = surface_->geometry().radius() / 20;
+  void adapt_edge_length(double volume_mm3) {
+    const double radius = std::cbrt(volume_mm3 * 3 / (4 * std::numbers::pi));
     surface_->set_edge_length(
-        std::clamp(wanted, options_.edge_length_mm, 2 * options_.edge_length_mm));
+        std::clamp(radius / 20, options_.edge_length_mm, 2 * options_.edge_length_mm));
   }
 
   mesh::MovingSurfaceOptions surface_options() const {
@@ -201,6 +200,7 @@ class Climb {
         end = RungEnd::kLeaked;
         return false;
       }
+      adapt_edge_length(record.enclosed);
       const bool meets_itself = record.n_held > kLargestContact * double(record.n_vertices);
       if (meets_itself ||
           (record.k % 10 == 0 && sphericity(surface_->geometry()) < kLeastSphericity)) {
