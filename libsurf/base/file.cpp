@@ -34,8 +34,7 @@ void write_atomically(const std::string& path,
   try {
     write(temporary.string());
     fs::rename(temporary, target, status);
-    if (status)
-      throw OutputError(fmt::format("{}: cannot be written: {}", path, status.message()));
+    if (status) throw OutputError(fmt::format("{}: cannot be written: {}", path, status.message()));
   } catch (...) {
     fs::remove(temporary, status);
     throw;

@@ -9,7 +9,8 @@ namespace surf {
 /// Calls write(temporary) with a name beside `path` that has the same ending, then renames
 /// it to `path`; if write throws, the temporary is removed and `path` is as it was.
 /// @throws OutputError  the folder does not exist or cannot be written to, the rename fails
-void write_atomically(const std::string& path, const std::function<void(const std::string&)>& write);
+void write_atomically(const std::string& path,
+                      const std::function<void(const std::string&)>& write);
 
 /// Ending of the file's name in lower case with its dot: ".stl", ".nii.gz"; "" if none.
 std::string extension(const std::string& path);

@@ -105,6 +105,9 @@ std::size_t Volume::n_voxels() const {
 const Eigen::Affine3d& Volume::index_to_world() const { return impl_->index_to_world; }
 const Eigen::Affine3d& Volume::world_to_index() const { return impl_->world_to_index; }
 Eigen::Vector3d Volume::spacing() const { return impl_->index_to_world.linear().colwise().norm(); }
+double Volume::voxel_size() const {
+  return std::cbrt(std::abs(impl_->index_to_world.linear().determinant()));
+}
 const Source& Volume::source() const { return impl_->source; }
 std::array<float, 2> Volume::range() const { return impl_->range; }
 

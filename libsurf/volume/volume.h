@@ -14,11 +14,12 @@ namespace surf::volume {
 /// Where a volume came from; for `surfseg info` and reports. Nothing computes with it.
 struct Source {
   std::string path;
-  std::string format;        ///< "NIfTI-1", "DICOM series", ...
-  std::string scalar_type;   ///< type in the file: "int16", "float32", ...
-  std::string orientation_source;  ///< which field gave the affine: "sform", "ImagePositionPatient", ...
-  int n_frames = 1;          ///< frames in the file (4-D)
-  int frame = 0;             ///< the one that was read
+  std::string format;       ///< "NIfTI-1", "DICOM series", ...
+  std::string scalar_type;  ///< type in the file: "int16", "float32", ...
+  std::string
+      orientation_source;  ///< which field gave the affine: "sform", "ImagePositionPatient", ...
+  int n_frames = 1;        ///< frames in the file (4-D)
+  int frame = 0;           ///< the one that was read
   std::vector<std::string> notes;  ///< what a user should know: gantry tilt, dropped slices, ...
 };
 
@@ -43,6 +44,8 @@ class Volume {
   const Eigen::Affine3d& world_to_index() const;
   /// Lengths of the affine's columns [mm].
   Eigen::Vector3d spacing() const;
+  /// Cube root of the voxel's volume [mm]: the "vox" of lengths.
+  double voxel_size() const;
   const Source& source() const;
   /// Smallest and largest value.
   std::array<float, 2> range() const;

@@ -5,15 +5,15 @@ namespace surfseg {
 
 enum ExitCode {
   kDone = 0,
-  kInternal = 1,       ///< a bug: please report
-  kUsage = 2,          ///< wrong option or argument
-  kInput = 3,          ///< unreadable, broken or unsupported input
-  kOutput = 4,         ///< an output could not be written
+  kInternal = 1,        ///< a bug: please report
+  kUsage = 2,           ///< wrong option or argument
+  kInput = 3,           ///< unreadable, broken or unsupported input
+  kOutput = 4,          ///< an output could not be written
   kStoppedAtLimit = 5,  ///< iteration or time limit; the result was written
-  kInvalidResult = 6,  ///< the surface fails a guarantee and was not written
-  kBatchFailed = 7,    ///< some cases of a batch failed
-  kInterrupted = 130,  ///< SIGINT; the last good surface was written
-  kTerminated = 143    ///< SIGTERM; the last good surface was written
+  kInvalidResult = 6,   ///< the surface fails a guarantee and was not written
+  kBatchFailed = 7,     ///< some cases of a batch failed
+  kInterrupted = 130,   ///< SIGINT; the last good surface was written
+  kTerminated = 143     ///< SIGTERM; the last good surface was written
 };
 
 }  // namespace surfseg

@@ -11,6 +11,7 @@ namespace surfseg {
 
 void add_info_command(CLI::App& app, ExitCode& exit_code);
 void add_phantom_command(CLI::App& app, ExitCode& exit_code);
+void add_segment_command(CLI::App& app, ExitCode& exit_code);
 void add_evaluate_command(CLI::App& app, ExitCode& exit_code);
 
 }  // namespace surfseg

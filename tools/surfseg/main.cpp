@@ -24,11 +24,13 @@ int main(int argc, char** argv) {
   });
 
   ExitCode exit_code = kDone;
-  CLI::App app{"Turn a CT or MRI volume into a closed, manifold, sub-voxel surface mesh.", "surfseg"};
+  CLI::App app{"Turn a CT or MRI volume into a closed, manifold, sub-voxel surface mesh.",
+               "surfseg"};
   app.set_version_flag("--version", "surfseg " SURFSEG_VERSION);
   app.require_subcommand(1);
   app.get_formatter()->column_width(34);
   add_info_command(app, exit_code);
+  add_segment_command(app, exit_code);
   add_phantom_command(app, exit_code);
   add_evaluate_command(app, exit_code);
 

@@ -1,0 +1,81 @@
+#include "libsurf/energy/boundary_integral.h"
+
+#include "libsurf/fem/quadrature.h"
+
+namespace surf::energy {
+
+template <int Dim>
+BoundaryIntegral<Dim>::BoundaryIntegral(std::shared_ptr<const Field<Dim>> H, int quadrature_order)
+    : H_(std::move(H)), quadrature_order_(quadrature_order) {}
+
+template <int Dim>
+double BoundaryIntegral<Dim>::evaluate(const fem::Geometry<Dim>& shape) const {
+  const auto& rule = fem::quadrature<Dim>(quadrature_order_);
+  Samples<Dim> samples;
+  H_->sample(fem::quadrature_points<Dim>(shape.points(), shape.elements(), rule.points),
+             Derivatives::kNone, samples);
+  double sum = 0;
+  for (Eigen::Index t = 0; t < shape.n_elements(); ++t)
+    sum +=
+        shape.measures()[t] * rule.weights.dot(samples.value.segment(t * rule.size(), rule.size()));
+  return sum;
+}
+
+template <int Dim>
+void BoundaryIntegral<Dim>::reset(const fem::Geometry<Dim>& shape) {
+  shape_ = std::make_unique<fem::Geometry<Dim>>(shape);
+  value_ = evaluate(shape);
+}
+
+template <int Dim>
+double BoundaryIntegral<Dim>::try_move(const fem::Geometry<Dim>& moved) {
+  tried_ = std::make_unique<fem::Geometry<Dim>>(moved);
+  return tried_value_ = evaluate(moved);
+}
+
+template <int Dim>
+void BoundaryIntegral<Dim>::accept() {
+  shape_ = std::move(tried_);
+  value_ = tried_value_;
+}
+
+template <int Dim>
+void BoundaryIntegral<Dim>::differentiate(const Eigen::VectorXd& curvature, double weight,
+                                          ShapeTerms<Dim>& terms) const {
+  const auto& rule = fem::quadrature<Dim>(quadrature_order_);
+  const auto& shape = *shape_;
+  const Elements<Dim>& T = shape.elements();
+  Samples<Dim> samples;
+  H_->sample(fem::quadrature_points<Dim>(shape.points(), T, rule.points), Derivatives::kSecond,
+             samples);
+  for (Eigen::Index t = 0; t < shape.n_elements(); ++t) {
+    const Vector<Dim> nu = shape.normals().row(t);
+    const double measure = shape.measures()[t];
+    double mean_H = 0;
+    for (Eigen::Index q = 0; q < rule.size(); ++q) {
+      const Eigen::Index at = t * rule.size() + q;
+      const double H = samples.value[at];
+      const Vector<Dim> grad_H = samples.gradient.row(at);
+      const Eigen::Map<const Eigen::Matrix<double, Dim, Dim>> hessian(
+          samples.hessian.row(at).data());
+      double kappa = 0;
+      for (int i = 0; i < Dim; ++i) kappa += rule.points(q, i) * curvature[T(t, i)];
+      const double beta = nu.dot(hessian * nu) + 2 * kappa * grad_H.dot(nu);
+      mean_H += rule.weights[q] * H;
+      for (int i = 0; i < Dim; ++i) {
+        const double w = weight * rule.weights[q] * measure * rule.points(q, i);
+        terms.derivative.row(T(t, i)) += w * grad_H;
+        terms.beta[T(t, i)] += w * beta / shape.lumped_mass()[T(t, i)];
+        terms.g[T(t, i)] += w * H / shape.lumped_mass()[T(t, i)];
+      }
+    }
+    terms.alpha[t] += weight * mean_H;
+    for (int i = 0; i < Dim; ++i)  // H div_Gamma(phi_i e_k) = H d_k phi_i
+      terms.derivative.row(T(t, i)) += weight * mean_H * measure * shape.basis_gradients(t).row(i);
+  }
+}
+
+template class BoundaryIntegral<2>;
+template class BoundaryIntegral<3>;
+
+}  // namespace surf::energy

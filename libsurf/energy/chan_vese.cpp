@@ -1,0 +1,81 @@
+#include "libsurf/energy/chan_vese.h"
+
+#include <algorithm>
+
+#include "libsurf/energy/region_terms.h"
+
+namespace surf::energy {
+namespace {
+
+void one_and_value(const Eigen::VectorXd& value, Eigen::MatrixXd& out) {
+  out.col(0).setOnes();
+  out.col(1) = value;
+}
+
+}  // namespace
+
+template <int Dim>
+ChanVese<Dim>::ChanVese(std::shared_ptr<const Field<Dim>> I, const ImageTotals& totals,
+                        const ChanVeseOptions& options)
+    : I_(std::move(I)),
+      totals_(totals),
+      options_(options),
+      integrals_(options.quadrature_order, options.ray_spacing_mm, 2) {}
+
+template <int Dim>
+void ChanVese<Dim>::reset(const fem::Geometry<Dim>& shape) {
+  shape_ = std::make_unique<fem::Geometry<Dim>>(shape);
+  inside_ = integrals_.absolute(*I_, one_and_value, shape);
+}
+
+template <int Dim>
+double ChanVese<Dim>::try_move(const fem::Geometry<Dim>& moved) {
+  tried_ = std::make_unique<fem::Geometry<Dim>>(moved);
+  tried_inside_ = inside_ + integrals_.swept(*I_, one_and_value, *shape_, moved);
+  return value_of(tried_inside_);
+}
+
+template <int Dim>
+void ChanVese<Dim>::accept() {
+  shape_ = std::move(tried_);
+  inside_ = tried_inside_;
+}
+
+template <int Dim>
+void ChanVese<Dim>::remesh(const fem::Geometry<Dim>& shape) {
+  shape_ = std::make_unique<fem::Geometry<Dim>>(shape);
+}
+
+template <int Dim>
+std::array<double, 2> ChanVese<Dim>::means() const {
+  return {inside_[1] / inside_[0],
+          (totals_.intensity - inside_[1]) / (totals_.content - inside_[0])};
+}
+
+template <int Dim>
+double ChanVese<Dim>::value_of(const Eigen::VectorXd& inside) const {
+  const double outside_content = totals_.content - inside[0];
+  const double outside_intensity = totals_.intensity - inside[1];
+  const double J = totals_.intensity_squared - inside[1] * inside[1] / inside[0] -
+                   outside_intensity * outside_intensity / outside_content;
+  return J / (options_.intensity_scale * options_.intensity_scale);
+}
+
+template <int Dim>
+void ChanVese<Dim>::differentiate(const Eigen::VectorXd& curvature, double weight,
+                                  ShapeTerms<Dim>& terms) const {
+  const auto [mu_1, mu_2] = means();
+  const double scale = 1 / (options_.intensity_scale * options_.intensity_scale);
+  add_region_terms<Dim>(
+      *I_, *shape_, options_.quadrature_order, curvature, weight,
+      [=](double I) {
+        const double a = I - mu_1, b = I - mu_2;
+        return std::array<double, 2>{scale * (a * a - b * b), scale * 2 * (a - b)};
+      },
+      terms);
+}
+
+template class ChanVese<2>;
+template class ChanVese<3>;
+
+}  // namespace surf::energy

@@ -1,0 +1,63 @@
+// The two-region statistics model of Chan and Vese.
+#pragma once
+
+#include <array>
+#include <memory>
+
+#include "libsurf/base/field.h"
+#include "libsurf/energy/domain_integrals.h"
+#include "libsurf/energy/shape_energy.h"
+
+namespace surf::energy {
+
+/// Integrals over the whole image domain D that holds the shape.
+struct ImageTotals {
+  double content = 0;            ///< |D| [mm^Dim]
+  double intensity = 0;          ///< int_D I
+  double intensity_squared = 0;  ///< int_D I^2
+};
+
+struct ChanVeseOptions {
+  int quadrature_order = 2;
+  double ray_spacing_mm = 1;  ///< see DomainIntegralOptions
+  /// Intensities are divided by this, so that J does not depend on their unit.
+  double intensity_scale = 1;
+};
+
+/// J(Omega) = sum_i int_{Omega_i} (I - mu_i)^2 dx with Omega_1 inside, Omega_2 = D - Omega_1
+/// and mu_i the mean over Omega_i (1.1.2; the printed mu_i lacks the 1/|Omega_i|). The length
+/// term of 1.1.2 is a BoundaryIntegral beside it.
+///
+/// J = Q - S_1^2/V_1 - S_2^2/V_2 with the integrals S of I and V of 1, so only S_1 and V_1
+/// follow the surface. Since mu_i is optimal, G = (I - mu_1)^2 - (I - mu_2)^2, g = 0;
+/// beta = d_nu G + kappa G at fixed means.
+template <int Dim>
+class ChanVese : public ShapeEnergy<Dim> {
+ public:
+  ChanVese(std::shared_ptr<const Field<Dim>> I, const ImageTotals& totals,
+           const ChanVeseOptions& options);
+
+  std::string name() const override { return "chan-vese"; }
+  void reset(const fem::Geometry<Dim>& shape) override;
+  double value() const override { return value_of(inside_); }
+  double try_move(const fem::Geometry<Dim>& moved) override;
+  void accept() override;
+  void remesh(const fem::Geometry<Dim>& shape) override;
+  void differentiate(const Eigen::VectorXd& curvature, double weight,
+                     ShapeTerms<Dim>& terms) const override;
+
+  /// Means inside and outside the current shape, in the image's unit.
+  std::array<double, 2> means() const;
+
+ private:
+  double value_of(const Eigen::VectorXd& inside) const;
+
+  std::shared_ptr<const Field<Dim>> I_;
+  ImageTotals totals_;
+  ChanVeseOptions options_;
+  DomainIntegrals<Dim> integrals_;
+  std::unique_ptr<fem::Geometry<Dim>> shape_, tried_;
+  Eigen::VectorXd inside_, tried_inside_;  // |Omega_1|, int_{Omega_1} I
+};
+
+}  // namespace surf::energy

@@ -1,0 +1,69 @@
+#include "libsurf/energy/energy_sum.h"
+
+#include "libsurf/energy/boundary_integral.h"
+
+namespace surf::energy {
+
+template <int Dim>
+void EnergySum<Dim>::add(double weight, std::unique_ptr<ShapeEnergy<Dim>> energy) {
+  if (weight != 0) terms_.push_back({weight, std::move(energy)});
+}
+
+template <int Dim>
+std::string EnergySum<Dim>::name() const {
+  std::string names;
+  for (const Term& term : terms_) names += (names.empty() ? "" : " + ") + term.energy->name();
+  return names;
+}
+
+template <int Dim>
+void EnergySum<Dim>::reset(const fem::Geometry<Dim>& shape) {
+  for (Term& term : terms_) term.energy->reset(shape);
+}
+
+template <int Dim>
+double EnergySum<Dim>::value() const {
+  double sum = 0;
+  for (const Term& term : terms_) sum += term.weight * term.energy->value();
+  return sum;
+}
+
+template <int Dim>
+double EnergySum<Dim>::try_move(const fem::Geometry<Dim>& moved) {
+  double sum = 0;
+  for (Term& term : terms_) sum += term.weight * term.energy->try_move(moved);
+  return sum;
+}
+
+template <int Dim>
+void EnergySum<Dim>::accept() {
+  for (Term& term : terms_) term.energy->accept();
+}
+
+template <int Dim>
+void EnergySum<Dim>::remesh(const fem::Geometry<Dim>& shape) {
+  for (Term& term : terms_) term.energy->remesh(shape);
+}
+
+template <int Dim>
+void EnergySum<Dim>::differentiate(const Eigen::VectorXd& curvature, double weight,
+                                   ShapeTerms<Dim>& terms) const {
+  for (const Term& term : terms_)
+    term.energy->differentiate(curvature, weight * term.weight, terms);
+}
+
+template <int Dim>
+void add_minimal_surface(EnergySum<Dim>& sum, std::shared_ptr<const Field<Dim>> H, double gamma_0,
+                         double gamma, const DomainIntegralOptions& options) {
+  sum.add(gamma_0, std::make_unique<BoundaryIntegral<Dim>>(H, options.quadrature_order));
+  sum.add(gamma, std::make_unique<DomainIntegral<Dim>>(H, options));
+}
+
+template class EnergySum<2>;
+template class EnergySum<3>;
+template void add_minimal_surface<2>(EnergySum<2>&, std::shared_ptr<const Field<2>>, double, double,
+                                     const DomainIntegralOptions&);
+template void add_minimal_surface<3>(EnergySum<3>&, std::shared_ptr<const Field<3>>, double, double,
+                                     const DomainIntegralOptions&);
+
+}  // namespace surf::energy

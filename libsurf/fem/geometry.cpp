@@ -1,0 +1,141 @@
+#include "libsurf/fem/geometry.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "libsurf/base/error.h"
+
+namespace surf::fem {
+namespace {
+
+/// measure * nu: the rotated edge of a segment, half the cross product of a triangle.
+Vector<2> area_vector(const Points<2>& X, const Eigen::RowVector2i& t) {
+  const Vector<2> edge = X.row(t[1]) - X.row(t[0]);
+  return {edge[1], -edge[0]};
+}
+Vector<3> area_vector(const Points<3>& X, const Eigen::RowVector3i& t) {
+  const Vector<3> a = X.row(t[1]) - X.row(t[0]);
+  const Vector<3> b = X.row(t[2]) - X.row(t[0]);
+  return a.cross(b) / 2;
+}
+
+/// Rows: J (J^T J)^-1 grad phi_i with the Jacobian J = (x_2 - x_1, ...) of shape (Dim, Dim-1).
+template <int Dim>
+Eigen::Matrix<double, Dim, Dim> basis_gradients_of(const Points<Dim>& X,
+                                                   const Eigen::Matrix<int, 1, Dim>& t) {
+  Eigen::Matrix<double, Dim, Dim - 1> J;
+  for (int i = 1; i < Dim; ++i) J.col(i - 1) = X.row(t[i]) - X.row(t[0]);
+  const Eigen::Matrix<double, Dim - 1, Dim - 1> metric = J.transpose() * J;
+  const Eigen::Matrix<double, Dim - 1, Dim> rows = (J * metric.inverse()).transpose();
+  Eigen::Matrix<double, Dim, Dim> gradients;
+  gradients.template bottomRows<Dim - 1>() = rows;
+  gradients.row(0) = -rows.colwise().sum();
+  return gradients;
+}
+
+}  // namespace
+
+template <int Dim>
+Topology<Dim>::Topology(Elements<Dim> T, Eigen::Index n_vertices)
+    : T_(std::move(T)), n_vertices_(n_vertices) {
+  if (T_.rows() == 0) throw InvalidMesh("geometry: no elements");
+  if (T_.minCoeff() < 0 || T_.maxCoeff() >= n_vertices)
+    throw InvalidMesh(
+        fmt::format("geometry: an element names a vertex outside 0..{}", n_vertices - 1));
+  std::vector<Eigen::Triplet<double>> entries;
+  entries.reserve(T_.rows() * Dim * Dim);
+  for (Eigen::Index t = 0; t < T_.rows(); ++t)
+    for (int i = 0; i < Dim; ++i)
+      for (int j = 0; j < Dim; ++j) entries.emplace_back(T_(t, i), T_(t, j), 0.0);
+  pattern_.resize(n_vertices, n_vertices);
+  pattern_.setFromTriplets(entries.begin(), entries.end());
+  slots_.reserve(entries.size());
+  const int* columns = pattern_.innerIndexPtr();
+  for (const auto& entry : entries) {
+    const int* begin = columns + pattern_.outerIndexPtr()[entry.row()];
+    const int* end = columns + pattern_.outerIndexPtr()[entry.row() + 1];
+    slots_.push_back(static_cast<int>(std::lower_bound(begin, end, entry.col()) - columns));
+  }
+}
+
+template <int Dim>
+Geometry<Dim>::Geometry(Points<Dim> X, Elements<Dim> T)
+    : Geometry(X, std::make_shared<const Topology<Dim>>(std::move(T), X.rows())) {}
+
+template <int Dim>
+Geometry<Dim> Geometry<Dim>::moved_to(Points<Dim> X) const {
+  return Geometry(std::move(X), topology_);
+}
+
+template <int Dim>
+Geometry<Dim>::Geometry(Points<Dim> X, std::shared_ptr<const Topology<Dim>> topology)
+    : X_(std::move(X)), topology_(std::move(topology)) {
+  const Elements<Dim>& T = elements();
+  const Eigen::Index m = T.rows();
+  measures_.resize(m);
+  normals_.resize(m, Dim);
+  gradients_.resize(m);
+  lumped_mass_.setZero(X_.rows());
+  nodal_normals_.setZero(X_.rows(), Dim);
+  for (Eigen::Index t = 0; t < m; ++t) {
+    const Vector<Dim> weighted = area_vector(X_, T.row(t));
+    measures_[t] = weighted.norm();
+    if (!(measures_[t] > 0))
+      throw InvalidMesh(fmt::format("geometry: element {} has no measure", t));
+    normals_.row(t) = weighted / measures_[t];
+    gradients_[t] = basis_gradients_of<Dim>(X_, T.row(t));
+    for (int i = 0; i < Dim; ++i) {
+      lumped_mass_[T(t, i)] += measures_[t] / Dim;
+      nodal_normals_.row(T(t, i)) += weighted / Dim;
+    }
+  }
+  for (Eigen::Index i = 0; i < X_.rows(); ++i)
+    if (lumped_mass_[i] > 0) nodal_normals_.row(i) /= lumped_mass_[i];
+}
+
+template <int Dim>
+double Geometry<Dim>::enclosed() const {
+  double sum = 0;
+  for (Eigen::Index t = 0; t < n_elements(); ++t)
+    sum += measures_[t] * (X_.row(elements()(t, 0)) - X_.row(0)).dot(normals_.row(t));
+  return sum / Dim;
+}
+
+template <int Dim>
+double Geometry<Dim>::radius() const {
+  const double content = std::max(enclosed(), 0.0);
+  if constexpr (Dim == 2)
+    return std::sqrt(content / std::numbers::pi);
+  else
+    return std::cbrt(content * 3 / (4 * std::numbers::pi));
+}
+
+template <int Dim>
+Points<Dim> quadrature_points(
+    const Points<Dim>& X, const Elements<Dim>& T,
+    const Eigen::Matrix<double, Eigen::Dynamic, Dim, Eigen::RowMajor>& barycentric) {
+  const Eigen::Index q = barycentric.rows();
+  Points<Dim> out(T.rows() * q, Dim);
+  Eigen::Matrix<double, Dim, Dim> corners;
+  for (Eigen::Index t = 0; t < T.rows(); ++t) {
+    for (int i = 0; i < Dim; ++i) corners.row(i) = X.row(T(t, i));
+    out.middleRows(t * q, q).noalias() = barycentric * corners;
+  }
+  return out;
+}
+
+template class Topology<2>;
+template class Topology<3>;
+template class Geometry<2>;
+template class Geometry<3>;
+template Points<2> quadrature_points<2>(const Points<2>&, const Elements<2>&,
+                                        const Eigen::Matrix<double, -1, 2, Eigen::RowMajor>&);
+template Points<3> quadrature_points<3>(const Points<3>&, const Elements<3>&,
+                                        const Eigen::Matrix<double, -1, 3, Eigen::RowMajor>&);
+
+}  // namespace surf::fem

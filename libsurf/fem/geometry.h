@@ -1,0 +1,95 @@
+// The geometry of a polygon (Dim = 2) or a triangle surface (Dim = 3): what every matrix,
+// load and energy needs, computed once per position of the vertices.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "libsurf/base/types.h"
+
+namespace surf::fem {
+
+/// The elements of a shape and the sparsity they imply, shared by all its positions: built
+/// once, reused between steps while the mesh stands.
+template <int Dim>
+class Topology {
+ public:
+  /// @throws InvalidMesh  no elements, or T names a vertex outside 0..n_vertices-1
+  Topology(Elements<Dim> T, Eigen::Index n_vertices);
+
+  const Elements<Dim>& elements() const { return T_; }
+  Eigen::Index n_vertices() const { return n_vertices_; }
+  /// Matrix of zeros with an entry for each pair of vertices of an element, (n, n).
+  const SparseMatrix& pattern() const { return pattern_; }
+  /// Where entry (i, j) of element t lies in the pattern's values.
+  int slot(Eigen::Index t, int i, int j) const { return slots_[(t * Dim + i) * Dim + j]; }
+
+ private:
+  Elements<Dim> T_;
+  Eigen::Index n_vertices_;
+  SparseMatrix pattern_;
+  std::vector<int> slots_;
+};
+
+/// Measures, normals and basis gradients of a closed polyhedral shape Gamma.
+///
+/// Element t has vertices x_1..x_Dim and the P1 basis functions phi_1..phi_Dim; its outward
+/// unit normal nu_t is (dy, -dx) / length for a segment and (x2 - x1) x (x3 - x1) / (2 area)
+/// for a triangle. Holds copies of the arrays: later changes of the mesh do not reach it.
+template <int Dim>
+class Geometry {
+ public:
+  using Gradients = Eigen::Matrix<double, Dim, Dim>;  ///< row i: tangential gradient of phi_i
+
+  /// @param X  vertex positions [mm], (n, Dim)
+  /// @param T  vertex indices per element, (m, Dim)
+  /// @throws InvalidMesh  an element has no measure, or T points outside X
+  Geometry(Points<Dim> X, Elements<Dim> T);
+  /// The same elements with other vertex positions.
+  Geometry moved_to(Points<Dim> X) const;
+
+  Eigen::Index n_vertices() const { return X_.rows(); }
+  Eigen::Index n_elements() const { return elements().rows(); }
+  const Points<Dim>& points() const { return X_; }
+  const Elements<Dim>& elements() const { return topology_->elements(); }
+  const Topology<Dim>& topology() const { return *topology_; }
+
+  /// Length or area of each element [mm^(Dim-1)], (m).
+  const Eigen::VectorXd& measures() const { return measures_; }
+  /// Unit normals of the elements, (m, Dim).
+  const Points<Dim>& normals() const { return normals_; }
+  /// Tangential gradients of the basis functions of element t [1/mm]: J (J^T J)^-1 grad.
+  const Gradients& basis_gradients(Eigen::Index t) const { return gradients_[t]; }
+  /// Lumped mass of each vertex [mm^(Dim-1)], (n): integral of phi_i.
+  const Eigen::VectorXd& lumped_mass() const { return lumped_mass_; }
+  /// Nodal normals n_i = (1/m_i) integral of phi_i nu: row i of M^-1 N of (3.53) with lumped
+  /// masses, (n, Dim). Shorter than 1 where the shape bends.
+  const Points<Dim>& nodal_normals() const { return nodal_normals_; }
+
+  /// Length or area of Gamma.
+  double measure() const { return measures_.sum(); }
+  /// Area or volume enclosed, positive if the normals point outward:
+  /// (1/Dim) integral of (x - c) . nu with c the first vertex.
+  double enclosed() const;
+  /// Radius of the ball (disc) with the enclosed volume (area): the shape's own length scale.
+  double radius() const;
+
+ private:
+  Geometry(Points<Dim> X, std::shared_ptr<const Topology<Dim>> topology);
+
+  Points<Dim> X_;
+  std::shared_ptr<const Topology<Dim>> topology_;
+  Eigen::VectorXd measures_;
+  Points<Dim> normals_;
+  std::vector<Gradients> gradients_;
+  Eigen::VectorXd lumped_mass_;
+  Points<Dim> nodal_normals_;
+};
+
+/// Quadrature points of all elements, (m * q, Dim), element by element; `barycentric` (q, Dim).
+template <int Dim>
+Points<Dim> quadrature_points(
+    const Points<Dim>& X, const Elements<Dim>& T,
+    const Eigen::Matrix<double, Eigen::Dynamic, Dim, Eigen::RowMajor>& barycentric);
+
+}  // namespace surf::fem

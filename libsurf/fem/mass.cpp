@@ -1,0 +1,60 @@
+#include "libsurf/fem/mass.h"
+
+#include "libsurf/fem/assemble.h"
+
+namespace surf::fem {
+namespace {
+
+/// <phi_i, phi_j> on an element of measure 1: (1 + delta_ij) / (Dim (Dim + 1)).
+template <int Dim>
+Eigen::Matrix<double, Dim, Dim> reference_mass() {
+  Eigen::Matrix<double, Dim, Dim> local = Eigen::Matrix<double, Dim, Dim>::Ones();
+  local.diagonal().setConstant(2);
+  return local / (Dim * (Dim + 1));
+}
+
+}  // namespace
+
+template <int Dim>
+SparseMatrix mass(const Geometry<Dim>& shape, const Eigen::VectorXd& w) {
+  const Eigen::Matrix<double, Dim, Dim> reference = reference_mass<Dim>();
+  return assemble<Dim>(shape, [&](Eigen::Index t) {
+    return Eigen::Matrix<double, Dim, Dim>(w[t] * shape.measures()[t] * reference);
+  });
+}
+
+template <int Dim>
+SparseMatrix mass_nodal_weight(const Geometry<Dim>& shape, const Eigen::VectorXd& w) {
+  // On an element of measure 1: <phi_i phi_j phi_k> = (Dim-1)! a! b! c! / (Dim+2)! with the
+  // multiplicities of i, j, k: 6, 2, 1 over Dim (Dim+1) (Dim+2).
+  constexpr double kUnit = 1.0 / (Dim * (Dim + 1) * (Dim + 2));
+  return assemble<Dim>(shape, [&](Eigen::Index t) {
+    Eigen::Matrix<double, Dim, Dim> local;
+    for (int i = 0; i < Dim; ++i)
+      for (int j = 0; j < Dim; ++j) {
+        double sum = 0;
+        for (int k = 0; k < Dim; ++k) {
+          const int equal = (i == j) + (j == k) + (i == k);
+          sum += w[shape.elements()(t, k)] * (equal == 3 ? 6 : equal == 1 ? 2 : 1);
+        }
+        local(i, j) = shape.measures()[t] * kUnit * sum;
+      }
+    return local;
+  });
+}
+
+template <int Dim>
+std::array<SparseMatrix, Dim> normal_mass(const Geometry<Dim>& shape) {
+  std::array<SparseMatrix, Dim> N;
+  for (int k = 0; k < Dim; ++k) N[k] = mass<Dim>(shape, shape.normals().col(k));
+  return N;
+}
+
+template SparseMatrix mass<2>(const Geometry<2>&, const Eigen::VectorXd&);
+template SparseMatrix mass<3>(const Geometry<3>&, const Eigen::VectorXd&);
+template SparseMatrix mass_nodal_weight<2>(const Geometry<2>&, const Eigen::VectorXd&);
+template SparseMatrix mass_nodal_weight<3>(const Geometry<3>&, const Eigen::VectorXd&);
+template std::array<SparseMatrix, 2> normal_mass<2>(const Geometry<2>&);
+template std::array<SparseMatrix, 3> normal_mass<3>(const Geometry<3>&);
+
+}  // namespace surf::fem

@@ -1,0 +1,26 @@
+// Mass matrices and loads of 3.5.
+#pragma once
+
+#include <array>
+
+#include "libsurf/fem/geometry.h"
+
+namespace surf::fem {
+
+/// Mass matrix with one weight per element: M_ij = <w phi_i, phi_j>, thesis 3.5 (M with w = 1,
+/// M_g and M_beta with elementwise g and beta). Symmetric positive definite for w > 0.
+/// @param w  (m)
+/// @return   (n, n) [mm^(Dim-1) times the unit of w]
+template <int Dim>
+SparseMatrix mass(const Geometry<Dim>& shape, const Eigen::VectorXd& w);
+
+/// The same for a weight given at the vertices, interpolated linearly: exact integral of
+/// w phi_i phi_j.
+template <int Dim>
+SparseMatrix mass_nodal_weight(const Geometry<Dim>& shape, const Eigen::VectorXd& w);
+
+/// The matrices N^k_ij = <phi_i, phi_j nu^k> of 3.5, k = 1..Dim.
+template <int Dim>
+std::array<SparseMatrix, Dim> normal_mass(const Geometry<Dim>& shape);
+
+}  // namespace surf::fem

@@ -1,0 +1,39 @@
+#include "libsurf/fem/stiffness.h"
+
+#include "libsurf/fem/assemble.h"
+
+namespace surf::fem {
+
+template <int Dim>
+SparseMatrix stiffness(const Geometry<Dim>& shape, const Eigen::VectorXd& alpha) {
+  return assemble<Dim>(shape, [&](Eigen::Index t) {
+    const auto& gradients = shape.basis_gradients(t);
+    return Eigen::Matrix<double, Dim, Dim>(alpha[t] * shape.measures()[t] * gradients *
+                                           gradients.transpose());
+  });
+}
+
+template <int Dim>
+SparseMatrix normal_stiffness(const Geometry<Dim>& shape, SparseMatrix A) {
+  const Points<Dim>& normals = shape.nodal_normals();
+  for (Eigen::Index i = 0; i < A.outerSize(); ++i)
+    for (SparseMatrix::InnerIterator entry(A, i); entry; ++entry)
+      entry.valueRef() *= normals.row(i).dot(normals.row(entry.col()));
+  return A;
+}
+
+template <int Dim>
+Eigen::VectorXd mean_curvature(const Geometry<Dim>& shape, const SparseMatrix& A) {
+  const Points<Dim> weak = A * shape.points();
+  return shape.nodal_normals().cwiseProduct(weak).rowwise().sum().cwiseQuotient(
+      shape.lumped_mass());
+}
+
+template SparseMatrix stiffness<2>(const Geometry<2>&, const Eigen::VectorXd&);
+template SparseMatrix stiffness<3>(const Geometry<3>&, const Eigen::VectorXd&);
+template SparseMatrix normal_stiffness<2>(const Geometry<2>&, SparseMatrix);
+template SparseMatrix normal_stiffness<3>(const Geometry<3>&, SparseMatrix);
+template Eigen::VectorXd mean_curvature<2>(const Geometry<2>&, const SparseMatrix&);
+template Eigen::VectorXd mean_curvature<3>(const Geometry<3>&, const SparseMatrix&);
+
+}  // namespace surf::fem

@@ -1,0 +1,64 @@
+// The evolution loop: assemble, solve, choose step, move, mend, stop?
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "libsurf/energy/shape_energy.h"
+#include "libsurf/flow/moving_shape.h"
+#include "libsurf/flow/step_control.h"
+#include "libsurf/flow/velocity.h"
+
+namespace surf::flow {
+
+struct FlowOptions {
+  VelocityOptions velocity;
+  StepOptions step;
+  int max_steps = 500;
+  /// Converged when |dJ_k| <= rel_tol * max_j |dJ_j|: thesis (5.2) with |.|, relative to the
+  /// steepest step so far, without its absolute tol, which would depend on the intensities' scale.
+  double rel_tol = 1e-4;
+  /// Converged when `energy_window` steps together gain at most energy_tol * (J_0 - J_k); 0 = off.
+  double energy_tol = 1e-3;
+  int energy_window = 8;
+  /// Converged when no vertex moved further than this in any step of the window [mm]; 0 = off.
+  double displacement_tol_mm = 0;
+
+  std::string error() const;  ///< empty if valid
+};
+
+enum class Termination { kConverged, kMaxSteps, kStalled, kObstacle, kStopped };
+/// "converged", "max-steps", ...
+std::string to_string(Termination termination);
+
+/// One accepted step = a line of the log = a row of the table.
+struct StepRecord {
+  int k = 0;
+  double energy = 0;  ///< J after the step
+  double tau = 0;
+  double shape_derivative = 0;  ///< dJ(Gamma_k; V_k)
+  double max_displacement_mm = 0;
+  int n_trials = 0;
+  double enclosed = 0;  ///< enclosed area [mm^2] or volume [mm^3]
+  Eigen::Index n_vertices = 0, n_elements = 0;
+  Eigen::Index n_held = 0;  ///< vertices held back
+};
+
+struct FlowSummary {
+  Termination termination = Termination::kConverged;
+  std::string message;  ///< one sentence for a person
+  std::vector<StepRecord> steps;
+  double initial_energy = 0, final_energy = 0;
+};
+
+/// Called after every step; false stops the run (the shape is then that of the last step).
+using StepCallback = std::function<bool(const StepRecord&)>;
+
+/// Descends J from the current shape. Each step is accepted only if J decreases.
+/// @throws UsageError  options.error() is not empty
+template <int Dim>
+FlowSummary evolve(MovingShape<Dim>& shape, energy::ShapeEnergy<Dim>& energy,
+                   const FlowOptions& options, const StepCallback& callback = {});
+
+}  // namespace surf::flow

@@ -1,0 +1,33 @@
+// What a flow asks of the object that owns a shape's connectivity.
+#pragma once
+
+#include <string>
+
+#include "libsurf/fem/geometry.h"
+
+namespace surf::flow {
+
+/// A curve or surface that a flow moves. The flow sees arrays only; bisection, smoothing and
+/// guards against self-intersection are behind mend and admissible.
+template <int Dim>
+class MovingShape {
+ public:
+  virtual ~MovingShape() = default;
+
+  /// The current points and elements.
+  virtual fem::Geometry<Dim> geometry() const = 0;
+  /// Largest displacement of a vertex in one step [mm].
+  virtual double max_displacement() const = 0;
+  /// Takes back what may not move there (vertices at the volume's border, sheets about to
+  /// touch): `to` (n, Dim) is changed in place. Returns the number of vertices held.
+  virtual Eigen::Index restrict_move(Points<Dim>& to) = 0;
+  /// Moves the vertices.
+  virtual void move_to(const Points<Dim>& to) = 0;
+  /// Adapts and mends the mesh after a move; true if points or elements changed.
+  virtual bool mend() = 0;
+  /// A reason to end the run ("the object vanished", "the surface meets the volume's
+  /// border"), else empty.
+  virtual std::string obstacle() const = 0;
+};
+
+}  // namespace surf::flow

@@ -1,0 +1,51 @@
+// Choosing the time step: backtracking (Alg. 1), line search (Alg. 2), time step control
+// (Alg. 3).
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+
+#include "libsurf/fem/geometry.h"
+
+namespace surf::flow {
+
+enum class StepRule { kBacktracking, kLineSearch };
+
+struct StepOptions {
+  StepRule rule = StepRule::kLineSearch;
+  /// Line search accepts beta * expected <= actual <= alpha * expected, both changes negative
+  /// (thesis (3.37), signs corrected); 0 < alpha < beta < 1.
+  double alpha = 0.25, beta = 0.75;  // thesis 5.1
+  /// Time step control: tau |grad_Gamma V| <= epsilon_tau.
+  double epsilon_tau = 0.8;  // thesis 5.1
+  int max_trials = 12;
+
+  std::string error() const;  ///< empty if valid
+};
+
+/// What is known of one tried step.
+struct Trial {
+  double change = 0;    ///< J(new) - J(old)
+  double expected = 0;  ///< tau dJ(V)
+};
+
+struct Step {
+  double tau = 0;
+  Trial trial;
+  int n_trials = 0;
+};
+
+/// Alg. 1 and 2. `attempt(tau)` moves a copy of the shape and returns the change of J.
+/// Too little decrease shrinks the step, too much grows it (Alg. 2 as printed has the two
+/// mixed up). A step at tau_max is accepted however much it gains.
+/// @param tau_first  first trial, 0 < tau_first <= tau_max
+/// @return the accepted step, which is the last one attempted; nothing if no trial decreased J
+std::optional<Step> choose_step(const StepOptions& options, double tau_first, double tau_max,
+                                const std::function<Trial(double)>& attempt);
+
+/// Largest |grad_Gamma V| over the elements, of the vector velocity (n, Dim): Alg. 3.
+template <int Dim>
+double max_velocity_gradient(const fem::Geometry<Dim>& shape, const Points<Dim>& velocity);
+
+}  // namespace surf::flow

@@ -1,0 +1,69 @@
+// The velocity systems of chapter 3: explicit (3.53) and semi-implicit (3.54).
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "libsurf/energy/shape_energy.h"
+#include "libsurf/fem/geometry.h"
+
+namespace surf::flow {
+
+enum class ScalarProduct {
+  kL2,  ///< <V, W>: the usual gradient flow (3.7)
+  kH1   ///< <alpha grad V, grad W> + <beta V, W> (3.8), alpha and beta from the second derivative
+};
+enum class Scheme { kExplicit, kSemiImplicit };
+
+struct VelocityOptions {
+  ScalarProduct product = ScalarProduct::kH1;
+  Scheme scheme = Scheme::kExplicit;
+  /// H1: beta is at least floor * g_max / r^2 with g_max the largest curvature coefficient and
+  /// r the shape's own radius. The thesis' eps = 100 (5.1) belongs to lengths of order 1.
+  double beta_floor = 100;
+  /// Relative residual at which the iterative solvers stop.
+  double solver_tolerance = 1e-8;
+
+  std::string error() const;  ///< empty if valid
+};
+
+/// One descent direction.
+template <int Dim>
+struct Velocity {
+  Eigen::VectorXd normal;       ///< V at the vertices, (n)
+  Points<Dim> vector;           ///< V n_i with the nodal normals, (n, Dim): last line of (3.53)
+  double shape_derivative = 0;  ///< dJ(Gamma; V) <= 0, of the discrete J
+  double norm_squared = 0;      ///< b(V, V) of the scalar product in use
+};
+
+/// Computes velocities for one shape: matrices and factorisation are kept while the time step
+/// of the semi-implicit scheme is searched.
+///
+/// Right-hand side: -dJ(Gamma; phi_i n_i), the exact discrete derivative, in place of
+/// -(M_g K + f) of (3.53), to which it converges. Masses are lumped.
+///
+/// Explicit: (A_alpha + M_beta) V = -r. Semi-implicit, the Schur complement (3.61) with
+/// lumped masses and W = M_g M^-1, S = N^T M^-1 A M^-1 N: (tau W S + A_alpha + M_beta) V = -r.
+/// L2: in the variable Y = W^(-1/2) V this is the symmetric
+/// (M + tau W^(1/2) S W^(1/2)) Y = -W^(-1/2) r, which stays well scaled where g -> 0 at an
+/// edge ((3.63) divides by g). H1: nonsymmetric, by BiCGSTAB.
+template <int Dim>
+class VelocitySystem {
+ public:
+  /// @param shape, terms  must outlive this object
+  /// @param A  stiffness(shape, 1)
+  VelocitySystem(const fem::Geometry<Dim>& shape, const energy::ShapeTerms<Dim>& terms,
+                 const SparseMatrix& A, const VelocityOptions& options);
+  ~VelocitySystem();
+
+  /// True if the velocity depends on the time step (semi-implicit).
+  bool depends_on_step() const;
+  /// @param tau  time step, used by the semi-implicit scheme only
+  Velocity<Dim> solve(double tau) const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace surf::flow

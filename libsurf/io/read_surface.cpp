@@ -1,0 +1,93 @@
+#include "libsurf/io/read_surface.h"
+
+#include <fmt/format.h>
+
+#include <cerrno>
+#include <cmath>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+
+#include "libsurf/base/error.h"
+#include "libsurf/base/file.h"
+#include "libsurf/io/surface_formats.h"
+
+namespace surf::io {
+namespace {
+
+using Reader = FileSurface (*)(const std::string&, const std::string&);
+
+Reader find_reader(const std::string& ending) {
+  constexpr std::pair<std::string_view, Reader> kReaders[] = {{".stl", read_stl},
+                                                              {".obj", read_obj},
+                                                              {".ply", read_ply},
+                                                              {".vtp", read_vtp},
+                                                              {".vtk", read_vtk}};
+  for (const auto& [name, reader] : kReaders)
+    if (name == ending) return reader;
+  return nullptr;
+}
+
+std::string content_of(const std::string& path) {
+  std::error_code status;
+  if (std::filesystem::is_directory(path, status))
+    throw InputError(fmt::format("{}: is a folder; give a surface file", path));
+  std::ifstream stream(path, std::ios::binary | std::ios::ate);
+  if (!stream) throw InputError(fmt::format("{}: cannot be read: {}", path, std::strerror(errno)));
+  std::string content(static_cast<std::size_t>(std::max<std::streamoff>(stream.tellg(), 0)), '\0');
+  stream.seekg(0);
+  if (!stream.read(content.data(), static_cast<std::streamsize>(content.size())))
+    throw InputError(fmt::format("{}: cannot be read: {}", path, std::strerror(errno)));
+  if (content.empty()) throw InputError(fmt::format("{}: the file is empty", path));
+  return content;
+}
+
+void check(const std::string& path, const FileSurface& surface) {
+  if (surface.elements.empty()) throw InputError(fmt::format("{}: holds no faces", path));
+  if (surface.points.size() > std::size_t(std::numeric_limits<int>::max()) ||
+      surface.elements.size() > std::size_t(std::numeric_limits<int>::max()))
+    throw InputError(fmt::format("{}: more than 2^31 points or triangles", path));
+  for (std::size_t i = 0; i < surface.points.size(); ++i)
+    for (const double x : surface.points[i])
+      if (!std::isfinite(x))
+        throw InputError(fmt::format("{}: vertex {} has the coordinate {}", path, i + 1, x));
+  const auto n = static_cast<std::int64_t>(surface.points.size());
+  for (std::size_t i = 0; i < surface.elements.size(); ++i)
+    for (const std::int64_t vertex : surface.elements[i])
+      if (vertex < 0 || vertex >= n) {
+        const std::string place = surface.lines.empty()
+                                      ? fmt::format("{}: triangle {}", path, i + 1)
+                                      : fmt::format("{}:{}: face", path, surface.lines[i]);
+        throw InputError(fmt::format("{} names vertex {} (from 0), but the file has {} vertices",
+                                     place, vertex, n));
+      }
+}
+
+}  // namespace
+
+bool is_readable_surface(const std::string& path) {
+  return find_reader(extension(path)) != nullptr;
+}
+
+Triangles read_surface(const std::string& path) {
+  const Reader read = find_reader(extension(path));
+  if (read == nullptr)
+    throw InputError(fmt::format(
+        "{}: not a surface file by its ending; expected .stl, .obj, .ply, .vtp or .vtk", path));
+  const FileSurface surface = read(path, content_of(path));
+  check(path, surface);
+  Triangles result;
+  result.points.resize(static_cast<Eigen::Index>(surface.points.size()), 3);
+  for (std::size_t i = 0; i < surface.points.size(); ++i)
+    result.points.row(static_cast<Eigen::Index>(i)) =
+        Eigen::RowVector3d::Map(surface.points[i].data());
+  result.points = converted(result.points, surface.space.value_or(Space::kLps));
+  result.elements.resize(static_cast<Eigen::Index>(surface.elements.size()), 3);
+  for (std::size_t i = 0; i < surface.elements.size(); ++i)
+    for (int k = 0; k < 3; ++k)
+      result.elements(static_cast<Eigen::Index>(i), k) = static_cast<int>(surface.elements[i][k]);
+  return result;
+}
+
+}  // namespace surf::io

@@ -1,0 +1,182 @@
+#include "libsurf/io/write_surface.h"
+
+#include <fmt/format.h>
+#include <vtkCellArray.h>
+#include <vtkFieldData.h>
+#include <vtkNew.h>
+#include <vtkPoints.h>
+#include <vtkPolyData.h>
+#include <vtkStringArray.h>
+#include <vtkXMLPolyDataWriter.h>
+
+#include <Eigen/Geometry>
+#include <bit>
+#include <cerrno>
+#include <charconv>
+#include <cstdint>
+#include <cstring>
+#include <fstream>
+
+#include "libsurf/base/error.h"
+#include "libsurf/base/file.h"
+
+namespace surf::io {
+namespace {
+
+static_assert(std::endian::native == std::endian::little, "binary STL and PLY are little endian");
+
+using Floats = Eigen::Matrix<float, Eigen::Dynamic, 3, Eigen::RowMajor>;
+
+template <class T>
+void append(std::string& bytes, const T* values, std::size_t n) {
+  bytes.append(reinterpret_cast<const char*>(values), n * sizeof(T));
+}
+
+// STL and PLY are so simple that writing their bytes here is shorter than handing the surface
+// to VTK, and a full disk is then noticed in one place for all formats.
+std::string stl_bytes(const Triangles& surface, Space space) {
+  const Floats points = surface.points.cast<float>();
+  std::string header = fmt::format("surfseg SPACE={} UNIT=mm", name(space));
+  header.resize(80, ' ');
+  std::string bytes;
+  bytes.reserve(84 + 50 * surface.elements.rows());
+  bytes += header;
+  const auto n = static_cast<std::uint32_t>(surface.elements.rows());
+  append(bytes, &n, 1);
+  for (const auto element : surface.elements.rowwise()) {
+    const Eigen::Vector3f a = points.row(element[0]), b = points.row(element[1]),
+                          c = points.row(element[2]);
+    // In double, so that the cross product of short edges does not underflow.
+    const Eigen::Vector3d area = (b - a).cast<double>().cross((c - a).cast<double>());
+    const Eigen::Vector3f normal = area.stableNormalized().cast<float>();
+    for (const Eigen::Vector3f& vector : {normal, a, b, c}) append(bytes, vector.data(), 3);
+    const std::uint16_t attribute = 0;
+    append(bytes, &attribute, 1);
+  }
+  return bytes;
+}
+
+std::string ply_bytes(const Triangles& surface, Space space) {
+  const Floats points = surface.points.cast<float>();
+  std::string bytes = fmt::format(
+      "ply\nformat binary_little_endian 1.0\ncomment surfseg\ncomment SPACE={}\n"
+      "element vertex {}\nproperty float x\nproperty float y\nproperty float z\n"
+      "element face {}\nproperty list uchar int vertex_indices\nend_header\n",
+      name(space), points.rows(), surface.elements.rows());
+  append(bytes, points.data(), points.size());
+  for (const auto element : surface.elements.rowwise()) {
+    bytes += '\3';
+    append(bytes, element.data(), 3);
+  }
+  return bytes;
+}
+
+void append_number(std::string& text, float value) {
+  char digits[32];
+  const auto [end, status] = std::to_chars(digits, digits + sizeof digits, value);
+  text.append(digits, end);
+}
+
+std::string obj_bytes(const Triangles& surface, Space space) {
+  const Floats points = surface.points.cast<float>();
+  std::string text = fmt::format("# surfseg\n# SPACE={}\n", name(space));
+  for (const auto point : points.rowwise()) {
+    text += 'v';
+    for (int axis = 0; axis < 3; ++axis) {
+      text += ' ';
+      append_number(text, point[axis]);
+    }
+    text += '\n';
+  }
+  for (const auto element : surface.elements.rowwise())
+    text += fmt::format("f {} {} {}\n", element[0] + 1, element[1] + 1, element[2] + 1);
+  return text;
+}
+
+std::string vtp_bytes(const Triangles& surface, Space space) {
+  vtkNew<vtkPoints> points;
+  points->SetDataTypeToDouble();
+  points->SetNumberOfPoints(surface.points.rows());
+  for (Eigen::Index i = 0; i < surface.points.rows(); ++i)
+    points->SetPoint(i, surface.points.row(i).data());
+  vtkNew<vtkCellArray> cells;
+  cells->AllocateExact(surface.elements.rows(), surface.elements.size());
+  for (const auto element : surface.elements.rowwise())
+    cells->InsertNextCell({element[0], element[1], element[2]});
+  vtkNew<vtkStringArray> statement;
+  statement->SetName("SPACE");
+  statement->InsertNextValue(std::string(name(space)));
+  vtkNew<vtkPolyData> data;
+  data->SetPoints(points);
+  data->SetPolys(cells);
+  data->GetFieldData()->AddArray(statement);
+  vtkNew<vtkXMLPolyDataWriter> writer;
+  writer->SetInputData(data);
+  writer->WriteToOutputStringOn();
+  writer->Write();
+  return writer->GetOutputString();
+}
+
+using Encoder = std::string (*)(const Triangles&, Space);
+struct Format {
+  std::string_view extension;
+  Encoder encode;
+  bool is_float32;
+};
+constexpr Format kFormats[] = {{".stl", stl_bytes, true},
+                               {".obj", obj_bytes, true},
+                               {".ply", ply_bytes, true},
+                               {".vtp", vtp_bytes, false}};
+
+const Format* find_format(const std::string& ending) {
+  for (const Format& format : kFormats)
+    if (format.extension == ending) return &format;
+  return nullptr;
+}
+
+const Format& format_of(const std::string& ending, const std::string& what) {
+  if (const Format* format = find_format(ending)) return *format;
+  throw UsageError(fmt::format(
+      "{}: '{}' is not a surface format that can be written; use .stl, .obj, .ply or .vtp", what,
+      ending));
+}
+
+Triangles rounded(const Triangles& surface, const Format& format) {
+  if (!format.is_float32) return surface;
+  return {surface.points.cast<float>().cast<double>(), surface.elements};
+}
+
+void check(const Triangles& surface, const std::string& path) {
+  if (!surface.points.allFinite())
+    throw InvalidMesh(fmt::format("{}: not written: a coordinate is not finite", path));
+  if (surface.elements.size() > 0 &&
+      (surface.elements.minCoeff() < 0 || surface.elements.maxCoeff() >= surface.points.rows()))
+    throw InvalidMesh(fmt::format("{}: not written: a triangle names a missing point", path));
+}
+
+}  // namespace
+
+bool is_writable_surface(const std::string& path) {
+  return find_format(extension(path)) != nullptr;
+}
+
+Triangles rounded_to_file(const Triangles& surface, const std::string& ending) {
+  return rounded(surface, format_of(ending, "surface file"));
+}
+
+void write_surface(const std::string& path, const Triangles& surface, const WriteOptions& options) {
+  const Format& format = format_of(extension(path), path);
+  Triangles in_file = rounded(surface, format);
+  check(in_file, path);
+  in_file.points = converted(in_file.points, options.space);
+  const std::string bytes = format.encode(in_file, options.space);
+  write_atomically(path, [&](const std::string& temporary) {
+    std::ofstream stream(temporary, std::ios::binary);
+    stream.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+    stream.close();
+    if (!stream)
+      throw OutputError(fmt::format("{}: cannot be written: {}", path, std::strerror(errno)));
+  });
+}
+
+}  // namespace surf::io

@@ -1,0 +1,42 @@
+// Triangle surfaces to STL, OBJ, PLY and VTP files that land on the volume they came from.
+#pragma once
+
+#include <string>
+
+#include "libsurf/base/types.h"
+#include "libsurf/io/space.h"
+
+namespace surf::io {
+
+struct WriteOptions {
+  /// Frame of the coordinates in the file. Every format states it as Slicer reads it:
+  /// SPACE=LPS in STL's 80-byte header, in a comment of OBJ and PLY, in the field data of VTP.
+  Space space = Space::kLps;
+};
+
+/// Writes the surface (RAS mm) by the ending of `path`, whole or not at all: .stl and .ply
+/// (binary, little endian), .obj (text), .vtp (binary, compressed). The same surface gives
+/// the same bytes.
+///
+/// STL, OBJ and PLY hold float32, VTP float64: see rounded_to_file.
+///
+/// @throws UsageError   another ending
+/// @throws OutputError  the folder is missing or not writable, or the disk is full
+/// @throws InvalidMesh  an element names a missing point, or a coordinate is not finite as
+///                      the file's float
+void write_surface(const std::string& path, const Triangles& surface,
+                   const WriteOptions& options = {});
+
+/// The surface exactly as a file with this ending (".stl", ...) will hold it, in RAS mm:
+/// coordinates rounded to float32 for STL, OBJ (more digits would be legal there, but its
+/// readers keep floats) and PLY, untouched for VTP. Rounding can make triangles
+/// intersect, so the surface to verify is this one. STL has no shared vertices: points
+/// that round to the same floats become one when it is read.
+///
+/// @throws UsageError  another ending
+Triangles rounded_to_file(const Triangles& surface, const std::string& extension);
+
+/// True if `path` ends like a surface file that can be written: .stl, .obj, .ply, .vtp.
+bool is_writable_surface(const std::string& path);
+
+}  // namespace surf::io

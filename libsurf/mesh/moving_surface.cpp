@@ -1,0 +1,118 @@
+#include "libsurf/mesh/moving_surface.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "libsurf/base/error.h"
+#include "libsurf/mesh/bisection.h"
+#include "libsurf/mesh/improve.h"
+#include "libsurf/mesh/sheet_guard.h"
+
+namespace surf::mesh {
+namespace {
+
+constexpr int kGuardRounds = 3;
+constexpr double kLongest = 4.0 / 3, kShortest = 0.4;  // of the wanted edge length
+constexpr double kTolerance = 0.1;  // by which mending may move the surface, likewise
+
+}  // namespace
+
+std::string MovingSurfaceOptions::error() const {
+  if (!(edge_length_mm > 0))
+    return fmt::format("MovingSurfaceOptions::edge_length_mm = {} violates > 0", edge_length_mm);
+  if (!(max_displacement > 0 && max_displacement <= 1))
+    return fmt::format("MovingSurfaceOptions::max_displacement = {} violates 0 < share <= 1",
+                       max_displacement);
+  if (!(sheet_distance >= 0))
+    return fmt::format("MovingSurfaceOptions::sheet_distance = {} violates >= 0", sheet_distance);
+  return {};
+}
+
+MovingSurface::MovingSurface(const Triangles& initial, const MovingSurfaceOptions& options)
+    : mesh_(to_mesh(initial)), options_(options) {
+  if (const std::string error = options.error(); !error.empty()) throw UsageError(error);
+  mend();
+}
+
+fem::Geometry<3> MovingSurface::geometry() const { return {points(mesh_), elements(mesh_)}; }
+
+Triangles MovingSurface::triangles() const { return to_triangles(mesh_); }
+
+double MovingSurface::max_displacement() const {
+  return options_.max_displacement * options_.edge_length_mm;
+}
+
+void MovingSurface::set_edge_length(double edge_length_mm) {
+  options_.edge_length_mm = edge_length_mm;
+}
+
+Eigen::Index MovingSurface::restrict_move(Points<3>& to) {
+  Eigen::Index n_held = 0;
+  if (options_.box) {
+    const VolumeBox& box = *options_.box;
+    const Eigen::Array3d last(box.size[0] - 1, box.size[1] - 1, box.size[2] - 1);
+    for (Eigen::Index i = 0; i < to.rows(); ++i) {
+      const Eigen::Vector3d index = box.world_to_index * to.row(i).transpose();
+      const Eigen::Vector3d inside = index.array().max(0).min(last);
+      if (inside == index) continue;
+      to.row(i) = box.index_to_world * inside;
+      ++n_held;
+    }
+  }
+  if (options_.sheet_distance == 0) return n_held;
+  const Points<3> from = points(mesh_);
+  const Elements<3> T = elements(mesh_);
+  for (int round = 0; round < kGuardRounds; ++round) {
+    const std::vector<char> touched =
+        vertices_in_contact(from, to, T, options_.sheet_distance * options_.edge_length_mm);
+    Eigen::Index n_touched = 0;
+    for (Eigen::Index i = 0; i < to.rows(); ++i)
+      if (touched[i] && to.row(i) != from.row(i)) {
+        to.row(i) = from.row(i);
+        ++n_touched;
+      }
+    n_held += n_touched;
+    if (n_touched == 0) break;
+  }
+  return n_held;
+}
+
+void MovingSurface::move_to(const Points<3>& to) { set_points(mesh_, to); }
+
+bool MovingSurface::mend() {
+  const double longest = kLongest * options_.edge_length_mm;
+  const int n_new = refine_long_edges(mesh_, longest);
+  ImproveOptions improvement;
+  improvement.min_length = kShortest * options_.edge_length_mm;
+  improvement.max_length = longest;
+  improvement.tolerance_mm = kTolerance * options_.edge_length_mm;
+  const ImproveReport report = improve(mesh_, improvement);
+  return n_new > 0 || report.n_collapsed + report.n_flipped + report.n_moved > 0;
+}
+
+std::string MovingSurface::obstacle() const {
+  const fem::Geometry<3> shape = geometry();
+  if (shape.radius() < options_.min_radius * options_.edge_length_mm)
+    return fmt::format("the object vanished: its volume fell to {:.3g} mm^3", shape.enclosed());
+  const double share = border_share();
+  if (share > options_.max_border_share)
+    return fmt::format("the surface meets the volume's border with {:.0f} % of its vertices",
+                       100 * share);
+  return {};
+}
+
+double MovingSurface::border_share() const {
+  if (!options_.box) return 0;
+  constexpr double kNear = 1e-6;  // voxels
+  const VolumeBox& box = *options_.box;
+  Eigen::Index n_border = 0;
+  for (const auto vertex : mesh_.vertices()) {
+    const Eigen::Array3d index = (box.world_to_index * mesh_.point(vertex)).array();
+    const Eigen::Array3d last(box.size[0] - 1, box.size[1] - 1, box.size[2] - 1);
+    n_border += (index <= kNear).any() || (index >= last - kNear).any();
+  }
+  return double(n_border) / double(mesh_.n_vertices());
+}
+
+}  // namespace surf::mesh

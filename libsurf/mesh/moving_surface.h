@@ -1,0 +1,65 @@
+// The triangle surface that a flow moves: OpenMesh connectivity, bisection as it grows, mending,
+// and the guards that keep it embedded and inside the volume.
+#pragma once
+
+#include <Eigen/Geometry>
+#include <array>
+#include <optional>
+
+#include "libsurf/flow/moving_shape.h"
+#include "libsurf/mesh/triangle_mesh.h"
+
+namespace surf::mesh {
+
+/// The part of space that voxel centres of a volume span: 0 <= index <= size - 1.
+struct VolumeBox {
+  Eigen::Affine3d world_to_index;
+  Eigen::Affine3d index_to_world;
+  std::array<int, 3> size;
+};
+
+struct MovingSurfaceOptions {
+  /// Wanted edge length [mm]: edges are bisected above 4/3 of it and collapsed below 0.4 of it.
+  double edge_length_mm = 1;
+  /// Largest displacement of a vertex in a step, as a share of the edge length.
+  double max_displacement = 0.5;
+  /// Sheets that face each other are held apart at this share of the edge length. Above the
+  /// largest approach in one step (twice max_displacement) less itself, so that no crossing is
+  /// missed.
+  double sheet_distance = 0.7;
+  /// Vertices may not leave this box; none = the surface moves freely.
+  std::optional<VolumeBox> box;
+  /// The run ends when more than this share of the vertices lies on the box's border.
+  double max_border_share = 0.5;
+  /// The object has vanished when its radius (of the ball of equal volume) is below this share of
+  /// the edge length.
+  double min_radius = 0.5;
+
+  std::string error() const;  ///< empty if valid
+};
+
+class MovingSurface : public flow::MovingShape<3> {
+ public:
+  /// @throws InvalidMesh  as to_mesh()
+  /// @throws UsageError   options.error() is not empty
+  MovingSurface(const Triangles& initial, const MovingSurfaceOptions& options);
+
+  fem::Geometry<3> geometry() const override;
+  double max_displacement() const override;
+  Eigen::Index restrict_move(Points<3>& to) override;
+  void move_to(const Points<3>& to) override;
+  bool mend() override;
+  std::string obstacle() const override;
+
+  Triangles triangles() const;
+  /// Share of the vertices on the box's border.
+  double border_share() const;
+  /// Changes the wanted edge length; the mesh follows with the next mend.
+  void set_edge_length(double edge_length_mm);
+
+ private:
+  TriMesh mesh_;
+  MovingSurfaceOptions options_;
+};
+
+}  // namespace surf::mesh

@@ -1,0 +1,142 @@
+#include "libsurf/mesh/overlap.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <vector>
+
+#include "libsurf/mesh/from_label_map.h"
+#include "libsurf/mesh/rasterize.h"
+
+namespace surf::mesh {
+namespace {
+
+/// Voxels lower <= (i, j, k) < upper.
+struct IndexBox {
+  std::array<int, 3> lower, upper;
+  int size(int axis) const { return upper[axis] - lower[axis]; }
+};
+
+/// Voxels whose parallelepiped the surface may meet.
+IndexBox box_of(const Triangles& surface, const Eigen::Affine3d& world_to_index) {
+  Eigen::AlignedBox3d box;
+  for (const auto element : surface.elements.rowwise())
+    for (const int vertex : element)
+      box.extend(world_to_index * Vector<3>(surface.points.row(vertex)));
+  IndexBox result{};
+  if (box.isEmpty()) return result;
+  for (int axis = 0; axis < 3; ++axis) {
+    result.lower[axis] = static_cast<int>(std::floor(box.min()[axis] + 0.5));
+    result.upper[axis] = static_cast<int>(std::floor(box.max()[axis] + 0.5)) + 1;
+  }
+  return result;
+}
+
+/// Grid of s samples per axis in each voxel of the box: sample (0, 0, 0) is the first in the
+/// voxel `lower`.
+Eigen::Affine3d sample_to_world(const Eigen::Affine3d& index_to_world,
+                                const std::array<int, 3>& lower, int s) {
+  const Vector<3> first =
+      Vector<3>(lower[0], lower[1], lower[2]) + Vector<3>::Constant(0.5 / s - 0.5);
+  return index_to_world * Eigen::Translation3d(first) * Eigen::Scaling(1.0 / s);
+}
+
+/// Labels of the box; outside the volume nothing is labelled.
+std::vector<std::uint8_t> labelled(const volume::Volume& labels, std::optional<int> label,
+                                   const IndexBox& box) {
+  std::vector<float> values(std::size_t(box.size(0)) * box.size(1) * box.size(2));
+  labels.copy_box(box.lower, box.upper, values.data());
+  std::vector<std::uint8_t> result(values.size());
+  std::size_t at = 0;
+  const auto is_inside = [&](int axis, int index) {
+    return index >= 0 && index < labels.size()[axis];
+  };
+  for (int k = box.lower[2]; k < box.upper[2]; ++k)
+    for (int j = box.lower[1]; j < box.upper[1]; ++j)
+      for (int i = box.lower[0]; i < box.upper[0]; ++i, ++at)
+        result[at] =
+            is_inside(0, i) && is_inside(1, j) && is_inside(2, k) && is_labelled(values[at], label);
+  return result;
+}
+
+std::size_t n_labelled(const volume::Volume& labels, std::optional<int> label) {
+  std::vector<float> slice(std::size_t(labels.size()[0]) * labels.size()[1]);
+  std::size_t n = 0;
+  for (int k = 0; k < labels.size()[2]; ++k) {
+    labels.copy_box({0, 0, k}, {labels.size()[0], labels.size()[1], k + 1}, slice.data());
+    n += std::count_if(slice.begin(), slice.end(),
+                       [&](float value) { return is_labelled(value, label); });
+  }
+  return n;
+}
+
+struct SampleCounts {
+  std::size_t inside = 0, common = 0;
+};
+
+SampleCounts count_slab(const Triangles& surface, const volume::Volume& labels,
+                        std::optional<int> label, const IndexBox& slab, int s) {
+  const std::vector<std::uint8_t> mask = labelled(labels, label, slab);
+  const std::array<int, 3> size{slab.size(0) * s, slab.size(1) * s, slab.size(2) * s};
+  const std::vector<std::uint8_t> inside =
+      rasterize(surface, size, sample_to_world(labels.index_to_world(), slab.lower, s));
+  SampleCounts counts;
+  std::size_t at = 0;
+  for (int k = 0; k < size[2]; ++k)
+    for (int j = 0; j < size[1]; ++j)
+      for (int i = 0; i < size[0]; ++i, ++at) {
+        if (!inside[at]) continue;
+        ++counts.inside;
+        counts.common += mask[(std::size_t(k / s) * slab.size(1) + j / s) * slab.size(0) + i / s];
+      }
+  return counts;
+}
+
+}  // namespace
+
+Overlap overlap(const Triangles& surface, const volume::Volume& labels, std::optional<int> label,
+                int samples_per_axis) {
+  constexpr int kSlab = 8;  // voxels
+  const IndexBox box = box_of(surface, labels.world_to_index());
+  SampleCounts counts;
+  for (int k = box.lower[2]; k < box.upper[2]; k += kSlab) {
+    IndexBox slab = box;
+    slab.lower[2] = k;
+    slab.upper[2] = std::min(k + kSlab, box.upper[2]);
+    const SampleCounts of_slab = count_slab(surface, labels, label, slab, samples_per_axis);
+    counts.inside += of_slab.inside;
+    counts.common += of_slab.common;
+  }
+  const double voxel_mm3 = std::abs(labels.index_to_world().linear().determinant());
+  const double sample_mm3 = voxel_mm3 / std::pow(samples_per_axis, 3);
+  return {double(counts.inside) * sample_mm3, double(n_labelled(labels, label)) * voxel_mm3,
+          double(counts.common) * sample_mm3};
+}
+
+Overlap overlap(const Triangles& first, const Triangles& second, int samples_along) {
+  Eigen::AlignedBox3d box;
+  for (const Triangles* surface : {&first, &second})
+    for (const auto element : surface->elements.rowwise())
+      for (const int vertex : element) box.extend(Vector<3>(surface->points.row(vertex)));
+  const double spacing = box.sizes().maxCoeff() / samples_along;
+  if (box.isEmpty() || !(spacing > 0)) return {};
+  std::array<int, 3> size;
+  for (int axis = 0; axis < 3; ++axis)
+    size[axis] = std::max(1, static_cast<int>(std::ceil(box.sizes()[axis] / spacing)));
+  const Eigen::Affine3d grid = Eigen::Translation3d(box.min()) * Eigen::Scaling(spacing) *
+                               Eigen::Translation3d(Vector<3>::Constant(0.5));
+  const auto a = rasterize(first, size, grid), b = rasterize(second, size, grid);
+  std::size_t n_first = 0, n_second = 0, n_common = 0;
+  for (std::size_t at = 0; at < a.size(); ++at) {
+    n_first += a[at];
+    n_second += b[at];
+    n_common += a[at] & b[at];
+  }
+  const double sample_mm3 = spacing * spacing * spacing;
+  return {double(n_first) * sample_mm3, double(n_second) * sample_mm3,
+          double(n_common) * sample_mm3};
+}
+
+}  // namespace surf::mesh

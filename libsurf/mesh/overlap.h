@@ -1,0 +1,29 @@
+// Overlap of solids: Dice, Jaccard.
+#pragma once
+
+#include <optional>
+
+#include "libsurf/base/types.h"
+#include "libsurf/volume/volume.h"
+
+namespace surf::mesh {
+
+/// Volumes [mm^3] of two solids A and B and of what they share, by counting samples.
+struct Overlap {
+  double first_mm3 = 0, second_mm3 = 0, common_mm3 = 0;
+
+  double dice() const { return 2 * common_mm3 / (first_mm3 + second_mm3); }
+  double jaccard() const { return common_mm3 / (first_mm3 + second_mm3 - common_mm3); }
+};
+
+/// Of a surface's inside (rasterize.h says which) and a label, whose voxels are taken as
+/// parallelepipeds round their centres: each voxel is sampled at samples_per_axis^3 points. Parts
+/// of the surface outside the volume count as unlabelled. Works slab by slab.
+Overlap overlap(const Triangles& surface, const volume::Volume& labels, std::optional<int> label,
+                int samples_per_axis = 2);
+
+/// Of the insides of two surfaces, sampled on a common cubic grid over both, aligned with the
+/// world's axes, with `samples_along` points along its longest side.
+Overlap overlap(const Triangles& first, const Triangles& second, int samples_along = 256);
+
+}  // namespace surf::mesh

@@ -1,0 +1,38 @@
+// Energies by name for one volume; private to segment/*.cpp.
+#pragma once
+
+#include <memory>
+#include <span>
+
+#include "libsurf/energy/energy_sum.h"
+#include "libsurf/segment/segment.h"
+
+namespace surf::segment {
+
+/// The fields of one volume and the energies made from them. Fields are shared by all energies.
+class ImageModel {
+ public:
+  ImageModel(const volume::Volume& volume, const volume::SmoothingOptions& smoothing,
+             volume::DerivativeFilter filter);
+
+  const volume::Volume& volume() const { return volume_; }
+  std::shared_ptr<const Field<3>> intensity() const { return intensity_; }
+  std::shared_ptr<const Field<3>> edge_indicator(double lambda);
+
+  /// @param terms  every parameter filled in
+  std::unique_ptr<energy::EnergySum<3>> energy(std::span<const EnergyTerm> terms);
+
+ private:
+  energy::DomainIntegralOptions domain_options() const;
+
+  volume::Volume volume_;
+  volume::SmoothingOptions smoothing_;
+  volume::DerivativeFilter filter_;
+  std::shared_ptr<const volume::TiledField> intensity_;
+  std::map<double, std::shared_ptr<const volume::TiledField>> edge_indicators_;
+};
+
+/// @throws UsageError  an energy or parameter is unknown or out of its range
+void check_terms(std::span<const EnergyTerm> terms);
+
+}  // namespace surf::segment

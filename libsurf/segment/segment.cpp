@@ -1,0 +1,256 @@
+#include "libsurf/segment/segment.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include "libsurf/base/error.h"
+#include "libsurf/mesh/moving_surface.h"
+#include "libsurf/mesh/primitives.h"
+#include "libsurf/segment/edge_offset.h"
+#include "libsurf/segment/ladder.h"
+#include "libsurf/segment/model.h"
+#include "libsurf/segment/seed_model.h"
+
+namespace surf::segment {
+namespace {
+
+constexpr int kSettleSteps = 8;
+constexpr double kSettleStep = 0.25;  // voxels, largest move in a step
+
+void check_seeds(const volume::Volume& volume, const std::vector<Eigen::Vector3d>& seeds) {
+  for (const Eigen::Vector3d& seed : seeds) {
+    const Eigen::Vector3d index = volume.world_to_index() * seed;
+    for (int axis = 0; axis < 3; ++axis)
+      if (!(index[axis] >= 0 && index[axis] <= volume.size()[axis] - 1))
+        throw UsageError(fmt::format(
+            "--seed: ({:g}, {:g}, {:g}) RAS mm is voxel ({:.1f}, {:.1f}, {:.1f}), outside the "
+            "volume of {} x {} x {} voxels; is it in another space (--space)?",
+            seed[0], seed[1], seed[2], index[0], index[1], index[2], volume.size()[0],
+            volume.size()[1], volume.size()[2]));
+  }
+}
+
+bool is_too_close(const std::vector<Eigen::Vector3d>& seeds, const Eigen::Vector3d& seed,
+                  double distance) {
+  return std::any_of(seeds.begin(), seeds.end(), [&](const Eigen::Vector3d& other) {
+    return (other - seed).norm() < distance;
+  });
+}
+
+/// Seed balls as one surface of several components; a ball that would touch an earlier one is left
+/// out.
+Triangles seed_balls(const std::vector<Eigen::Vector3d>& seeds, double radius, double edge_length,
+                     std::vector<std::string>& notes) {
+  Triangles all;
+  std::vector<Eigen::Vector3d> used;
+  for (const Eigen::Vector3d& seed : seeds) {
+    if (is_too_close(used, seed, 2 * radius + edge_length)) {
+      notes.push_back(fmt::format(
+          "the ball round seed ({:g}, {:g}, {:g}) would touch another one and is left out", seed[0],
+          seed[1], seed[2]));
+      continue;
+    }
+    used.push_back(seed);
+    const Triangles ball = mesh::ball(seed, radius, edge_length);
+    const int first = static_cast<int>(all.points.rows());
+    all.points.conservativeResize(first + ball.points.rows(), 3);
+    all.points.bottomRows(ball.points.rows()) = ball.points;
+    const Eigen::Index first_element = all.elements.rows();
+    all.elements.conservativeResize(first_element + ball.elements.rows(), 3);
+    all.elements.bottomRows(ball.elements.rows()) = ball.elements.array() + first;
+  }
+  return all;
+}
+
+/// One run: options made complete, then the stages.
+class Run {
+ public:
+  Run(const volume::Volume& volume, const SegmentOptions& options, const Progress& progress)
+      : options_(options),
+        progress_(progress),
+        model_(volume, smoothing(volume, options), options.derivative_filter) {
+    result_.sigma_mm = smoothing(volume, options).sigma_mm;
+    result_.edge_length_mm = options.edge_length_mm.value_or(1.5 * volume.voxel_size());
+    if (!options.seeds_ras_mm.empty())
+      seed_model_ =
+          estimate_seed_model(*model_.intensity(), options.seeds_ras_mm, volume.voxel_size());
+    const auto [lowest, highest] = volume.range();
+    seed_model_.deviation = std::max(seed_model_.deviation, (double(highest) - lowest) / 256);
+    result_.seed_radius_mm = options.seed_radius_mm.value_or(
+        std::clamp(0.7 * seed_model_.radius_mm, 2 * volume.voxel_size(), 8 * volume.voxel_size()));
+    start_ = options.initial_surface
+                 ? *options.initial_surface
+                 : seed_balls(options.seeds_ras_mm, result_.seed_radius_mm,
+                              std::min(result_.edge_length_mm, result_.seed_radius_mm / 2),
+                              result_.notes);
+  }
+
+  SegmentResult run() {
+    const bool go_on = options_.energies.empty() ? run_ladder() : run_energies();
+    if (go_on && options_.settle) run_settle();
+    return std::move(result_);
+  }
+
+ private:
+  static volume::SmoothingOptions smoothing(const volume::Volume& volume,
+                                            const SegmentOptions& options) {
+    volume::SmoothingOptions out;
+    out.sigma_mm = options.sigma_mm.value_or(0.7 * volume.voxel_size());
+    out.selective_sigma_mm = options.selective_sigma_mm;
+    out.selective_threshold = options.selective_threshold;
+    return out;
+  }
+
+  mesh::MovingSurfaceOptions surface_options(double edge_length) const {
+    mesh::MovingSurfaceOptions out;
+    out.edge_length_mm = edge_length;
+    const auto& volume = model_.volume();
+    out.box = mesh::VolumeBox{volume.world_to_index(), volume.index_to_world(), volume.size()};
+    return out;
+  }
+
+  /// False if the caller asked to stop.
+  bool run_ladder() {
+    LadderOptions ladder;
+    ladder.edge_length_mm = std::max(result_.edge_length_mm, 2 * model_.volume().voxel_size());
+    ladder.flow = options_.flow;
+    ladder.flow.energy_tol = std::max(ladder.flow.energy_tol, 3e-3);
+    const double voxel = model_.volume().voxel_size();
+    const auto starts = [&](double neck_radius) {
+      const double radius = std::max(result_.seed_radius_mm, 1.4 * neck_radius * voxel);
+      if (options_.initial_surface || radius == result_.seed_radius_mm) return start_;
+      std::vector<std::string> notes;
+      return seed_balls(options_.seeds_ras_mm, radius,
+                        std::min(ladder.edge_length_mm, radius / 2), notes);
+    };
+    result_.candidates = climb(model_, seed_model_, starts, ladder, result_.stages, progress_);
+    if (result_.candidates.empty()) {
+      result_.surface = start_;
+      result_.notes.push_back("the seed did not grow: it may lie on an edge");
+      return false;
+    }
+    result_.surface = result_.candidates.front().surface;
+    result_.energies = result_.candidates.front().energies;
+    return result_.stages.back().flow.termination != flow::Termination::kStopped ||
+           result_.stages.back().flow.message != "stopped on request";
+  }
+
+  bool run_energies() {
+    result_.energies = options_.energies;
+    for (EnergyTerm& term : result_.energies) complete(term);
+    return evolve("evolve", result_.energies, start_, options_.flow,
+                  surface_options(result_.edge_length_mm));
+  }
+
+  /// Fills in what is not given.
+  void complete(EnergyTerm& term) {
+    auto& p = term.parameters;
+    if (term.name == "minimal-surface") {
+      p.try_emplace("gamma0", 1);
+      if (!p.contains("gamma"))  // four times what keeps a ball of the seed's radius in balance
+        p["gamma"] = options_.initial_surface ? 0 : -4 * 2 * p["gamma0"] / result_.seed_radius_mm;
+      if (!p.contains("lambda"))
+        p["lambda"] =
+            estimate_edge_strength(*model_.intensity(), seeds_or_centre(), model_.volume());
+    } else if (term.name == "window") {
+      p.try_emplace("mean", seed_model_.mean);
+      p.try_emplace("half-width", 4 * seed_model_.deviation);
+    }
+  }
+
+  std::vector<Eigen::Vector3d> seeds_or_centre() const {
+    if (!options_.seeds_ras_mm.empty()) return options_.seeds_ras_mm;
+    return {start_.points.colwise().mean().transpose()};
+  }
+
+  bool evolve(const std::string& stage, const std::vector<EnergyTerm>& terms,
+              const Triangles& start, const flow::FlowOptions& flow,
+              const mesh::MovingSurfaceOptions& surface_options) {
+    const auto begin = std::chrono::steady_clock::now();
+    mesh::MovingSurface surface(start, surface_options);
+    const auto energy = model_.energy(terms);
+    bool go_on = true;
+    StageReport report;
+    report.name = stage;
+    report.edge_length_mm = result_.edge_length_mm;
+    report.flow = flow::evolve<3>(surface, *energy, flow, [&](const flow::StepRecord& record) {
+      go_on = !progress_ || progress_(stage, record, [&] { return surface.triangles(); });
+      return go_on;
+    });
+    report.seconds =
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    result_.surface = surface.triangles();
+    result_.border_share = surface.border_share();
+    go_on &= report.flow.termination != flow::Termination::kObstacle;
+    result_.stages.push_back(std::move(report));
+    return go_on;
+  }
+
+  /// Half the median |grad I| on the surface: edges found so far are strong, noise is not.
+  double edge_strength_on(const Triangles& surface) const {
+    Samples<3> samples;
+    model_.intensity()->sample(surface.points, Derivatives::kFirst, samples);
+    std::vector<double> gradients;
+    for (Eigen::Index i = 0; i < samples.gradient.rows(); ++i)
+      gradients.push_back(samples.gradient.row(i).norm());
+    return 0.5 * median(std::move(gradients));
+  }
+
+  /// Minimises int H dS from the surface found: at most kSettleSteps small steps, so that what
+  /// lies on a weak edge stays about where it is; then takes off the bias of the curvature.
+  bool run_settle() {
+    double lambda = edge_strength_on(result_.surface);
+    for (const EnergyTerm& term : result_.energies)  // the field of the run is there already
+      if (term.name == "minimal-surface") lambda = term.parameters.at("lambda");
+    if (!(lambda > 0)) return true;
+    flow::FlowOptions flow = options_.flow;
+    flow.max_steps = std::min(flow.max_steps, kSettleSteps);
+    const double voxel = model_.volume().voxel_size();
+    mesh::MovingSurfaceOptions surface = surface_options(result_.edge_length_mm);
+    surface.max_displacement =
+        std::min(surface.max_displacement, kSettleStep * voxel / result_.edge_length_mm);
+    const std::vector<EnergyTerm> terms = {
+        {"minimal-surface", 1, {{"gamma0", 1}, {"gamma", 0}, {"lambda", lambda}}}};
+    const Triangles start = result_.surface;
+    const bool go_on = evolve("settle", terms, start, flow, surface);
+    if (go_on)
+      result_.surface.points =
+          moved_to_edge(result_.surface, *model_.edge_indicator(lambda), kSettleStep * voxel);
+    return go_on;
+  }
+
+  const SegmentOptions& options_;
+  const Progress& progress_;
+  ImageModel model_;
+  SeedModel seed_model_;
+  Triangles start_;
+  SegmentResult result_;
+};
+
+}  // namespace
+
+std::string SegmentOptions::error() const {
+  if (seeds_ras_mm.empty() && !initial_surface) return "no seed and no initial surface";
+  if (seed_radius_mm && !(*seed_radius_mm > 0))
+    return fmt::format("SegmentOptions::seed_radius_mm = {} violates > 0", *seed_radius_mm);
+  if (sigma_mm && !(*sigma_mm >= 0))
+    return fmt::format("SegmentOptions::sigma_mm = {} violates >= 0", *sigma_mm);
+  if (edge_length_mm && !(*edge_length_mm > 0))
+    return fmt::format("SegmentOptions::edge_length_mm = {} violates > 0", *edge_length_mm);
+  if (energies.empty() && initial_surface && seeds_ras_mm.empty())
+    return "an initial surface without seeds needs an explicit energy";
+  return flow.error();
+}
+
+SegmentResult segment(const volume::Volume& volume, const SegmentOptions& options,
+                      const Progress& progress) {
+  if (const std::string error = options.error(); !error.empty()) throw UsageError(error);
+  check_terms(options.energies);
+  check_seeds(volume, options.seeds_ras_mm);
+  return Run(volume, options, progress).run();
+}
+
+}  // namespace surf::segment

@@ -1,0 +1,90 @@
+// From a volume and seeds to a surface: the stages of a run, put together from fields, energies,
+// flows and the moving surface.
+#pragma once
+
+#include <Eigen/Core>
+#include <functional>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "libsurf/flow/evolution.h"
+#include "libsurf/volume/image_fields.h"
+#include "libsurf/volume/volume.h"
+
+namespace surf::segment {
+
+/// One term of the energy with its parameters by name; what is not given is chosen from the image
+/// round the seeds.
+///   minimal-surface  gamma0, gamma [1/mm], lambda [intensity/mm]: (5.1)
+///   chan-vese        no parameters: 1.1.2, divided by the squared contrast
+///   window           mean, half-width [intensity]: int_Omega of energy::intensity_window
+///   area             beta of beta |Gamma| as `weight` [mm beside window or chan-vese]
+struct EnergyTerm {
+  std::string name;
+  double weight = 1;
+  std::map<std::string, double> parameters;
+};
+
+struct SegmentOptions {
+  std::vector<Eigen::Vector3d> seeds_ras_mm;
+  /// Radius of the seed balls [mm]; none = from the image round the seed.
+  std::optional<double> seed_radius_mm;
+  /// Initial surface in place of seed balls; seeds then only serve to choose parameters.
+  std::optional<Triangles> initial_surface;
+
+  /// Terms of the energy; empty = automatic: a ladder of intensity windows grown from the seeds
+  /// (ladder.h).
+  std::vector<EnergyTerm> energies;
+  /// Gaussian smoothing [mm]; none = 0.7 voxel.
+  std::optional<double> sigma_mm;
+  double selective_sigma_mm = 0, selective_threshold = 0;
+  volume::DerivativeFilter derivative_filter = volume::DerivativeFilter::kBSpline;
+
+  /// Wanted edge length of the result [mm]; none = 1.5 voxels.
+  std::optional<double> edge_length_mm;
+  flow::FlowOptions flow;
+  /// Settle the surface on the edges it has found: a last stage with the edge indicator alone.
+  bool settle = true;
+
+  std::string error() const;  ///< empty if valid
+};
+
+struct StageReport {
+  std::string name;
+  flow::FlowSummary flow;
+  double edge_length_mm = 0;
+  double seconds = 0;
+};
+
+/// One of the surfaces that a run offers, best first.
+struct Candidate {
+  Triangles surface;
+  double score = 0;  ///< larger is better; comparable within a run only
+  double volume_mm3 = 0;
+  std::vector<EnergyTerm> energies;  ///< with every parameter: runs again as explicit options
+};
+
+struct SegmentResult {
+  Triangles surface;
+  std::vector<StageReport> stages;
+  std::vector<Candidate> candidates;
+  std::vector<EnergyTerm> energies;  ///< of the chosen surface, every parameter filled in
+  std::vector<std::string> notes;    ///< what a user should know
+  double sigma_mm = 0, edge_length_mm = 0, seed_radius_mm = 0;
+  double border_share = 0;  ///< share of the vertices on the volume's border
+  const flow::FlowSummary& last() const { return stages.back().flow; }
+};
+
+/// Called after every step with the stage's name and the current surface (only valid during the
+/// call); false stops the run with the surface as it is.
+using Progress = std::function<bool(const std::string& stage, const flow::StepRecord& record,
+                                    const std::function<Triangles()>& surface)>;
+
+/// @throws UsageError  options.error() is not empty, a seed lies outside the volume, an energy
+///                     or one of its parameters is unknown
+SegmentResult segment(const volume::Volume& volume, const SegmentOptions& options,
+                      const Progress& progress = {});
+
+}  // namespace surf::segment

@@ -1,0 +1,174 @@
+// What holds for every shape energy: its derivative is that of the value the step control sees,
+// moves add up, the scalar-product weights and the normal form G = g kappa + f.
+#include "libsurf/energy/shape_energy.h"
+
+#include "libsurf/energy/boundary_integral.h"
+#include "libsurf/energy/chan_vese.h"
+#include "libsurf/energy/domain_integral.h"
+#include "libsurf/energy/energy_sum.h"
+#include "libsurf/energy/fields.h"
+#include "libsurf/fem/stiffness.h"
+#include "tests/surf/fixtures.h"
+
+namespace surf::energy {
+namespace {
+
+using test::DimName;
+using test::Dims;
+
+template <int Dim>
+struct Case {
+  std::string name;
+  std::unique_ptr<ShapeEnergy<Dim>> energy;
+};
+
+template <int Dim>
+std::vector<Case<Dim>> all_energies(unsigned seed) {
+  const auto H = std::make_shared<const test::WaveField<Dim>>(seed);
+  const DomainIntegralOptions domain{.quadrature_order = 2, .ray_spacing_mm = 0.02};
+  std::vector<Case<Dim>> cases;
+  cases.push_back({"area", std::make_unique<BoundaryIntegral<Dim>>(constant_field<Dim>(1))});
+  cases.push_back({"boundary-integral", std::make_unique<BoundaryIntegral<Dim>>(H)});
+  cases.push_back({"domain-integral", std::make_unique<DomainIntegral<Dim>>(H, domain)});
+  cases.push_back({"window", std::make_unique<DomainIntegral<Dim>>(
+                                 mapped_field<Dim>(H, intensity_window(1.4, 0.2)), domain)});
+  cases.push_back(
+      {"chan-vese", std::make_unique<ChanVese<Dim>>(
+                        H, ImageTotals{30, 44, 66},
+                        ChanVeseOptions{.ray_spacing_mm = 0.02, .intensity_scale = 0.7})});
+  auto sum = std::make_unique<EnergySum<Dim>>();
+  add_minimal_surface<Dim>(*sum, H, 0.7, -1.3, domain);
+  sum->add(0.5, std::make_unique<ChanVese<Dim>>(H, ImageTotals{30, 44, 66}, ChanVeseOptions{}));
+  cases.push_back({"sum", std::move(sum)});
+  return cases;
+}
+
+template <class T>
+struct EveryEnergy : ::testing::Test {};
+TYPED_TEST_SUITE(EveryEnergy, Dims, DimName);
+
+TYPED_TEST(EveryEnergy, DerivativeIsTheDifferenceQuotientOfTheValue) {
+  constexpr int Dim = TypeParam::value;
+  constexpr double kStep = 1e-4;               // truncation ~ kStep^2
+  constexpr double kTolerance = 1e-7;          // of the sum of |derivative|
+  constexpr double kRounding = 1e-14 / kStep;  // of |J|
+  for (unsigned seed = 1; seed <= 5; ++seed) {
+    const auto arrays = test::random_smooth_shape<Dim>(seed, Dim == 2 ? 4 : 3);
+    const fem::Geometry<Dim> shape(arrays.X, arrays.T);
+    const Points<Dim> W = test::random_smooth_vectors<Dim>(arrays.X, 100 + seed);
+    for (auto& [name, energy] : all_energies<Dim>(seed)) {
+      energy->reset(shape);
+      ShapeTerms<Dim> terms(shape);
+      energy->differentiate(Eigen::VectorXd::Zero(shape.n_vertices()), 1, terms);
+      const double exact = terms.derivative.cwiseProduct(W).sum();
+      const double plus = energy->try_move(shape.moved_to(arrays.X + kStep * W));
+      const double minus = energy->try_move(shape.moved_to(arrays.X - kStep * W));
+      const double difference = (plus - minus) / (2 * kStep);
+      const double scale = terms.derivative.cwiseAbs().sum();
+      EXPECT_NEAR(exact, difference, kTolerance * scale + kRounding * std::abs(plus))
+          << name << ", seed " << seed;
+    }
+  }
+}
+
+TYPED_TEST(EveryEnergy, DerivativeErrorFallsWithTheSquareOfTheStep) {
+  constexpr int Dim = TypeParam::value;
+  const auto arrays = test::random_smooth_shape<Dim>(3, 3);
+  const fem::Geometry<Dim> shape(arrays.X, arrays.T);
+  const Points<Dim> W = test::random_smooth_vectors<Dim>(arrays.X, 7);
+  for (auto& [name, energy] : all_energies<Dim>(3)) {
+    energy->reset(shape);
+    ShapeTerms<Dim> terms(shape);
+    energy->differentiate(Eigen::VectorXd::Zero(shape.n_vertices()), 1, terms);
+    const double exact = terms.derivative.cwiseProduct(W).sum();
+    const auto error = [&](double step) {
+      const double plus = energy->try_move(shape.moved_to(arrays.X + step * W));
+      const double minus = energy->try_move(shape.moved_to(arrays.X - step * W));
+      return std::abs((plus - minus) / (2 * step) - exact);
+    };
+    const double order = std::log2(error(0.04) / error(0.02));
+    EXPECT_GT(order, 1.8) << name;
+    EXPECT_LT(order, 2.2) << name;
+  }
+}
+
+TYPED_TEST(EveryEnergy, MovesAddUpToTheValueFromScratch) {
+  constexpr int Dim = TypeParam::value;
+  constexpr double kTolerance = 2e-5;  // two Gauss points per step of the swept volume
+  const auto arrays = test::random_smooth_shape<Dim>(2, Dim == 2 ? 6 : 4);
+  const Points<Dim> W = test::random_smooth_vectors<Dim>(arrays.X, 11);
+  for (auto& [name, energy] : all_energies<Dim>(2)) {
+    fem::Geometry<Dim> shape(arrays.X, arrays.T);
+    energy->reset(shape);
+    for (int step = 0; step < 5; ++step) {
+      energy->try_move(shape.moved_to(shape.points() + 0.02 * W));
+      energy->accept();
+      shape = shape.moved_to(shape.points() + 0.02 * W);
+    }
+    const double moved = energy->value();
+    energy->reset(shape);
+    EXPECT_NEAR(moved, energy->value(), kTolerance * (1 + std::abs(moved))) << name;
+  }
+}
+
+// derivative . n converges to <g kappa + f, phi> with f known for (5.1).
+TYPED_TEST(EveryEnergy, NormalDerivativeConvergesToTheShapeGradient) {
+  constexpr int Dim = TypeParam::value;
+  const auto H = std::make_shared<const test::WaveField<Dim>>(4);
+  const double gamma_0 = 0.7, gamma = -1.3;
+  double errors[2];
+  for (int finer = 0; finer < 2; ++finer) {
+    const auto arrays = test::unit_sphere<Dim>((Dim == 2 ? 4 : 3) + finer);
+    const fem::Geometry<Dim> shape(arrays.X, arrays.T);
+    EnergySum<Dim> energy;
+    add_minimal_surface<Dim>(energy, H, gamma_0, gamma, {.ray_spacing_mm = 0.05});
+    energy.reset(shape);
+    ShapeTerms<Dim> terms(shape);
+    energy.differentiate(Eigen::VectorXd::Zero(shape.n_vertices()), 1, terms);
+    Samples<Dim> samples;
+    H->sample(arrays.X, Derivatives::kFirst, samples);
+    const Points<Dim> W = test::random_smooth_vectors<Dim>(arrays.X, 5);
+    double discrete = 0, exact = 0;  // tested with the smooth normal velocity W . nu
+    for (Eigen::Index i = 0; i < shape.n_vertices(); ++i) {
+      const Vector<Dim> nu = arrays.X.row(i);  // of the unit sphere, where kappa = Dim - 1
+      const double G = (gamma_0 * (Dim - 1) + gamma) * samples.value[i] +
+                       gamma_0 * samples.gradient.row(i).dot(nu);
+      const double V = W.row(i).dot(nu);
+      discrete += terms.derivative.row(i).dot(shape.nodal_normals().row(i)) * V;
+      exact += shape.lumped_mass()[i] * G * V;
+    }
+    errors[finer] = std::abs(discrete - exact) / std::abs(exact);
+  }
+  EXPECT_LT(errors[1], 0.3 * errors[0]);  // second order; pointwise it does not converge at
+  EXPECT_LT(errors[1], 0.02);             // vertices of irregular valence
+}
+
+TYPED_TEST(EveryEnergy, ScalarProductWeightsAreThoseOfTheSecondDerivativeOnABall) {
+  constexpr int Dim = TypeParam::value;
+  // H = 1: alpha = gamma_0, beta = gamma kappa (not 2 gamma kappa, as printed in 5.1).
+  const auto arrays = test::unit_sphere<Dim>(4);
+  const fem::Geometry<Dim> shape(arrays.X, arrays.T);
+  EnergySum<Dim> energy;
+  add_minimal_surface<Dim>(energy, constant_field<Dim>(1), 0.7, 1.3, {});
+  energy.reset(shape);
+  ShapeTerms<Dim> terms(shape);
+  energy.differentiate(Eigen::VectorXd::Constant(shape.n_vertices(), Dim - 1), 1, terms);
+  EXPECT_NEAR(terms.alpha.minCoeff(), 0.7, 1e-12);
+  EXPECT_NEAR(terms.alpha.maxCoeff(), 0.7, 1e-12);
+  EXPECT_NEAR(terms.beta.minCoeff(), 1.3 * (Dim - 1), 1e-12);
+  EXPECT_NEAR(terms.beta.maxCoeff(), 1.3 * (Dim - 1), 1e-12);
+  EXPECT_NEAR(terms.g.maxCoeff(), 0.7, 1e-12);
+}
+
+// d2J of gamma |Omega| on a ball of radius r under uniform growth: d/dr of gamma |Gamma|.
+TYPED_TEST(EveryEnergy, DomainTermOfTheSecondDerivativeIsKappaTimesHOnce) {
+  constexpr int Dim = TypeParam::value;
+  const auto arrays = test::unit_sphere<Dim>(Dim == 2 ? 7 : 5);
+  const auto area = [&](double r) { return fem::Geometry<Dim>(r * arrays.X, arrays.T).measure(); };
+  const double second = (area(1.001) - area(0.999)) / 0.002;
+  const double once = (Dim - 1) * area(1);  // int kappa H V W with V = W = 1
+  EXPECT_NEAR(second, once, 1e-3 * once);
+}
+
+}  // namespace
+}  // namespace surf::energy

@@ -1,0 +1,73 @@
+#include "tools/common/config.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "libsurf/base/error.h"
+#include "tools/common/report.h"
+
+namespace surfseg {
+namespace {
+
+std::string to_argument(const std::string& path, const std::string& key,
+                        const nlohmann::ordered_json& value) {
+  if (value.is_string()) return value.get<std::string>();
+  if (value.is_number() || value.is_boolean()) return value.dump();
+  throw surf::UsageError(
+      fmt::format("{}: '{}' is {}; expected a string, a number, true or false, or a list of them",
+                  path, key, value.dump()));
+}
+
+CLI::Option* find_option(CLI::App& command, const std::string& path, const std::string& key) {
+  CLI::Option* option = command.get_option_no_throw("--" + key);
+  if (!option) option = command.get_option_no_throw(key);  // a positional argument
+  if (!option)
+    throw surf::UsageError(
+        fmt::format("{}: '{}' is not an option of {}", path, key, command.get_name()));
+  return option;
+}
+
+}  // namespace
+
+void apply_config(CLI::App& command, const std::string& path) {
+  nlohmann::ordered_json document = read_json(path);
+  if (document.contains("config")) document = document["config"];
+  if (!document.is_object())
+    throw surf::UsageError(fmt::format("{}: expected an object of options", path));
+  for (const auto& [key, value] : document.items()) {
+    CLI::Option* option = find_option(command, path, key);
+    if (option->count() > 0 || value.is_null()) continue;
+    if (value.is_array())
+      for (const auto& item : value) option->add_result(to_argument(path, key, item));
+    else
+      option->add_result(to_argument(path, key, value));
+    if (option->count() == 0) continue;
+    try {
+      option->run_callback();
+    } catch (const CLI::ParseError& error) {
+      throw surf::UsageError(fmt::format("{}: {}", path, error.what()));
+    }
+  }
+}
+
+nlohmann::ordered_json dump_config(const CLI::App& command, const std::vector<std::string>& skip) {
+  nlohmann::ordered_json document = nlohmann::ordered_json::object();
+  for (const CLI::Option* option : command.get_options()) {
+    std::string name =
+        option->get_lnames().empty() ? option->get_single_name() : option->get_lnames().front();
+    if (std::find(skip.begin(), skip.end(), name) != skip.end()) continue;
+    if (option->count() == 0) {
+      if (!option->get_default_str().empty()) document[name] = option->get_default_str();
+      continue;
+    }
+    const auto results = option->results();
+    if (option->get_expected_max() > 1)
+      document[name] = results;
+    else
+      document[name] = results.front();
+  }
+  return document;
+}
+
+}  // namespace surfseg

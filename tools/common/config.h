@@ -1,0 +1,20 @@
+// Options from a JSON file: any option of a command by its long name without dashes.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+#include <string>
+
+namespace surfseg {
+
+/// Gives every option of `command` that the command line did not set the value the document
+/// has for it, as if it had been typed. A summary's "config" object is taken if there is one.
+/// @throws surf::UsageError  unknown option, or a value that is no string, number, boolean
+///                           or list of them
+/// @throws surf::InputError  the file cannot be read
+void apply_config(CLI::App& command, const std::string& path);
+
+/// Every option of `command` with its value (given or default), except `skip`.
+nlohmann::ordered_json dump_config(const CLI::App& command, const std::vector<std::string>& skip);
+
+}  // namespace surfseg

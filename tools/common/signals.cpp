@@ -1,0 +1,28 @@
+#include "tools/common/signals.h"
+
+#include <csignal>
+
+namespace surfseg {
+namespace {
+
+volatile std::sig_atomic_t received = 0;
+
+void remember(int signal) {
+  received = signal;
+  std::signal(signal, SIG_DFL);
+}
+
+}  // namespace
+
+void catch_signals() {
+  std::signal(SIGINT, remember);
+  std::signal(SIGTERM, remember);
+}
+
+ExitCode signal_exit_code() {
+  if (received == SIGINT) return kInterrupted;
+  if (received == SIGTERM) return kTerminated;
+  return kDone;
+}
+
+}  // namespace surfseg
