@@ -27,7 +27,8 @@ struct ReadOptions {
 ///  - VTI and OpenVDB have no anatomical convention: their coordinates are taken as RAS mm.
 ///
 /// Values are read slice by slice: the peak of memory is the volume's 4 bytes per voxel and a
-/// few slices, for VTI and DICOM of several frames also the values as stored in the file.
+/// few slices; for OpenVDB, DICOM of several frames, and NRRD as text or in several files also the
+/// values as stored in the file.
 /// @throws InputError  "path: what; what to do": missing, empty, truncated or damaged, not a
 ///                     volume, of an unsupported kind, without a usable affine, NaN or Inf,
 ///                     beyond memory, no such frame, several DICOM series, uneven slices

@@ -96,6 +96,10 @@ ScalarType scalar_type(int type, const std::string& path) {
       fmt::format("{}: voxels of VTK's type {} are not scalars surfseg reads", path, type));
 }
 
+/// Voxels read at once. Each slab of a file that keeps its voxels inside the XML costs another
+/// pass over the text, so slabs are large.
+constexpr std::size_t kSlabValues = std::size_t(1) << 22;
+
 struct Geometry {
   std::array<int, 6> extent;
   std::array<int, 3> size;
@@ -147,12 +151,16 @@ vtkDataArray* scalars_of(vtkImageData& image, const std::string& path) {
   return array;
 }
 
-vtkDataArray* read_voxels(vtkXMLImageDataReader& reader, const Geometry& geometry,
-                          const Capture& capture, const std::string& path) {
-  reader.Update();
-  const bool is_read = reader.GetErrorCode() == 0 && !capture.has_error();
+/// Reads slices [begin, end).
+vtkDataArray* read_slab(vtkXMLImageDataReader& reader, const Geometry& geometry, int begin, int end,
+                        const Capture& capture, const std::string& path) {
+  std::array<int, 6> extent = geometry.extent;
+  extent[4] = geometry.extent[4] + begin;
+  extent[5] = geometry.extent[4] + end - 1;
+  const bool is_updated = reader.vtkAlgorithm::UpdateExtent(extent.data()) != 0;
+  const bool is_read = is_updated && reader.GetErrorCode() == 0 && !capture.has_error();
   vtkDataArray* array = is_read ? scalars_of(*reader.GetOutput(), path) : nullptr;
-  const auto n_values = vtkIdType(geometry.size[0]) * geometry.size[1] * geometry.size[2];
+  const auto n_values = vtkIdType(geometry.size[0]) * geometry.size[1] * (end - begin);
   if (!array || array->GetNumberOfTuples() != n_values)
     throw InputError(fmt::format(
         "{}: truncated or damaged: its voxels cannot be read; get the file again", path));
@@ -201,17 +209,22 @@ Volume read_vti(const std::string& path, const ReadOptions& options) {
   source.orientation_source = "Origin, Spacing, Direction";
   source.notes.push_back("VTI has no anatomical convention: coordinates taken as RAS mm");
   const auto& size = geometry.size;
-  vtkDataArray* array = read_voxels(*reader, geometry, capture, path);
+  const std::size_t n_values = std::size_t(size[0]) * size[1];
+  const int depth = static_cast<int>(std::clamp<std::size_t>(kSlabValues / n_values, 1, size[2]));
+  vtkDataArray* array = read_slab(*reader, geometry, 0, depth, capture, path);
   const ScalarType type = scalar_type(array->GetDataType(), path);
   source.scalar_type = name(type);
   Volume::Builder builder(size, geometry.index_to_world, std::move(source));
-  const std::size_t n_values = std::size_t(size[0]) * size[1];
   std::vector<float> slice(n_values);
-  for (int k = 0; k < size[2]; ++k) {
-    const auto* stored = static_cast<const std::byte*>(
-        array->GetVoidPointer(static_cast<vtkIdType>(k) * static_cast<vtkIdType>(n_values)));
-    convert(type, /*swap=*/false, stored, 1, 1, 0, slice.data(), n_values);
-    builder.append_slice(slice);
+  for (int begin = 0; begin < size[2]; begin += depth) {
+    const int end = std::min(begin + depth, size[2]);
+    if (begin > 0) array = read_slab(*reader, geometry, begin, end, capture, path);
+    for (int k = 0; k < end - begin; ++k) {
+      const auto* stored = static_cast<const std::byte*>(
+          array->GetVoidPointer(static_cast<vtkIdType>(k) * static_cast<vtkIdType>(n_values)));
+      convert(type, /*swap=*/false, stored, 1, 1, 0, slice.data(), n_values);
+      builder.append_slice(slice);
+    }
   }
   return builder.finish();
 }

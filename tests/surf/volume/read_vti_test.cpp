@@ -63,6 +63,20 @@ TEST_F(ReadVti, DirectionAndFirstIndexAreKeptInEveryEncoding) {
       }
 }
 
+TEST_F(ReadVti, LargeVolumeIsReadInSlabs) {
+  const Grid grid = {"large", {1024, 1024, 6}, grids()[0].index_to_world};
+  for (const int mode : {vtkXMLWriter::Ascii, vtkXMLWriter::Appended}) {
+    vtkNew<vtkImageData> image;
+    set_grid(*image, grid, {0, 0, 5});
+    vtkNew<vtkShortArray> array;
+    array->SetName("intensity");
+    fill(*array, grid);
+    image->GetPointData()->SetScalars(array);
+    save(*image, path("a.vti"), mode, false);
+    expect_volume(read_volume(path("a.vti")), grid);
+  }
+}
+
 TEST_F(ReadVti, CellsOrVectorsOnlyAreRefused) {
   const Grid grid = grids()[0];
   vtkNew<vtkImageData> image;
