@@ -36,66 +36,85 @@ bool share_vertex(const Elements<3>& T, int a, int b) {
 }
 
 /// Points sorted by the cell of a grid they lie in.
-class HashGrid {
+class CellOrder {
  public:
-  HashGrid(const Points<3>& points, double cell) : cell_(cell), order_(points.rows()) {
-    keys_.resize(points.rows());
-    for (Eigen::Index i = 0; i < points.rows(); ++i) keys_[i] = key(index(points.row(i)));
+  CellOrder(const Points<3>& points, double cell) : order_(points.rows()), keys_(points.rows()) {
+    std::vector<std::uint64_t> keys(points.rows());
+    for (Eigen::Index i = 0; i < points.rows(); ++i)
+      keys[i] = key(std::int64_t(std::floor(points(i, 0) / cell)),
+                    std::int64_t(std::floor(points(i, 1) / cell)),
+                    std::int64_t(std::floor(points(i, 2) / cell)));
     std::iota(order_.begin(), order_.end(), 0);
     std::sort(order_.begin(), order_.end(),
-              [&](int a, int b) { return keys_[a] != keys_[b] ? keys_[a] < keys_[b] : a < b; });
-    std::vector<std::uint64_t> sorted(keys_.size());
-    for (std::size_t i = 0; i < order_.size(); ++i) sorted[i] = keys_[order_[i]];
-    keys_ = std::move(sorted);
+              [&](int a, int b) { return keys[a] != keys[b] ? keys[a] < keys[b] : a < b; });
+    for (std::size_t at = 0; at < order_.size(); ++at) keys_[at] = keys[order_[at]];
   }
 
-  /// Calls visit(j) for every point j in the 27 cells round x.
+  /// Point at this place of the order.
+  int point(std::size_t at) const { return order_[at]; }
+  std::size_t size() const { return order_.size(); }
+
+  /// Calls visit(a, b), places in the order, for every pair of points in the same or in
+  /// neighbouring cells once. Keys grow along the order, so each row of three cells is found
+  /// by a cursor that only moves forward.
   template <class Visit>
-  void for_each_near(const Vector<3>& x, const Visit& visit) const {
-    const auto centre = index(x);
-    for (int c = -1; c <= 1; ++c)
-      for (int b = -1; b <= 1; ++b) {
-        // Three cells in a row along the first axis have consecutive keys.
-        const std::uint64_t first = key({centre[0] - 1, centre[1] + b, centre[2] + c});
-        auto at = std::lower_bound(keys_.begin(), keys_.end(), first) - keys_.begin();
-        for (; at < std::ptrdiff_t(keys_.size()) && keys_[at] <= first + 2; ++at) visit(order_[at]);
+  void for_each_pair(const Visit& visit) const {
+    // Rows (dy, dz) after the point's own one; its own row holds pairs a < b only.
+    constexpr std::array<std::array<std::int64_t, 2>, 4> kRows = {
+        {{1, 0}, {-1, 1}, {0, 1}, {1, 1}}};
+    std::array<std::size_t, 4> cursor{};
+    for (std::size_t a = 0; a < size(); ++a) {
+      for (std::size_t b = a + 1; b < size() && keys_[b] <= keys_[a] + 1; ++b) visit(a, b);
+      for (std::size_t row = 0; row < kRows.size(); ++row) {
+        const std::uint64_t first = keys_[a] + key_step(kRows[row][0], kRows[row][1]) - 1;
+        std::size_t& at = cursor[row];
+        while (at < size() && keys_[at] < first) ++at;
+        for (std::size_t b = at; b < size() && keys_[b] <= first + 2; ++b) visit(a, b);
       }
+    }
   }
 
  private:
-  std::array<std::int64_t, 3> index(const Vector<3>& x) const {
-    return {std::int64_t(std::floor(x[0] / cell_)), std::int64_t(std::floor(x[1] / cell_)),
-            std::int64_t(std::floor(x[2] / cell_))};
-  }
   /// 21 bits per axis: unique for coordinates within a million cells of the origin.
-  static std::uint64_t key(const std::array<std::int64_t, 3>& i) {
+  static std::uint64_t key(std::int64_t x, std::int64_t y, std::int64_t z) {
     constexpr std::int64_t kOffset = 1 << 20;
-    return (std::uint64_t(i[2] + kOffset) << 42) | (std::uint64_t(i[1] + kOffset) << 21) |
-           std::uint64_t(i[0] + kOffset);
+    return (std::uint64_t(z + kOffset) << 42) | (std::uint64_t(y + kOffset) << 21) |
+           std::uint64_t(x + kOffset);
+  }
+  static std::uint64_t key_step(std::int64_t dy, std::int64_t dz) {
+    return std::uint64_t(dz * (std::int64_t(1) << 42) + dy * (std::int64_t(1) << 21));
   }
 
-  double cell_;
   std::vector<int> order_;
   std::vector<std::uint64_t> keys_;
 };
+
+template <class Rows>
+Points<3> reordered(const Rows& rows, const CellOrder& order) {
+  Points<3> out(rows.rows(), 3);
+  for (std::size_t at = 0; at < order.size(); ++at) out.row(at) = rows.row(order.point(at));
+  return out;
+}
 
 }  // namespace
 
 std::vector<char> vertices_in_contact(const Points<3>& from, const Points<3>& to,
                                       const Elements<3>& elements, double distance) {
-  const Points<3> before = centroids(from, elements), after = centroids(to, elements);
-  const Points<3> normals = unit_normals(to, elements);
-  const HashGrid grid(after, distance);
+  const Points<3> all_after = centroids(to, elements);
+  const CellOrder order(all_after, distance);
+  const Points<3> after = reordered(all_after, order);  // neighbours lie close in memory
+  const Points<3> before = reordered(centroids(from, elements), order);
+  const Points<3> normals = reordered(unit_normals(to, elements), order);
   std::vector<char> touched(from.rows(), 0);
   const double limit = distance * distance;
-  for (int a = 0; a < elements.rows(); ++a)
-    grid.for_each_near(after.row(a), [&](int b) {
-      if (b <= a || normals.row(a).dot(normals.row(b)) > kFacing) return;
-      const double gap = (after.row(a) - after.row(b)).squaredNorm();
-      if (gap >= limit || gap >= (before.row(a) - before.row(b)).squaredNorm()) return;
-      if (share_vertex(elements, a, b)) return;
-      for (int i = 0; i < 3; ++i) touched[elements(a, i)] = touched[elements(b, i)] = 1;
-    });
+  order.for_each_pair([&](std::size_t a, std::size_t b) {
+    const double gap = (after.row(a) - after.row(b)).squaredNorm();
+    if (gap >= limit || normals.row(a).dot(normals.row(b)) > kFacing) return;
+    if (gap >= (before.row(a) - before.row(b)).squaredNorm()) return;
+    const int s = order.point(a), t = order.point(b);
+    if (share_vertex(elements, s, t)) return;
+    for (int i = 0; i < 3; ++i) touched[elements(s, i)] = touched[elements(t, i)] = 1;
+  });
   return touched;
 }
 

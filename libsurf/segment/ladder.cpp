@@ -1,10 +1,13 @@
 #include "libsurf/segment/ladder.h"
 
 #include <fmt/format.h>
+#include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <iterator>
+#include <mutex>
 #include <numbers>
 
 #include "libsurf/base/log.h"
@@ -117,16 +120,19 @@ class Climb {
     restart();
   }
 
-  /// False if the caller's progress asked to stop.
-  bool run(std::vector<Candidate>& candidates) {
+  void run(std::vector<Candidate>& candidates) {
     std::vector<RungFeatures> rungs;
     std::vector<Candidate> found;
     RungEnd end = RungEnd::kRest;
     for (int q = 2; q < options_.max_rungs; ++q) {
       const double half_width = seed_.deviation * std::pow(2, q / 2.0);
       end = grow(half_width, rungs.empty() ? 0 : rungs.back().volume_mm3, q);
+      // What was a plateau and percolates now has leaked.
+      if (end == RungEnd::kRough && !rungs.empty() && is_judged(rungs.back(), kLeakFrom))
+        end = RungEnd::kLeaked;
       if (end == RungEnd::kStopped) break;
       if (end == RungEnd::kVanished || end == RungEnd::kRough) {  // try wider from the seed
+        if (end == RungEnd::kRough) ++q;  // the scale of the noise is far below: twice as wide
         restart();
         continue;
       }
@@ -156,11 +162,15 @@ class Climb {
                       found[i].score));
       candidates.push_back(std::move(found[i]));
     }
-    return end != RungEnd::kStopped;
   }
 
  private:
   enum class RungEnd { kRest, kLeaked, kVanished, kRough, kStopped };
+
+  /// Larger than this many voxels?
+  bool is_judged(const RungFeatures& rung, double n_voxels) const {
+    return rung.volume_mm3 > n_voxels * std::pow(model_.volume().voxel_size(), 3);
+  }
 
   std::vector<EnergyTerm> terms(double half_width) const {
     return {{"window", 1, {{"mean", seed_.mean}, {"half-width", half_width}}}, {"area", beta_, {}}};
@@ -238,11 +248,23 @@ class Climb {
 std::vector<Candidate> climb(ImageModel& model, const SeedModel& seed, const Start& starts,
                              const LadderOptions& options, std::vector<StageReport>& stages,
                              const Progress& progress) {
+  const int n = static_cast<int>(options.neck_radii.size());
+  std::vector<std::vector<Candidate>> found(n);
+  std::vector<std::vector<StageReport>> reports(n);
+  std::mutex mutex;
+  const Progress one_at_a_time = [&](const auto& stage, const auto& record, const auto& surface) {
+    const std::lock_guard lock(mutex);
+    return !progress || progress(stage, record, surface);
+  };
+  tbb::parallel_for(0, n, [&](int i) {
+    const Triangles start = starts(options.neck_radii[i]);
+    Climb(model, seed, options.neck_radii[i], start, options, reports[i], one_at_a_time)
+        .run(found[i]);
+  });
   std::vector<Candidate> candidates;
-  for (const double neck_radius : options.neck_radii) {
-    const Triangles start = starts(neck_radius);
-    Climb one(model, seed, neck_radius, start, options, stages, progress);
-    if (!one.run(candidates)) break;
+  for (int i = 0; i < n; ++i) {
+    std::move(found[i].begin(), found[i].end(), std::back_inserter(candidates));
+    std::move(reports[i].begin(), reports[i].end(), std::back_inserter(stages));
   }
   std::stable_sort(candidates.begin(), candidates.end(),
                    [](const Candidate& a, const Candidate& b) { return a.score > b.score; });

@@ -123,8 +123,8 @@ class Run {
       const double radius = std::max(result_.seed_radius_mm, 1.4 * neck_radius * voxel);
       if (options_.initial_surface || radius == result_.seed_radius_mm) return start_;
       std::vector<std::string> notes;
-      return seed_balls(options_.seeds_ras_mm, radius,
-                        std::min(ladder.edge_length_mm, radius / 2), notes);
+      return seed_balls(options_.seeds_ras_mm, radius, std::min(ladder.edge_length_mm, radius / 2),
+                        notes);
     };
     result_.candidates = climb(model_, seed_model_, starts, ladder, result_.stages, progress_);
     if (result_.candidates.empty()) {

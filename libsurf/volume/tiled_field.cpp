@@ -1,6 +1,7 @@
 #include "libsurf/volume/tiled_field.h"
 
 #include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
 
 #include <algorithm>
 #include <atomic>
@@ -149,11 +150,14 @@ TiledField::~TiledField() = default;
 
 void TiledField::sample(const Points<3>& x, Derivatives order, Samples<3>& out) const {
   out.resize(x.rows(), order);
-  tbb::parallel_for(tbb::blocked_range<Eigen::Index>(0, x.rows(), kBlock),
-                    [&](const tbb::blocked_range<Eigen::Index>& range) {
-                      for (Eigen::Index at = range.begin(); at < range.end(); ++at)
-                        impl_->sample_point(x.row(at), order, at, out);
-                    });
+  // Isolated: a thread that waits here must not take up another run's work meanwhile.
+  tbb::this_task_arena::isolate([&] {
+    tbb::parallel_for(tbb::blocked_range<Eigen::Index>(0, x.rows(), kBlock),
+                      [&](const tbb::blocked_range<Eigen::Index>& range) {
+                        for (Eigen::Index at = range.begin(); at < range.end(); ++at)
+                          impl_->sample_point(x.row(at), order, at, out);
+                      });
+  });
 }
 
 std::size_t TiledField::n_tiles() const { return impl_->count.load(); }
