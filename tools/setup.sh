@@ -10,7 +10,7 @@ packages=(
   g++ cmake ninja-build ccache pkg-config
   libeigen3-dev libopenmesh-dev libcgal-dev libceres-dev
   libopenvdb-dev libtbb-dev libboost-iostreams-dev libblosc-dev
-  libvtk9-dev libopenmpi-dev
+  libvtk9-dev libopenmpi-dev libx11-dev
   libgdcm-dev libteem-dev libnifti2-dev zlib1g-dev
   libcli11-dev nlohmann-json3-dev libspdlog-dev libfmt-dev
   libgtest-dev libbenchmark-dev

@@ -47,6 +47,7 @@ int main(int argc, char** argv) {
   add_segment_command(app, exit_code);
   add_phantom_command(app, exit_code);
   add_evaluate_command(app, exit_code);
+  add_render_command(app, exit_code);
 
   try {
     app.parse(argc, argv);
