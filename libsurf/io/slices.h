@@ -11,10 +11,10 @@ namespace surf::io {
 
 struct SliceOptions {
   /// Point all three slices pass through [mm, RAS]; the surface's centroid if absent.
-  std::optional<Vector<3>> center_ras_mm;
+  std::optional<Vector<3>> center_ras_mm = {};
   /// Values shown as black and white; if absent the 0.5 and 99.5 percentiles of the values in
   /// the shown part.
-  std::optional<std::array<double, 2>> window;
+  std::optional<std::array<double, 2>> window = {};
   /// Width of the picture in pixels.
   int width = 1500;
 };
