@@ -34,7 +34,7 @@ double radius_error(Scheme scheme, int level, int n_steps) {
 
 TYPED_TEST(MeanCurvatureFlow, OfASphereConvergesToTheExactRadiusWithTauAndTheSquareOfTheEdge) {
   constexpr int Dim = TypeParam::value;
-  constexpr int kCoarsest = 1;
+  constexpr int kCoarsest = Dim - 1;
   for (const Scheme scheme : {Scheme::kExplicit, Scheme::kSemiImplicit}) {
     double before = 0;
     for (int finer = 0; finer < 3; ++finer) {  // edge halved, tau divided by 4
@@ -42,10 +42,12 @@ TYPED_TEST(MeanCurvatureFlow, OfASphereConvergesToTheExactRadiusWithTauAndTheSqu
       const double error = std::abs(radius_error<Dim>(scheme, kCoarsest + finer, n_steps));
       fmt::print("{}-D {:<13} n = {:4}: error of r(t) {:.2e}\n", Dim,
                  scheme == Scheme::kExplicit ? "explicit" : "semi-implicit", n_steps, error);
-      if (finer > 0) EXPECT_NEAR(std::log2(before / error), 2, 0.35);
+      if (finer > 0) {
+        EXPECT_NEAR(std::log2(before / error), 2, 0.35);
+      }
       before = error;
     }
-    EXPECT_LT(before, 2e-3);
+    EXPECT_LT(before, Dim == 2 ? 1e-3 : 3e-3);
   }
 }
 
@@ -92,7 +94,7 @@ void expect_area_bound(double tau, unsigned seed) {
     const Eigen::VectorXd kappa =
         load.cwiseProduct(shape.nodal_normals()).rowwise().sum().cwiseQuotient(m);
     EXPECT_LT((velocity.normal + kappa + f).cwiseAbs().maxCoeff(),  // (3.44): V = -kappa - f
-              1e-8 * (1 + kappa.cwiseAbs().maxCoeff()));
+              1e-7 * (1 + kappa.cwiseAbs().maxCoeff()));
     left += 0.5 * tau * kappa.cwiseAbs2().dot(m);
     right += 0.5 * tau * f.cwiseAbs2().dot(m);
     shape = moved;

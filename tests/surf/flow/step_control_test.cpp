@@ -12,7 +12,7 @@ using test::Dims;
 /// is reached. actual / expected = 1 - tau / (2 newton).
 struct Quadratic {
   double newton;
-  std::vector<double> tried;
+  std::vector<double> tried = {};
 
   std::function<Trial(double)> attempt() {
     return [this](double tau) {
@@ -74,7 +74,7 @@ TEST(LineSearch, TakesTheLargestStepHoweverMuchItGains) {
 // A step that decreases J too steeply for the band, before a cliff: no step lies in the band, the
 // best one below the cliff is taken, and tried last.
 TEST(LineSearch, FallsBackToTheLongestGoodStepBeforeACliff) {
-  std::vector<double> tried;
+  std::vector<double> tried = {};
   const auto step = choose_step({}, 0.1, kFar, [&](double tau) {
     tried.push_back(tau);
     return Trial{tau < 1 ? -tau : 10.0, -tau};
