@@ -184,7 +184,7 @@ TYPED_TEST(Evolution, StallsWhereTheShapeMayNotMove) {
 
 TYPED_TEST(Evolution, EndsAtAnObstacleWithItsReason) {
   constexpr int Dim = TypeParam::value;
-  PlainShape<Dim> shape(start<Dim>());
+  PlainShape<Dim> shape(test::unit_sphere<Dim>(3));
   shape.smallest_radius = 0.5;
   energy::BoundaryIntegral<Dim> J(energy::constant_field<Dim>(1));  // shrinks to a point
   FlowOptions options;

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <functional>
 #include <numeric>
 #include <random>
@@ -40,10 +41,13 @@ NodalValues from_index(const std::function<double(const Vector3d&)>& f) {
   };
 }
 
-/// White noise, a pure function of the index.
+/// White noise in [-1, 1], a pure function of the index (the finaliser of splitmix64).
 double noise(const Vector3d& index) {
-  std::mt19937 generator(unsigned(1e6 + index.dot(Vector3d(1, 1009, 100003))));
-  return std::uniform_real_distribution<double>(-1, 1)(generator);
+  auto bits = static_cast<std::uint64_t>(1e12 + index.dot(Vector3d(1, 1009, 1000003)));
+  bits = (bits ^ (bits >> 30)) * 0xbf58476d1ce4e5b9u;
+  bits = (bits ^ (bits >> 27)) * 0x94d049bb133111ebu;
+  bits ^= bits >> 31;
+  return 2 * std::ldexp(static_cast<double>(bits >> 11), -53) - 1;
 }
 
 /// Points inside a box of index space, mapped to the world.
