@@ -15,10 +15,10 @@
 namespace surf::segment {
 namespace {
 
-constexpr double kExplosion = 1.0;      // ln of the growth in volume that counts as a leak
+constexpr double kExplosion = 1.4;      // ln of the growth in volume that counts as a leak
 constexpr double kLargestGrowth = 1.4;  // growth_out of a rung before a leak
 constexpr double kLeastVolume = 113;    // voxels; a ball of radius 3: smaller is not judged
-constexpr double kLeakFrom = 1000;      // voxels; growth of what is smaller is no leak
+constexpr double kLeakFrom = 20000;     // voxels; growth of what is smaller is no leak
 constexpr double kLargestContact =
     0.05;  // share of vertices held: the front meets itself round holes
 constexpr double kLeastSphericity = 0.2;  // rougher surfaces percolate through noise
@@ -127,9 +127,6 @@ class Climb {
     for (int q = 2; q < options_.max_rungs; ++q) {
       const double half_width = seed_.deviation * std::pow(2, q / 2.0);
       end = grow(half_width, rungs.empty() ? 0 : rungs.back().volume_mm3, q);
-      // What was a plateau and percolates now has leaked.
-      if (end == RungEnd::kRough && !rungs.empty() && is_judged(rungs.back(), kLeakFrom))
-        end = RungEnd::kLeaked;
       if (end == RungEnd::kStopped) break;
       if (end == RungEnd::kVanished || end == RungEnd::kRough) {  // try wider from the seed
         if (end == RungEnd::kRough) ++q;  // the scale of the noise is far below: twice as wide

@@ -70,7 +70,10 @@ class Run {
  public:
   Run(const volume::Volume& volume, const SegmentOptions& options, const Progress& progress)
       : options_(options),
-        progress_(progress),
+        progress_([this, progress](const auto& stage, const auto& record, const auto& surface) {
+          is_stopped_ = progress && !progress(stage, record, surface);
+          return !is_stopped_;
+        }),
         model_(volume, smoothing(volume, options), options.derivative_filter) {
     result_.sigma_mm = smoothing(volume, options).sigma_mm;
     result_.edge_length_mm = options.edge_length_mm.value_or(1.5 * volume.voxel_size());
@@ -134,8 +137,7 @@ class Run {
     }
     result_.surface = result_.candidates.front().surface;
     result_.energies = result_.candidates.front().energies;
-    return result_.stages.back().flow.termination != flow::Termination::kStopped ||
-           result_.stages.back().flow.message != "stopped on request";
+    return !is_stopped_;
   }
 
   bool run_energies() {
@@ -223,7 +225,8 @@ class Run {
   }
 
   const SegmentOptions& options_;
-  const Progress& progress_;
+  bool is_stopped_ = false;  // the caller asked to
+  Progress progress_;
   ImageModel model_;
   SeedModel seed_model_;
   Triangles start_;
