@@ -21,7 +21,7 @@ double body(const Vector3d& x) {
   static const Eigen::Matrix3d to_unit =
       Vector3d(1 / 11.0, 1 / 9.0, 1 / 8.0).asDiagonal() *
       Eigen::AngleAxisd(0.7, Vector3d(1, 2, 1).normalized()).toRotationMatrix();
-  return 0.5 * (1 - std::tanh(5 * ((to_unit * (x - Vector3d(2, -1, 1))).norm() - 1)));
+  return 0.5 * (1 - std::tanh(8 * ((to_unit * (x - Vector3d(2, -1, 1))).norm() - 1)));
 }
 
 /// A volume that samples the body, and where a world point of the plain scene lies in it.
@@ -30,7 +30,7 @@ struct Scene {
   Eigen::Affine3d affine{Eigen::Translation3d(-16, -18, -15)};
   Eigen::Affine3d to_plain = Eigen::Affine3d::Identity();  ///< its world -> plain world
   double slope = 1, offset = 0;                            ///< of the intensities
-  double seed_radius_mm = 3;                               ///< of the plain world
+  double seed_radius_mm = 4;                               ///< of the plain world
   bool is_automatic = false;
 
   double unit() const { return std::cbrt(std::abs(1 / to_plain.linear().determinant())); }
@@ -53,7 +53,7 @@ struct Scene {
     options.seeds_ras_mm = {to_plain.inverse() * Vector3d(3, -2, 2)};
     if (!is_automatic) {
       options.seed_radius_mm = seed_radius_mm * unit();
-      options.energies = {{"minimal-surface", 1, {}}};
+      options.energies = {{"minimal-surface", 1, {{"gamma", -0.7 / unit()}}}};
     }
     return segment(volume(), options);
   }
@@ -176,9 +176,9 @@ TEST(Invariance, OfTheSignOfTheContrast) {
 }
 
 TEST(Invariance, OfTheRadiusOfTheSeedBall) {
-  for (const double radius : {0.1, 0.2, 0.3}) {  // of half the shortest side, 16 voxels
+  for (const double radius : {3.2, 4.8, 6.4}) {  // [voxels]: 0.05 to 0.1 of half of 128
     Scene scene;
-    scene.seed_radius_mm = 16 * radius;
+    scene.seed_radius_mm = radius;
     expect_same(scene, kOtherMesh, fmt::format("seed radius {}", radius), {false});
   }
 }

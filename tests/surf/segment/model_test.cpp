@@ -11,7 +11,7 @@ namespace {
 
 ImageModel some_model() {
   volume::PhantomOptions options;
-  options.size = {24, 24, 24};
+  options.size = {48, 48, 48};
   return {volume::make_phantom(options), {}, volume::DerivativeFilter::kBSpline};
 }
 
