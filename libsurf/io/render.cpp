@@ -22,6 +22,7 @@
 #include <array>
 #include <cstdlib>
 #include <cstring>
+#include <memory>
 
 #include "libsurf/base/error.h"
 
@@ -34,22 +35,30 @@ namespace {
 constexpr std::array<std::array<double, 3>, 2> kCameras = {{{0.7, 0.85, 0.45}, {-1.0, 0.0, 0.1}}};
 constexpr std::array<double, 3> kSurfaceColor = {0.93, 0.78, 0.66};
 
-/// VTK ends the process where it finds no display, so look first.
-void check_display() {
-  const char* name = std::getenv("DISPLAY");
-  Display* display = XOpenDisplay(nullptr);
-  if (display == nullptr)
-    throw OutputError(fmt::format(
-        "drawing in 3-D needs an X display, and {}; run it under xvfb-run, or give --volume to "
-        "draw slices, which need none",
-        name == nullptr ? std::string("DISPLAY is not set")
-                        : fmt::format("'{}' cannot be opened", name)));
-  int opcode = 0, event = 0, error = 0;
-  const bool has_glx = XQueryExtension(display, "GLX", &opcode, &event, &error) != 0;
-  XCloseDisplay(display);
-  if (!has_glx)
-    throw OutputError("drawing in 3-D needs an X display with GLX; run it under xvfb-run");
-}
+/// VTK ends the process where it finds no display, so look first. The connection stays open
+/// until the picture is made: a server resets itself when its last client leaves, and would refuse
+/// VTK meanwhile.
+class DisplayProbe {
+ public:
+  DisplayProbe() {
+    const char* name = std::getenv("DISPLAY");
+    if (!display_)
+      throw OutputError(fmt::format(
+          "drawing in 3-D needs an X display, and {}; run it under xvfb-run, or give --volume to "
+          "draw slices, which need none",
+          name == nullptr ? std::string("DISPLAY is not set")
+                          : fmt::format("'{}' cannot be opened", name)));
+    int opcode = 0, event = 0, error = 0;
+    if (XQueryExtension(display_.get(), "GLX", &opcode, &event, &error) == 0)
+      throw OutputError("drawing in 3-D needs an X display with GLX; run it under xvfb-run");
+  }
+
+ private:
+  struct Close {
+    void operator()(Display* display) const { XCloseDisplay(display); }
+  };
+  std::unique_ptr<Display, Close> display_{XOpenDisplay(nullptr)};
+};
 
 /// Normals at the vertices, weighted by area.
 Points<3> vertex_normals(const Triangles& surface) {
@@ -137,7 +146,7 @@ void check(const Triangles& surface, const RenderOptions& options) {
 
 Picture render_surface(const Triangles& surface, const RenderOptions& options) {
   check(surface, options);
-  check_display();
+  const DisplayProbe display;
   vtkNew<vtkRenderWindow> window;
   window->SetOffScreenRendering(1);
   window->SetMultiSamples(8);
