@@ -19,6 +19,7 @@
 #include <vtkUnsignedCharArray.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <array>
 #include <cstdlib>
 #include <cstring>
@@ -107,17 +108,25 @@ vtkNew<vtkActor> actor_of(const Triangles& surface) {
   return actor;
 }
 
-void aim(vtkRenderer& renderer, const Triangles& surface, const std::array<double, 3>& from) {
-  const Vector<3> lower = surface.points.colwise().minCoeff();
-  const Vector<3> upper = surface.points.colwise().maxCoeff();
-  const Vector<3> center = 0.5 * (lower + upper);
-  const Vector<3> position = center + Vector<3>(from[0], from[1], from[2]) * (upper - lower).norm();
+/// Parallel projection that the surface fills up to a margin.
+void aim(vtkRenderer& renderer, const Triangles& surface, const std::array<double, 3>& from,
+         double aspect) {
+  constexpr double kMargin = 1.08;
+  const Vector<3> back = Vector<3>(from[0], from[1], from[2]).normalized();
+  const Vector<3> right = Vector<3>::UnitZ().cross(back).normalized();
+  Eigen::Matrix3d axes;  // rows: right, up and towards the camera
+  axes << right.transpose(), back.cross(right).transpose(), back.transpose();
+  const Points<3> seen = surface.points * axes.transpose();
+  const Vector<3> lower = seen.colwise().minCoeff(), upper = seen.colwise().maxCoeff();
+  const Vector<3> half = 0.5 * (upper - lower);
+  const Vector<3> center = axes.transpose() * (0.5 * (lower + upper));
+  const Vector<3> position = center + 2 * half.norm() * back;
   vtkCamera& camera = *renderer.GetActiveCamera();
+  camera.ParallelProjectionOn();
+  camera.SetParallelScale(kMargin * std::max(half[1], half[0] / aspect));
   camera.SetFocalPoint(center.data());
   camera.SetPosition(position.data());
   camera.SetViewUp(0, 0, 1);
-  renderer.ResetCamera();
-  camera.Zoom(1.35);
   renderer.ResetCameraClippingRange();
 }
 
@@ -158,7 +167,7 @@ Picture render_surface(const Triangles& surface, const RenderOptions& options) {
     renderer->SetViewport(double(i) / n_views, 0, double(i + 1) / n_views, 1);
     renderer->SetBackground(1, 1, 1);
     renderer->AddActor(actor);
-    aim(*renderer, surface, kCameras[i]);
+    aim(*renderer, surface, kCameras[i], options.width / n_views / options.height);
     window->AddRenderer(renderer);
   }
   window->Render();
