@@ -143,7 +143,8 @@ class Climb {
         rungs.back().growth_out = std::min(kLargestGrowth, rung.growth_in);
       }
       rungs.push_back(rung);
-      found.push_back({surface_->triangles(), 0, rung.volume_mm3, terms(half_width)});
+      found.push_back(
+          {surface_->triangles(), 0, rung.volume_mm3, terms(half_width), stages_.back().name});
     }
     for (std::size_t i = 0; i < found.size(); ++i) {
       found[i].score =

@@ -132,7 +132,10 @@ class Run {
     result_.candidates = climb(model_, seed_model_, starts, ladder, result_.stages, progress_);
     if (result_.candidates.empty()) {
       result_.surface = start_;
-      result_.notes.push_back("the seed did not grow: it may lie on an edge");
+      result_.notes.push_back(is_stopped_
+                                  ? "interrupted before a first surface was found: the initial "
+                                    "surface is kept"
+                                  : "the seed did not grow: it may lie on an edge");
       return false;
     }
     result_.surface = result_.candidates.front().surface;
@@ -246,6 +249,14 @@ std::string SegmentOptions::error() const {
   if (energies.empty() && initial_surface && seeds_ras_mm.empty())
     return "an initial surface without seeds needs an explicit energy";
   return flow.error();
+}
+
+const StageReport& SegmentResult::main_stage() const {
+  const auto is_main = [&](const StageReport& stage) {
+    return candidates.empty() ? stage.name != "settle" : stage.name == candidates.front().stage;
+  };
+  const auto at = std::find_if(stages.rbegin(), stages.rend(), is_main);
+  return at == stages.rend() ? stages.back() : *at;
 }
 
 SegmentResult segment(const volume::Volume& volume, const SegmentOptions& options,

@@ -64,6 +64,7 @@ struct Candidate {
   double score = 0;  ///< larger is better; comparable within a run only
   double volume_mm3 = 0;
   std::vector<EnergyTerm> energies;  ///< with every parameter: runs again as explicit options
+  std::string stage;                 ///< name of the StageReport that it comes from
 };
 
 struct SegmentResult {
@@ -75,6 +76,9 @@ struct SegmentResult {
   double sigma_mm = 0, edge_length_mm = 0, seed_radius_mm = 0;
   double border_share = 0;  ///< share of the vertices on the volume's border
   const flow::FlowSummary& last() const { return stages.back().flow; }
+  /// The stage that made the surface, before it settled: the chosen rung of a ladder, or the
+  /// evolution of explicit energies. Needs at least one stage.
+  const StageReport& main_stage() const;
 };
 
 /// Called after every step with the stage's name and the current surface (only valid during the

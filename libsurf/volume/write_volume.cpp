@@ -178,11 +178,17 @@ void write_image(const std::string& path, const Image& image, HeaderWriter heade
   });
 }
 
-HeaderWriter writer_of(const std::string& path) {
-  const std::string ending = extension(path);
+/// Null if the ending names no format.
+HeaderWriter find_writer(const std::string& ending) {
   if (ending == ".nii" || ending == ".nii.gz") return nifti_bytes;
   if (ending == ".mha") return metaimage_bytes;
   if (ending == ".nrrd") return nrrd_bytes;
+  return nullptr;
+}
+
+HeaderWriter writer_of(const std::string& path) {
+  const std::string ending = extension(path);
+  if (const HeaderWriter writer = find_writer(ending)) return writer;
   throw UsageError(
       fmt::format("{}: the ending '{}' names no volume format; use .nii.gz, .nii, .mha or .nrrd",
                   path, ending));
@@ -201,6 +207,8 @@ Image image_of(const Volume& volume) {
 }
 
 }  // namespace
+
+bool is_writable_volume(const std::string& path) { return find_writer(extension(path)) != nullptr; }
 
 void write_volume(const std::string& path, const Volume& volume) {
   write_image(path, image_of(volume), writer_of(path));

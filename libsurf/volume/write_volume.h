@@ -11,6 +11,9 @@
 
 namespace surf::volume {
 
+/// True if `path` ends like a volume that can be written: .nii, .nii.gz, .mha, .nrrd.
+bool is_writable_volume(const std::string& path);
+
 /// Writes a volume as 32-bit floats, in the format of the name's ending: NIfTI-1 (.nii, .nii.gz),
 /// MetaImage (.mha) or NRRD (.nrrd). The file is written whole or not at all.
 /// @throws UsageError   another ending

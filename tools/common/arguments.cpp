@@ -41,6 +41,13 @@ Length parse_length(const std::string& option, const std::string& text) {
   return {*value, rest == "vox"};
 }
 
+Length parse_positive_length(const std::string& option, const std::string& text) {
+  const Length length = parse_length(option, text);
+  if (length.value == 0)
+    throw surf::UsageError(fmt::format("{}: a length must be positive; got '{}'", option, text));
+  return length;
+}
+
 Space parse_space(const std::string& option, const std::string& text) {
   if (text == "ras") return Space::kRas;
   if (text == "lps") return Space::kLps;

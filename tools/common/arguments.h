@@ -19,6 +19,8 @@ struct Length {
 /// @throws surf::UsageError  naming `option`, e.g. "--radius: expected a length with its
 ///                           unit, such as 12mm or 20vox; got '12'"
 Length parse_length(const std::string& option, const std::string& text);
+/// The same, and not zero.
+Length parse_positive_length(const std::string& option, const std::string& text);
 
 /// Spaces a point can be given in: RAS mm (NIfTI, Slicer's scene), LPS mm (DICOM, ITK), or
 /// voxel indices of the volume.

@@ -22,7 +22,7 @@ std::string to_argument(const std::string& path, const std::string& key,
 CLI::Option* find_option(CLI::App& command, const std::string& path, const std::string& key) {
   CLI::Option* option = command.get_option_no_throw("--" + key);
   if (!option) option = command.get_option_no_throw(key);  // a positional argument
-  if (!option)
+  if (!option || key == "help")
     throw surf::UsageError(
         fmt::format("{}: '{}' is not an option of {}", path, key, command.get_name()));
   return option;
@@ -46,7 +46,8 @@ void apply_config(CLI::App& command, const std::string& path) {
     try {
       option->run_callback();
     } catch (const CLI::ParseError& error) {
-      throw surf::UsageError(fmt::format("{}: {}", path, error.what()));
+      throw surf::UsageError(
+          fmt::format("{}: '{}' is {}: {}", path, key, value.dump(), error.what()));
     }
   }
 }
@@ -62,7 +63,7 @@ nlohmann::ordered_json dump_config(const CLI::App& command, const std::vector<st
       continue;
     }
     const auto results = option->results();
-    if (option->get_expected_max() > 1)
+    if (option->get_multi_option_policy() == CLI::MultiOptionPolicy::TakeAll)
       document[name] = results;
     else
       document[name] = results.front();

@@ -10,6 +10,7 @@
 #include "libsurf/mesh/overlap.h"
 #include "libsurf/mesh/verify.h"
 #include "libsurf/volume/read_volume.h"
+#include "tools/common/outputs.h"
 #include "tools/common/report.h"
 #include "tools/surfseg/commands.h"
 
@@ -188,6 +189,7 @@ std::string text_of(const ordered_json& scores) {
 }
 
 void run(const Request& request) {
+  check_outputs({{"--json", request.json}}, request.reference);
   const ordered_json scores = evaluate(request);
   if (!request.json.empty()) write_json(request.json, scores);
   const std::string text = text_of(scores);

@@ -1,8 +1,11 @@
 // surfseg: surfaces from CT and MRI volumes. Parses, dispatches, maps errors to exit codes.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <exception>
+#include <string>
+#include <vector>
 
 #include "libsurf/base/error.h"
 #include "libsurf/base/log.h"
@@ -23,9 +26,23 @@ constexpr const char* kFooter =
     "  7         some cases of a batch failed\n"
     "  130, 143  interrupted, terminated; the last good surface was written";
 
-int fail(surfseg::ExitCode code, const char* message) {
+/// One line, whatever a library's exception says.
+int fail(surfseg::ExitCode code, std::string message) {
+  std::replace(message.begin(), message.end(), '\n', ' ');
   fmt::print(stderr, "surfseg: error: {}\n", message);
   return code;
+}
+
+/// The parser says of an unknown verb only that one is missing.
+std::string usage_message(const CLI::App& app, const CLI::ParseError& error) {
+  const auto verbs = app.get_subcommands();
+  if (!verbs.empty())
+    return fmt::format("{} (see surfseg {} --help)", error.what(), verbs.front()->get_name());
+  const std::vector<std::string> rest = app.remaining();
+  if (!rest.empty())
+    return fmt::format("'{}' is neither a command nor an option (see surfseg --help)",
+                       rest.front());
+  return fmt::format("{} (see surfseg --help)", error.what());
 }
 
 }  // namespace
@@ -55,7 +72,7 @@ int main(int argc, char** argv) {
   } catch (const CLI::Success& help_or_version) {
     return app.exit(help_or_version);
   } catch (const CLI::ParseError& error) {
-    return fail(kUsage, fmt::format("{} (see surfseg --help)", error.what()).c_str());
+    return fail(kUsage, usage_message(app, error));
   } catch (const surf::UsageError& error) {
     return fail(kUsage, error.what());
   } catch (const surf::InputError& error) {

@@ -6,6 +6,7 @@
 #include "libsurf/base/error.h"
 #include "libsurf/volume/write_volume.h"
 #include "tools/common/arguments.h"
+#include "tools/common/outputs.h"
 #include "tools/surfseg/commands.h"
 
 namespace surfseg {
@@ -113,6 +114,10 @@ void add_phantom_command(CLI::App& app, ExitCode&) {
       ->capture_default_str();
   command->footer(kFooter);
   command->callback([request] {
+    if (!surf::volume::is_writable_volume(request->output))
+      throw surf::UsageError(fmt::format(
+          "-o: {}: expected a name that ends in .nii.gz, .nii, .mha or .nrrd", request->output));
+    check_outputs({{"-o", request->output}});
     surf::volume::write_volume(request->output, surf::volume::make_phantom(options_of(*request)));
   });
 }

@@ -11,21 +11,22 @@
 #include "libsurf/base/error.h"
 #include "libsurf/base/file.h"
 #include "libsurf/base/threads.h"
-#include "libsurf/io/read_surface.h"
 #include "libsurf/io/write_surface.h"
-#include "libsurf/mesh/from_label_map.h"
 #include "libsurf/mesh/measure.h"
 #include "libsurf/mesh/rasterize.h"
 #include "libsurf/mesh/verify.h"
+#include "libsurf/segment/model.h"
 #include "libsurf/volume/read_volume.h"
 #include "libsurf/volume/write_volume.h"
 #include "tools/common/arguments.h"
 #include "tools/common/config.h"
 #include "tools/common/energy_term.h"
+#include "tools/common/outputs.h"
 #include "tools/common/progress.h"
 #include "tools/common/report.h"
 #include "tools/common/signals.h"
 #include "tools/surfseg/commands.h"
+#include "tools/surfseg/initial_surface.h"
 
 namespace surfseg {
 namespace {
@@ -38,8 +39,8 @@ struct Arguments {
   int frame_index = 0;
   std::vector<std::string> seeds;
   std::string space = "ras";
-  std::string radius, initial, sigma, selective_sigma, edge_length;
-  int initial_label = 1;
+  std::string radius, sigma, selective_sigma, edge_length;
+  InitialArguments initial;
   double selective_threshold = 0;
   std::string derivatives = "bspline";
   std::vector<std::string> energies;
@@ -98,14 +99,13 @@ class SegmentCommand {
                                       : Verbosity::kNormal) {}
 
   ExitCode run() {
-    check_outputs();
+    check();
     std::unique_ptr<surf::ThreadLimit> limit;
     if (arguments_.threads > 0) limit = std::make_unique<surf::ThreadLimit>(arguments_.threads);
     clock_.begin("read");
     surf::volume::ReadOptions read_options;
     read_options.frame_index = arguments_.frame_index;
-    const surf::volume::Volume volume =
-        surf::volume::read_volume(arguments_.volume, read_options);
+    const surf::volume::Volume volume = surf::volume::read_volume(arguments_.volume, read_options);
     for (const std::string& note : volume.source().notes) progress_.note("note: " + note);
     const surf::segment::SegmentOptions options = segment_options(volume);
     catch_signals();
@@ -138,21 +138,60 @@ class SegmentCommand {
 
  private:
   /// What can be found wrong before the work is done.
-  void check_outputs() const {
+  void check() const {
+    check_values();
+    check_names();
+    surfseg::check_outputs(
+        {{"-o", arguments_.output}, {"--mask", arguments_.mask}, {"--json", arguments_.json}},
+        arguments_.volume);
+  }
+
+  void check_names() const {
     if (arguments_.output.empty())
       throw surf::UsageError("-o: an output file is missing, such as -o liver.stl");
     if (!surf::io::is_writable_surface(arguments_.output))
       throw surf::UsageError(fmt::format(
           "-o: {}: expected a name that ends in .stl, .obj, .ply or .vtp", arguments_.output));
-    if (arguments_.threads < 0)
+    if (!arguments_.mask.empty() && !surf::volume::is_writable_volume(arguments_.mask))
       throw surf::UsageError(
-          fmt::format("--threads: expected 1 or more; got {}", arguments_.threads));
-    for (const std::string& path : {arguments_.output, arguments_.mask, arguments_.json}) {
-      const std::filesystem::path folder = std::filesystem::path(path).parent_path();
-      if (!path.empty() && !folder.empty() && !std::filesystem::is_directory(folder))
-        throw surf::OutputError(
-            fmt::format("{}: the folder {} does not exist", path, folder.string()));
-    }
+          fmt::format("--mask: {}: expected a name that ends in .nii.gz, .nii, .mha or .nrrd",
+                      arguments_.mask));
+  }
+
+  void check_values() const {
+    check_range("--threads", arguments_.threads, 0, "0 (all) or more");
+    check_range("--max-iterations", arguments_.max_iterations, 0, "0 or more");
+    check_range("--candidates", arguments_.candidates, 0, "0 or more");
+    check_range("--frame-index", arguments_.frame_index, 0, "0 or more");
+    if (!(arguments_.tolerance >= 0 && arguments_.tolerance < 1))
+      throw surf::UsageError(
+          fmt::format("--tolerance: expected a number from 0 to below 1, such as 1e-4; got {}",
+                      arguments_.tolerance));
+    if (!(arguments_.selective_threshold >= 0))
+      throw surf::UsageError(fmt::format("--selective-threshold: expected 0 or more; got {}",
+                                         arguments_.selective_threshold));
+    for (const std::string& seed : arguments_.seeds) parse_point("--seed", seed);
+    for (const auto& [option, text] : {std::pair{"--sigma", arguments_.sigma},
+                                       {"--selective-sigma", arguments_.selective_sigma}})
+      if (!text.empty()) parse_length(option, text);
+    for (const auto& [option, text] :
+         {std::pair{"--radius", arguments_.radius}, {"--edge-length", arguments_.edge_length}})
+      if (!text.empty()) parse_positive_length(option, text);
+    arguments_.initial.check();
+    surf::segment::check_terms(energies());
+    if (arguments_.seeds.empty() && !arguments_.initial.any())
+      throw surf::UsageError(
+          "--seed: at least one point inside the object is needed, such as --seed 12.5,-30,44, or "
+          "an --initial surface");
+    if (arguments_.seeds.empty() && !arguments_.initial.is_body() && energies().empty())
+      throw surf::UsageError(
+          "--initial: without a --seed inside the object, --energy is needed, such as --energy "
+          "minimal-surface");
+  }
+
+  static void check_range(const char* option, int value, int lowest, const char* expected) {
+    if (value < lowest)
+      throw surf::UsageError(fmt::format("{}: expected {}; got {}", option, expected, value));
   }
 
   surf::segment::SegmentOptions segment_options(const surf::volume::Volume& volume) const {
@@ -172,11 +211,7 @@ class SegmentCommand {
     out.edge_length_mm = length("--edge-length", arguments_.edge_length);
     if (arguments_.derivatives == "scharr")
       out.derivative_filter = surf::volume::DerivativeFilter::kScharr;
-    if (!arguments_.initial.empty()) out.initial_surface = initial_surface();
-    if (out.seeds_ras_mm.empty() && !out.initial_surface)
-      throw surf::UsageError(
-          "--seed: at least one point inside the object is needed, such as --seed 12.5,-30,44, or "
-          "an --initial surface");
+    if (arguments_.initial.any()) set_initial_surface(out, space, volume);
     out.energies = energies();
     out.settle = !arguments_.no_settle;
     out.flow.max_steps = arguments_.max_iterations;
@@ -191,11 +226,14 @@ class SegmentCommand {
     return out;
   }
 
-  surf::Triangles initial_surface() const {
-    if (surf::io::is_readable_surface(arguments_.initial))
-      return surf::io::read_surface(arguments_.initial);
-    return surf::mesh::surface_of_label_map(surf::volume::read_volume(arguments_.initial),
-                                            arguments_.initial_label);
+  /// The centre of a body serves as seed, to choose parameters, if there is no other.
+  void set_initial_surface(surf::segment::SegmentOptions& out, Space space,
+                           const surf::volume::Volume& volume) const {
+    InitialSurface initial = make_initial_surface(
+        arguments_.initial, space, volume, out.edge_length_mm.value_or(1.5 * volume.voxel_size()));
+    out.initial_surface = std::move(initial.surface);
+    if (out.seeds_ras_mm.empty() && initial.center_ras_mm)
+      out.seeds_ras_mm.push_back(*initial.center_ras_mm);
   }
 
   /// The --energy terms with the shorthands --gamma, --gamma0 and --lambda filled in.
@@ -235,8 +273,7 @@ class SegmentCommand {
   ExitCode exit_code_of(const surf::segment::SegmentResult& result) const {
     if (const ExitCode code = signal_exit_code(); code != kDone) return code;
     if (result.stages.empty()) return kDone;
-    return result.stages.back().flow.termination == surf::flow::Termination::kMaxSteps &&
-                   result.stages.back().name != "settle"
+    return result.main_stage().flow.termination == surf::flow::Termination::kMaxSteps
                ? kStoppedAtLimit
                : kDone;
   }
@@ -268,11 +305,11 @@ class SegmentCommand {
     int iterations = 0;
     for (const auto& stage : result.stages) iterations += int(stage.flow.steps.size());
     if (!result.stages.empty()) {
-      const auto& last = result.stages.back().flow;
-      out["energy"] = last.final_energy;
+      const auto& main = result.main_stage().flow;
+      out["energy"] = main.final_energy;
       out["iterations"] = iterations;
-      out["stop_reason"] = surf::flow::to_string(last.termination);
-      out["stop_message"] = last.message;
+      out["stop_reason"] = surf::flow::to_string(main.termination);
+      out["stop_message"] = main.message;
     }
     const surf::mesh::Quality quality = surf::mesh::quality(surface);
     out["vertices"] = surface.points.rows();
@@ -325,9 +362,9 @@ class SegmentCommand {
           fmt::format("note: the surface meets the volume's border with {:.1f} % of its vertices",
                       100 * result.border_share));
     if (!result.stages.empty())
-      progress_.note(fmt::format("{} after {} steps: {}",
-                                 surf::flow::to_string(result.last().termination),
-                                 summary["iterations"].get<int>(), result.last().message));
+      progress_.note(fmt::format(
+          "{} after {} steps: {}", surf::flow::to_string(result.main_stage().flow.termination),
+          summary["iterations"].get<int>(), result.main_stage().flow.message));
     if (verification.passed())
       progress_.note(fmt::format(
           "{}: {} triangles, {:.5g} ml, {:.5g} cm^2, closed, manifold, no self-intersections, "
@@ -355,6 +392,7 @@ void add_options(CLI::App& command, Arguments& a) {
   const std::string start = "Where to start";
   command.add_option("--seed", a.seeds, "Point X,Y,Z inside the object; repeat for more")
       ->take_all()
+      ->allow_extra_args(false)
       ->group(start);
   command.add_option("--space", a.space, "Space of the points: ras or lps in mm, or ijk voxels")
       ->check(CLI::IsMember({"ras", "lps", "ijk"}))
@@ -362,9 +400,21 @@ void add_options(CLI::App& command, Arguments& a) {
       ->group(start);
   command.add_option("--radius", a.radius, "Radius of the seed balls, such as 10mm or 5vox [auto]")
       ->group(start);
-  command.add_option("--initial", a.initial, "Initial surface: a mesh or a label map")
+  command
+      .add_option("--initial", a.initial.file,
+                  "Initial surface in place of seed balls: a mesh or a label map")
       ->group(start);
-  command.add_option("--initial-label", a.initial_label, "Label to take from the label map")
+  command.add_option("--initial-ball", a.initial.ball, "Or a ball X,Y,Z,RADIUS: 12,-30,44,10mm")
+      ->group(start);
+  command
+      .add_option("--initial-ellipsoid", a.initial.ellipsoid,
+                  "Or an ellipsoid X,Y,Z,A,B,C along the axes of --space: 12,-30,44,10mm,8mm,15mm")
+      ->group(start);
+  command
+      .add_option("--initial-box", a.initial.box,
+                  "Or a box along the axes of --space from corner to corner: 0,-40,20,25,-10,50")
+      ->group(start);
+  command.add_option("--initial-label", a.initial.label, "Label to take from the label map")
       ->capture_default_str()
       ->group(start);
 
@@ -390,6 +440,7 @@ void add_options(CLI::App& command, Arguments& a) {
                   "Term NAME[:key=value,...] of the energy, repeatable: minimal-surface, "
                   "chan-vese, window, area; auto chooses from the seeds")
       ->take_all()
+      ->allow_extra_args(false)
       ->default_str("auto")
       ->group(energy);
   command
@@ -419,14 +470,14 @@ void add_options(CLI::App& command, Arguments& a) {
       ->check(CLI::IsMember({"line-search", "backtracking"}))
       ->capture_default_str()
       ->group(flow);
-  command.add_option("--max-iterations", a.max_iterations, "Steps per stage")
-      ->check(CLI::NonNegativeNumber)
+  command
+      .add_option("--max-iterations", a.max_iterations,
+                  "Steps per stage; exit code 5 if they do not suffice")
       ->capture_default_str()
       ->group(flow);
   command
       .add_option("--tolerance", a.tolerance,
                   "Stop when the shape derivative falls to this share of its largest value")
-      ->check(CLI::Range(0.0, 1.0))
       ->capture_default_str()
       ->group(flow);
 
@@ -440,7 +491,6 @@ void add_options(CLI::App& command, Arguments& a) {
       ->group(output);
   command
       .add_option("--candidates", a.candidates, "Write up to this many further candidate surfaces")
-      ->check(CLI::NonNegativeNumber)
       ->capture_default_str()
       ->group(output);
   command.add_option("--json", a.json, "Summary; it can be fed back as --config")->group(output);

@@ -1,0 +1,249 @@
+// Every wrong file and value: its exit code, one line that says what is wrong, and nothing left.
+#include <nifti/nifti1.h>
+
+#include <array>
+#include <cstring>
+#include <limits>
+
+#include "libsurf/io/write_surface.h"
+#include "libsurf/mesh/primitives.h"
+#include "libsurf/volume/write_volume.h"
+#include "tests/cli/program.h"
+
+namespace surfseg::test {
+namespace {
+
+using Words = std::vector<std::string>;
+
+struct Row {
+  const char* test;
+  Words arguments;
+  int exit_code;
+  const char* piece;  ///< of the message
+};
+
+void PrintTo(const Row& row, std::ostream* stream) { *stream << row.test; }
+
+Words joined(Words first, const Words& second) {
+  first.insert(first.end(), second.begin(), second.end());
+  return first;
+}
+/// A good volume and seed, and what is wrong about the run.
+Words segment(const Words& wrong) {
+  return joined({"segment", "good.nii", "--seed", "0,0,0", "-o", "out.stl"}, wrong);
+}
+Words volume(const char* name) { return {"segment", name, "--seed", "0,0,0", "-o", "out.stl"}; }
+Words seed(const char* value) { return {"segment", "good.nii", "--seed", value, "-o", "out.stl"}; }
+Words output(const char* name) { return {"segment", "good.nii", "--seed", "0,0,0", "-o", name}; }
+Words initial(const char* option, const char* value) {
+  return {"segment", "good.nii", option, value, "-o", "out.stl", "--energy", "minimal-surface"};
+}
+Words evaluate(const Words& rest) { return joined({"evaluate", "ball.stl"}, rest); }
+Words phantom(const Words& rest) { return joined({"phantom", "ball", "-o", "out.nii.gz"}, rest); }
+
+const std::vector<Row> kRows = {
+    // Volumes.
+    {"NoVolume", {"segment", "--seed", "0,0,0", "-o", "out.stl"}, 2, "a volume is missing"},
+    {"VolumeMissing", volume("gone.nii"), 3, "gone.nii: cannot be read"},
+    {"FolderWithoutDicom", volume("folder"), 3, "no DICOM image"},
+    {"TextAsNifti", volume("text.nii.gz"), 3, "text.nii.gz: "},
+    {"TextFile", volume("text.txt"), 3, "not a volume"},
+    {"EmptyFile", volume("empty.nii"), 3, "is empty"},
+    {"Truncated", volume("cut.nii"), 3, "truncated"},
+    {"TruncatedGzip", volume("cut.nii.gz"), 3, "truncated"},
+    {"HeaderOnly", volume("header.nii"), 3, "truncated"},
+    {"NanVoxel", volume("nan.nii"), 3, "is NaN"},
+    {"ZeroSpacing", volume("spacing.nii"), 3, "zero voxel spacing"},
+    {"SingularMatrix", volume("singular.nii"), 3, "singular"},
+    {"Plane", volume("plane.nii"), 3, "at least 2 along every axis"},
+    {"BeyondMemory", volume("huge.nii"), 3, "this machine has"},
+    {"FrameBeyondEnd", segment({"--frame-index", "7"}), 3, "frame"},
+    {"FrameNegative", segment({"--frame-index", "-1"}), 2, "--frame-index: expected 0 or more"},
+    {"InfoMissing", {"info", "gone.nii"}, 3, "gone.nii: cannot be read"},
+    {"InfoFolder", {"info", "folder"}, 3, "no DICOM image"},
+    {"InfoText", {"info", "text.txt"}, 3, "not a volume"},
+    {"InfoNan", {"info", "nan.nii"}, 3, "is NaN"},
+    {"InfoNothing", {"info"}, 2, "FILE"},
+    // Outputs.
+    {"NoOutput", {"segment", "good.nii", "--seed", "0,0,0"}, 2, "-o: an output file is missing"},
+    {"OutputEnding", output("out.xyz"), 2, "-o: out.xyz: expected a name that ends in .stl"},
+    {"OutputWithoutEnding", output("out"), 2, "ends in .stl"},
+    {"OutputFolderMissing", output("no/out.stl"), 4, "the folder no does not exist"},
+    {"OutputIsFolder", output("folder.stl"), 4, "is a folder"},
+    {"OutputFolderReadOnly", output("/proc/out.stl"), 4, "/proc/out.stl: cannot be written"},
+    {"MaskEnding", segment({"--mask", "mask.png"}), 2, "--mask: mask.png: expected a name"},
+    {"MaskFolderMissing", segment({"--mask", "no/mask.nii"}), 4, "--mask: no/mask.nii: the folder"},
+    {"MaskIsVolume", segment({"--mask", "good.nii"}), 2, "is the input too"},
+    {"JsonFolderMissing", segment({"--json", "no/s.json"}), 4, "--json: no/s.json: the folder no"},
+    {"JsonIsOutput", segment({"--json", "out.stl"}), 2, "is -o too"},
+    {"OutputSpace", segment({"--output-space", "ijk"}), 2, "--output-space"},
+    // Seeds and initial surfaces.
+    {"NoSeed", {"segment", "good.nii", "-o", "out.stl"}, 2, "--seed: at least one point"},
+    {"SeedOfTwo", seed("1,2"), 2, "--seed: expected three numbers X,Y,Z; got '1,2'"},
+    {"SeedOfLetters", seed("a,b,c"), 2, "got 'a,b,c'"},
+    {"SeedOfFour", seed("1,2,3,4"), 2, "got '1,2,3,4'"},
+    {"SeedNan", seed("nan,0,0"), 2, "got 'nan,0,0'"},
+    {"SeedOutside", seed("500,0,0"), 2, "outside the volume of 16 x 16 x 16 voxels"},
+    {"SeedOfOtherSpace", segment({"--space", "ijk", "--seed", "-5,3,3"}), 2, "(--space)"},
+    {"SpaceUnknown", segment({"--space", "mni"}), 2, "--space: mni not in"},
+    {"InitialMissing", initial("--initial", "gone.stl"), 3, "gone.stl"},
+    {"InitialOpen", initial("--initial", "open.stl"), 3, "3 border edges"},
+    {"InitialBroken", initial("--initial", "broken.stl"), 3, "broken.stl"},
+    {"InitialWithoutLabel", initial("--initial", "zeros.nii"), 3, "no voxel has the label 1"},
+    {"InitialElsewhere", initial("--initial-ball", "900,0,0,3mm"), 3, "lies in the volume"},
+    {"InitialBallUnit", initial("--initial-ball", "0,0,0,3"), 2, "a length with its unit"},
+    {"InitialBallOfThree", initial("--initial-ball", "0,0,3mm"), 2, "X,Y,Z,RADIUS"},
+    {"InitialEllipsoid", initial("--initial-ellipsoid", "0,0,0,3mm"), 2, "X,Y,Z,A,B,C"},
+    {"InitialBoxFlat", initial("--initial-box", "0,0,0,4,4,0"), 2, "must differ in all three"},
+    {"InitialTwice", segment({"--initial", "ball.stl", "--initial-ball", "0,0,0,3mm"}), 2,
+     "give one of them"},
+    {"InitialAlone",
+     {"segment", "good.nii", "--initial", "ball.stl", "-o", "out.stl"},
+     2,
+     "without a --seed"},
+    // Lengths and numbers.
+    {"RadiusWithoutUnit", segment({"--radius", "12"}), 2,
+     "--radius: expected a length with its unit, such as 12mm or 20vox; got '12'"},
+    {"RadiusNegative", segment({"--radius", "-3mm"}), 2, "cannot be negative; got '-3mm'"},
+    {"RadiusZero", segment({"--radius", "0mm"}), 2, "--radius: a length must be positive"},
+    {"RadiusInCm", segment({"--radius", "2cm"}), 2, "got '2cm'"},
+    {"EdgeLengthZero", segment({"--edge-length", "0vox"}), 2, "--edge-length: a length must be"},
+    {"SigmaWithoutUnit", segment({"--sigma", "1"}), 2, "--sigma: expected a length"},
+    {"SigmaWithoutValue", segment({"--sigma"}), 2, "--sigma"},
+    {"IterationsNegative", segment({"--max-iterations", "-1"}), 2,
+     "--max-iterations: expected 0 or more; got -1"},
+    {"IterationsText", segment({"--max-iterations", "many"}), 2, "--max-iterations"},
+    {"ToleranceTwo", segment({"--tolerance", "2"}), 2, "--tolerance: expected a number from 0"},
+    {"ToleranceNan", segment({"--tolerance", "nan"}), 2, "--tolerance: expected a number from 0"},
+    {"ThreadsNegative", segment({"--threads", "-1"}), 2, "--threads: expected 0 (all) or more"},
+    {"FlowUnknown", segment({"--flow", "l3"}), 2, "--flow: l3 not in"},
+    {"SchemeUnknown", segment({"--scheme", "magic"}), 2, "--scheme: magic not in"},
+    // Energies.
+    {"EnergyUnknown", segment({"--energy", "foo"}), 2, "energy 'foo' is unknown; there are"},
+    {"EnergyParameter", segment({"--energy", "window:widht=3"}), 2, "parameter 'widht' is unknown"},
+    {"EnergyWithoutValue", segment({"--energy", "window:mean"}), 2, "expected key=value"},
+    {"EnergyText", segment({"--energy", "window:mean=x"}), 2, "expected a number; got 'x'"},
+    {"EnergyWidth", segment({"--energy", "window:half-width=-1"}), 2, "violates > 0"},
+    {"LambdaText", segment({"--lambda", "foo"}), 2, "--lambda: expected a number; got 'foo'"},
+    {"LambdaZero", segment({"--lambda", "0"}), 2, "lambda = 0 violates > 0"},
+    {"GammaUnused", segment({"--energy", "chan-vese", "--gamma", "-1"}), 2,
+     "they belong to --energy minimal-surface"},
+    // The command line and --config.
+    {"NoVerb", {}, 2, "subcommand is required"},
+    {"VerbUnknown", {"segmnet"}, 2, "'segmnet' is neither a command nor an option"},
+    {"OptionUnknown", segment({"--foo"}), 2, "--foo (see surfseg segment --help)"},
+    {"OptionTwice", segment({"--flow", "l2", "--flow", "h1"}), 2, "--flow"},
+    {"ConfigMissing", segment({"--config", "gone.json"}), 3, "gone.json: cannot be read"},
+    {"ConfigNoJson", segment({"--config", "text.txt"}), 3, "text.txt: not valid JSON"},
+    {"ConfigList", segment({"--config", "list.json"}), 2, "expected an object of options"},
+    {"ConfigKey", segment({"--config", "key.json"}), 2, "'radios' is not an option of segment"},
+    {"ConfigType", segment({"--config", "type.json"}), 2, "type.json: 'radius' is {\"mm\":3}"},
+    {"ConfigNumber", segment({"--config", "number.json"}), 2, "number.json: 'threads' is \"few\""},
+    {"ConfigValue", segment({"--config", "value.json"}), 2, "--radius: expected a length"},
+    // evaluate.
+    {"NoReference", evaluate({}), 2, "--reference"},
+    {"ReferenceMissing", evaluate({"--reference", "gone.ply"}), 3, "gone.ply"},
+    {"ReferenceLabel", evaluate({"--reference", "zeros.nii", "--label", "9"}), 3, "label 9"},
+    {"ReferenceMeshLabel", evaluate({"--reference", "ball.stl", "--label", "1"}), 2, "no labels"},
+    {"LabelText", evaluate({"--reference", "zeros.nii", "--label", "x"}), 2, "--label"},
+    {"SurfaceBroken", {"evaluate", "broken.stl", "--reference", "ball.stl"}, 3, "broken.stl"},
+    {"SurfaceText", {"evaluate", "text.txt", "--reference", "ball.stl"}, 3, "text.txt"},
+    {"EvaluateJson", evaluate({"--reference", "ball.stl", "--json", "no/s.json"}), 4, "folder no"},
+    // phantom.
+    {"PhantomKind", {"phantom", "cube", "-o", "out.nii"}, 2, "cube"},
+    {"PhantomSize", phantom({"--size", "1"}), 2, "--size: expected N or NX,NY,NZ"},
+    {"PhantomSizeText", phantom({"--size", "big"}), 2, "--size"},
+    {"PhantomNoise", phantom({"--noise", "-0.1"}), 2, "--noise"},
+    {"PhantomSpacing", phantom({"--spacing", "0"}), 2, "a spacing must be positive"},
+    {"PhantomDirection", phantom({"--direction", "1,0,0,1,0,0,0,0,1"}), 2, "direction"},
+    {"PhantomEnding", {"phantom", "ball", "-o", "out.png"}, 2, "-o: out.png: expected a name"},
+    {"PhantomFolder", {"phantom", "ball", "-o", "no/out.nii"}, 4, "the folder no does not exist"},
+};
+
+class BadInput : public Program, public ::testing::WithParamInterface<Row> {
+ protected:
+  static constexpr std::array<int, 3> kSize = {16, 16, 16};
+
+  BadInput() {
+    const Eigen::Affine3d affine(Eigen::Translation3d(-7.5, -7.5, -7.5));
+    std::vector<float> values;
+    for (int n = 0; n < 16 * 16 * 16; ++n)
+      values.push_back((affine * Eigen::Vector3d(n % 16, n / 16 % 16, n / 256)).norm() < 5 ? 1.0f
+                                                                                           : 0.0f);
+    surf::volume::write_volume(file("good.nii"), {kSize, affine, values});
+    surf::volume::write_volume(file("cut.nii.gz"), {kSize, affine, values});
+    put("cut.nii.gz", bytes("cut.nii.gz").substr(0, 200));
+    values.assign(values.size(), 0.0f);
+    surf::volume::write_volume(file("zeros.nii"), {kSize, affine, values});
+    put_broken_volumes(bytes("good.nii"));
+    put_surfaces();
+    put("empty.nii", "");
+    put("text.txt", "hello, world\n");
+    put("text.nii.gz", "hello, world\n");
+    std::filesystem::create_directories(file("folder"));
+    std::filesystem::create_directories(file("folder.stl"));
+    put("folder/readme.txt", "no slice");
+    put("list.json", "[1, 2]");
+    put("key.json", R"({"radios": "3mm"})");
+    put("type.json", R"({"radius": {"mm": 3}})");
+    put("number.json", R"({"threads": "few"})");
+    put("value.json", R"({"radius": 3})");
+  }
+
+ private:
+  void put(const std::string& name, const std::string& content) const {
+    write("files/" + name, content);
+  }
+
+  template <class Change>
+  void put_changed(const char* name, std::string bytes, const Change& change) const {
+    nifti_1_header header;
+    std::memcpy(&header, bytes.data(), sizeof header);
+    change(header);
+    std::memcpy(bytes.data(), &header, sizeof header);
+    put(name, bytes);
+  }
+
+  void put_broken_volumes(const std::string& good) const {
+    put("cut.nii", good.substr(0, good.size() / 2));
+    put("header.nii", good.substr(0, 352));
+    std::string with_nan = good;
+    const float nan = std::numeric_limits<float>::quiet_NaN();
+    std::memcpy(with_nan.data() + 352 + 400, &nan, sizeof nan);
+    put("nan.nii", with_nan);
+    put_changed("spacing.nii", good, [](auto& h) {
+      h.sform_code = h.qform_code = 0;
+      h.pixdim[3] = 0;
+    });
+    put_changed("singular.nii", good, [](auto& h) { h.srow_x[1] = h.srow_y[0] = 1; });
+    put_changed("plane.nii", good, [](auto& h) { h.dim[3] = 1; });
+    put_changed("huge.nii", good, [](auto& h) { h.dim[1] = h.dim[2] = h.dim[3] = 32767; });
+  }
+
+  void put_surfaces() const {
+    surf::Triangles ball = surf::mesh::ball({0, 0, 0}, 4, 2);
+    surf::io::write_surface(file("ball.stl"), ball);
+    ball.elements.conservativeResize(ball.elements.rows() - 1, 3);
+    surf::io::write_surface(file("open.stl"), ball);
+    put("broken.stl", bytes("ball.stl").substr(0, 500));
+  }
+};
+
+TEST_P(BadInput, EndsInOneLineItsCodeAndNoFile) {
+  const auto before = files();
+  const Outcome outcome = run(GetParam().arguments);
+  EXPECT_EQ(outcome.exit_code, GetParam().exit_code) << outcome.err;
+  EXPECT_TRUE(outcome.err.starts_with("surfseg: error: ")) << outcome.err;
+  EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
+  EXPECT_TRUE(outcome.err.ends_with('\n')) << outcome.err;
+  EXPECT_LT(outcome.err.size(), 500u) << outcome.err;
+  EXPECT_NE(outcome.err.find(GetParam().piece), std::string::npos) << outcome.err;
+  EXPECT_EQ(outcome.out, "");
+  EXPECT_EQ(files(), before);
+}
+
+INSTANTIATE_TEST_SUITE_P(All, BadInput, ::testing::ValuesIn(kRows),
+                         [](const auto& test) { return test.param.test; });
+
+}  // namespace
+}  // namespace surfseg::test

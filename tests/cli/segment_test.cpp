@@ -1,0 +1,294 @@
+// From a phantom to a scored surface through the program, and what its options promise.
+#include <cmath>
+
+#include "libsurf/io/read_surface.h"
+#include "libsurf/mesh/rasterize.h"
+#include "libsurf/volume/read_volume.h"
+#include "tests/cli/program.h"
+
+namespace surfseg::test {
+namespace {
+
+using Words = std::vector<std::string>;
+
+/// A ball of radius 0.6 * 19.5 mm in 40^3 voxels of 1 mm: phantom.h.
+constexpr double kRadiusMm = 0.6 * 19.5;
+const double kVolumeMm3 = 4.0 / 3 * M_PI * std::pow(kRadiusMm, 3);
+/// A shell of 0.15 mm on the ball: what Dice > 0.98 allows.
+const double kVolumeToleranceMm3 = 0.04 * kVolumeMm3;
+
+Words joined(Words first, const Words& second) {
+  first.insert(first.end(), second.begin(), second.end());
+  return first;
+}
+Words segment(const Words& more) {
+  return joined({"segment", "ball.nii.gz", "--seed", "0,0,0", "-q"}, more);
+}
+
+class Segment : public Program {
+ protected:
+  void make_ball(const Words& more = {}) const {
+    must(joined({"phantom", "ball", "--size", "40", "-o", "ball.nii.gz"},
+                more.empty() ? Words{"--spacing", "1"} : more));
+  }
+  /// Dice of a surface with the voxels of the ball.
+  double dice(const std::string& surface) const {
+    must({"phantom", "ball", "--size", "40", "--spacing", "1", "--edge-width", "0.0001mm", "-o",
+          "truth.nii"});
+    must({"evaluate", surface, "--reference", "truth.nii", "--label", "1", "--json", "e.json"});
+    return json("e.json")["dice"];
+  }
+};
+
+TEST_F(Segment, FindsABallFromOneSeed) {
+  for (const std::string noise : {"0", "0.1"}) {
+    make_ball({"--spacing", "1", "--noise", noise});
+    EXPECT_NE(must({"info", "ball.nii.gz"}).out.find("40 x 40 x 40"), std::string::npos);
+    must(segment({"-o", "s.stl", "--json", "s.json"}));
+    EXPECT_GT(dice("s.stl"), 0.98) << "noise " << noise;
+    EXPECT_NEAR(json("s.json")["volume_mm3"], kVolumeMm3, kVolumeToleranceMm3) << noise;
+  }
+}
+
+TEST_F(Segment, SummaryHasEveryKey) {
+  make_ball();
+  must(segment({"-o", "s.stl", "--json", "s.json"}));
+  const auto summary = json("s.json");
+  for (const char* key :
+       {"energy", "iterations", "stop_reason", "vertices", "triangles", "volume_mm3", "area_mm2",
+        "closed", "manifold", "self_intersections", "min_angle_deg", "time_s", "peak_memory_mb",
+        "config", "exit_code", "chosen", "notes"})
+    EXPECT_TRUE(summary.contains(key)) << key;
+  EXPECT_EQ(summary["closed"], true);
+  EXPECT_EQ(summary["manifold"], true);
+  EXPECT_EQ(summary["self_intersections"], 0);
+  EXPECT_EQ(summary["stop_reason"], "converged");
+  EXPECT_EQ(summary["triangles"], 2 * summary["vertices"].get<int>() - 4);  // Euler: a sphere
+  for (const char* stage : {"read", "segment", "verify", "write"}) {
+    EXPECT_GE(summary["stages"][stage]["time_s"], 0) << stage;
+    EXPECT_GT(summary["stages"][stage]["peak_memory_mb"], 0) << stage;
+  }
+}
+
+TEST_F(Segment, WritesEveryFormat) {
+  make_ball();
+  must(segment({"-o", "s.vtp"}));
+  for (const char* name : {"s.stl", "s.obj", "s.ply"}) {
+    must(segment({"-o", name}));
+    must({"evaluate", name, "--reference", "s.vtp", "--json", "e.json"});
+    EXPECT_LT(json("e.json")["distance"]["max_mm"], 1e-5) << name;  // float32 of 12 mm
+    EXPECT_TRUE(json("e.json")["quality"]["passed"]) << name;
+  }
+}
+
+TEST_F(Segment, OutputSpaceIsStatedAndReadBack) {
+  make_ball();
+  must(segment({"-o", "lps.ply"}));
+  must(segment({"-o", "ras.ply", "--output-space", "ras"}));
+  EXPECT_NE(bytes("lps.ply").find("SPACE=LPS"), std::string::npos);
+  EXPECT_NE(bytes("ras.ply").find("SPACE=RAS"), std::string::npos);
+  const auto lps = surf::io::read_surface(file("lps.ply"));
+  const auto ras = surf::io::read_surface(file("ras.ply"));
+  EXPECT_EQ(lps.points, ras.points);
+}
+
+TEST_F(Segment, MaskAgreesWithTheSurface) {
+  make_ball();
+  must(segment({"-o", "s.vtp", "--mask", "mask.nii.gz"}));
+  const auto surface = surf::io::read_surface(file("s.vtp"));
+  const auto volume = surf::volume::read_volume(file("ball.nii.gz"));
+  const auto mask = surf::volume::read_volume(file("mask.nii.gz"));
+  ASSERT_EQ(mask.size(), volume.size());
+  EXPECT_TRUE(mask.index_to_world().isApprox(volume.index_to_world(), 1e-6));
+  const auto inside = surf::mesh::rasterize(surface, volume.size(), volume.index_to_world());
+  std::size_t n = 0, n_wrong = 0, n_inside = 0;
+  for (int k = 0; k < 40; ++k)
+    for (int j = 0; j < 40; ++j)
+      for (int i = 0; i < 40; ++i, ++n) {
+        n_inside += inside[n] != 0;
+        n_wrong += (mask.value(i, j, k) != 0) != (inside[n] != 0);
+      }
+  EXPECT_EQ(n_wrong, 0u);
+  EXPECT_NEAR(double(n_inside), kVolumeMm3, kVolumeToleranceMm3);
+}
+
+TEST_F(Segment, SeedsOfEverySpaceGiveTheSameSurface) {
+  make_ball();
+  const auto from = [&](const char* space, const char* seed, const char* name) {
+    must({"segment", "ball.nii.gz", "--space", space, "--seed", seed, "-q", "-o", name});
+    return bytes(name);
+  };
+  const std::string ras = from("ras", "-2.5,1.5,3.5", "a.stl");
+  EXPECT_EQ(from("lps", "2.5,-1.5,3.5", "b.stl"), ras);
+  EXPECT_EQ(from("ijk", "17,21,23", "c.stl"), ras);  // voxel 0 is at -19.5 mm
+}
+
+TEST_F(Segment, SameBytesAgainAndForAnyNumberOfThreads) {
+  make_ball({"--spacing", "1", "--noise", "0.1"});
+  must(segment({"-o", "a.stl"}));
+  for (const char* threads : {"0", "1", "2"}) {
+    must(segment({"-o", "b.stl", "--threads", threads}));
+    EXPECT_EQ(bytes("a.stl"), bytes("b.stl")) << threads;
+  }
+}
+
+TEST_F(Segment, SummaryIsAConfigThatTheCommandLineOverrides) {
+  make_ball();
+  must(segment({"-o", "a.stl", "--json", "a.json", "--radius", "3mm", "--seed", "1,-2,8",
+                "--energy", "window:mean=1,half-width=0.5", "--energy", "area:weight=0.1",
+                "--edge-length", "2mm"}));
+  must({"segment", "--config", "a.json", "-o", "b.stl", "--json", "b.json"});
+  EXPECT_EQ(bytes("a.stl"), bytes("b.stl"));
+  EXPECT_EQ(json("b.json")["config"]["seed"].size(), 2u);
+  must(
+      {"segment", "--config", "a.json", "-o", "c.stl", "--json", "c.json", "--edge-length", "3mm"});
+  EXPECT_LT(json("c.json")["triangles"], json("a.json")["triangles"]);
+  EXPECT_EQ(json("c.json")["config"]["edge-length"], "3mm");
+}
+
+TEST_F(Segment, ConfigTakesEveryOption) {
+  make_ball();
+  const nlohmann::json config = {{"VOLUME", "ball.nii.gz"},
+                                 {"output", "s.obj"},
+                                 {"frame-index", 0},
+                                 {"seed", {"17,17,17", "18,17,17"}},
+                                 {"space", "ijk"},
+                                 {"radius", "4mm"},
+                                 {"initial-ball", "18,18,18,5vox"},
+                                 {"initial-label", 2},
+                                 {"sigma", "1mm"},
+                                 {"selective-sigma", "0.5vox"},
+                                 {"selective-threshold", 0.2},
+                                 {"derivatives", "scharr"},
+                                 {"energy", {"minimal-surface", "area:weight=0.01"}},
+                                 {"lambda", 0.1},
+                                 {"gamma", -1.5},
+                                 {"gamma0", 1},
+                                 {"no-settle", true},
+                                 {"edge-length", "2vox"},
+                                 {"flow", "l2"},
+                                 {"scheme", "semi-implicit"},
+                                 {"step-rule", "backtracking"},
+                                 {"max-iterations", 100},
+                                 {"tolerance", 1e-3},
+                                 {"output-space", "ras"},
+                                 {"mask", "m.mha"},
+                                 {"candidates", 2},
+                                 {"json", "s.json"},
+                                 {"threads", 1},
+                                 {"quiet", true},
+                                 {"verbose", false}};
+  std::ofstream(file("c.json")) << config;
+  const Outcome outcome = run({"segment", "--config", "c.json"});
+  EXPECT_TRUE(outcome.exit_code == 0 || outcome.exit_code == 5) << outcome.err;
+  EXPECT_EQ(outcome.err, "");
+  EXPECT_TRUE(exists("m.mha"));
+  EXPECT_NE(bytes("s.obj").find("SPACE=RAS"), std::string::npos);
+  const auto used = json("s.json")["config"];
+  for (const auto& [key, value] : config.items())
+    EXPECT_TRUE(key == "json" || used.contains(key)) << key;
+}
+
+TEST_F(Segment, InitialBodiesReachTheSameBall) {
+  make_ball();
+  for (const auto& [option, value] : std::vector<std::pair<const char*, const char*>>{
+           {"--initial-ball", "1,0,0,6mm"},
+           {"--initial-ellipsoid", "1,0,0,7mm,5vox,6mm"},
+           {"--initial-box", "-5,-4,-5,5,4,6"}}) {
+    must({"segment", "ball.nii.gz", option, value, "-q", "-o", "s.stl"});
+    EXPECT_GT(dice("s.stl"), 0.98) << option;
+  }
+}
+
+/// In a mirrored grid of unequal spacing, bodies given in voxels are outward in the world too;
+/// the surface is written before the first step.
+TEST_F(Segment, InitialBodiesInVoxelsFollowTheGrid) {
+  make_ball({"--spacing", "1,1,1.5", "--direction", "-1,0,0,0,1,0,0,0,1"});
+  for (const auto& [option, value, expected] :
+       std::vector<std::tuple<std::string, std::string, double>>{
+           {"--initial-ellipsoid", "19.5,19.5,19.5,5mm,4mm,6mm", 4.0 / 3 * M_PI * 5 * 4 * 6},
+           {"--initial-box", "16,17,16,23,22,23", 7.0 * 5 * 7 * 1.5}}) {
+    run({"segment", "ball.nii.gz", "--space", "ijk", option, value, "-q", "-o", "s.stl", "--json",
+         "s.json", "--max-iterations", "0", "--no-settle", "--energy", "area"});
+    EXPECT_EQ(json("s.json")["outward"], true) << option;
+    constexpr double kChords = 0.1;  // edges of 1.7 mm cut the ellipsoid's caps off
+    EXPECT_NEAR(json("s.json")["volume_mm3"], expected, kChords * expected) << option;
+  }
+}
+
+TEST_F(Segment, IterationLimitWritesTheResultWithItsCode) {
+  make_ball();
+  for (const std::string energy : {"auto", "minimal-surface"}) {
+    const Outcome outcome = run(segment({"-o", "s.stl", "--json", "s.json", "--energy", energy,
+                                         "--radius", "3mm", "--max-iterations", "3"}));
+    EXPECT_EQ(outcome.exit_code, 5) << energy << outcome.err;
+    EXPECT_EQ(json("s.json")["stop_reason"], "max-steps") << energy;
+    EXPECT_EQ(json("s.json")["exit_code"], 5);
+    must({"evaluate", "s.stl", "--reference", "s.stl"});
+  }
+}
+
+TEST_F(Segment, ProgressIsPlainInAPipeAndSilentWhenQuiet) {
+  make_ball();
+  const Words plain = {"segment", "ball.nii.gz", "--seed", "0,0,0", "-o", "s.stl"};
+  const Outcome normal = must(plain), verbose = must(joined(plain, {"-v"})),
+                quiet = must(joined(plain, {"--quiet"}));
+  EXPECT_NE(normal.err.find("step    1"), std::string::npos) << normal.err;
+  EXPECT_NE(normal.err.find("s.stl: "), std::string::npos) << normal.err;
+  EXPECT_GT(verbose.err.size(), normal.err.size());
+  for (const std::string& text : {normal.err, verbose.err}) {
+    EXPECT_EQ(text.find('\x1b'), std::string::npos);
+    EXPECT_EQ(text.find('\r'), std::string::npos);
+  }
+  EXPECT_EQ(quiet.err, "");
+  EXPECT_EQ(quiet.out, "");
+}
+
+TEST_F(Segment, VolumeMayComeLast) {
+  make_ball();
+  must({"segment", "-q", "-o", "s.stl", "--seed", "-1,2,3", "ball.nii.gz"});
+}
+
+TEST_F(Program, HelpNamesTheOptions) {
+  const auto expect_in_help = [&](const std::string& verb, const Words& names) {
+    const Outcome help = must({verb, "--help"});
+    EXPECT_EQ(help.err, "");
+    for (const std::string& name : names)
+      EXPECT_NE(help.out.find(name), std::string::npos) << verb << " " << name;
+  };
+  expect_in_help("segment", {"--seed",
+                             "--radius",
+                             "-o,",
+                             "--space",
+                             "--energy",
+                             "--flow",
+                             "--scheme",
+                             "--sigma",
+                             "--lambda",
+                             "--gamma",
+                             "--gamma0",
+                             "--edge-length",
+                             "--max-iterations",
+                             "--tolerance",
+                             "--threads",
+                             "--mask",
+                             "--json",
+                             "--config",
+                             "--quiet",
+                             "-v,",
+                             "--initial-ball",
+                             "--initial-ellipsoid",
+                             "--initial-box",
+                             "Exit codes"});
+  expect_in_help("info", {"FILE", "--json", "--frame-index"});
+  expect_in_help("phantom", {"KIND", "--size", "--spacing", "--direction", "--edge-width",
+                             "--noise", "--random-seed"});
+  expect_in_help("evaluate", {"SURFACE", "--reference", "--label", "--json"});
+  const Outcome all = must({"--help"});
+  for (const char* verb : {"segment", "info", "phantom", "evaluate"})
+    EXPECT_NE(all.out.find(verb), std::string::npos) << verb;
+  EXPECT_TRUE(must({"--version"}).out.starts_with("surfseg 0."));
+}
+
+}  // namespace
+}  // namespace surfseg::test

@@ -1,0 +1,64 @@
+#include "tools/common/outputs.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <filesystem>
+
+#include "libsurf/base/error.h"
+
+namespace surfseg {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Permission bits do not tell for every user and file system: a file is made and removed.
+void check_folder_takes_files(const Output& output, const fs::path& folder) {
+  const std::string probe = (folder / fmt::format(".surfseg-{}-probe", ::getpid())).string();
+  std::FILE* file = std::fopen(probe.c_str(), "wbx");
+  if (!file)
+    throw surf::OutputError(fmt::format("{}: {}: cannot be written: {}", output.first,
+                                        output.second, std::strerror(errno)));
+  std::fclose(file);
+  std::remove(probe.c_str());
+}
+
+void check_output(const Output& output) {
+  const fs::path path(output.second);
+  const fs::path folder = path.has_parent_path() ? path.parent_path() : fs::path(".");
+  std::error_code status;
+  if (!fs::is_directory(folder, status))
+    throw surf::OutputError(fmt::format("{}: {}: the folder {} does not exist", output.first,
+                                        output.second, folder.string()));
+  if (fs::is_directory(path, status))
+    throw surf::OutputError(
+        fmt::format("{}: {}: is a folder; give a file name", output.first, output.second));
+  check_folder_takes_files(output, folder);
+}
+
+std::string identity(const std::string& path) {
+  std::error_code status;
+  return fs::weakly_canonical(path, status).string();
+}
+
+}  // namespace
+
+void check_outputs(const std::vector<Output>& outputs, const std::string& input) {
+  std::vector<Output> seen;
+  if (!input.empty()) seen.emplace_back("the input", identity(input));
+  for (const Output& output : outputs) {
+    if (output.second.empty()) continue;
+    const std::string path = identity(output.second);
+    for (const auto& [other, name] : seen)
+      if (name == path)
+        throw surf::UsageError(fmt::format("{}: {}: is {} too; give another file name",
+                                           output.first, output.second, other));
+    seen.emplace_back(output.first, path);
+    check_output(output);
+  }
+}
+
+}  // namespace surfseg

@@ -1,0 +1,19 @@
+// Outputs are checked before the work is done, so that an hour's run does not end in a typing
+// error.
+#pragma once
+
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace surfseg {
+
+/// An option that names an output file, and the name; an empty name is no output.
+using Output = std::pair<std::string, std::string>;
+
+/// Each file can be created, and no two outputs are the same file, nor the same as `input`.
+/// @throws surf::UsageError   a name given twice
+/// @throws surf::OutputError  the folder is missing or cannot be written to, the name is a folder's
+void check_outputs(const std::vector<Output>& outputs, const std::string& input = {});
+
+}  // namespace surfseg

@@ -1,0 +1,39 @@
+// Where an evolution starts if not from balls round the seeds: a file, or a body given by numbers.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "libsurf/base/types.h"
+#include "libsurf/volume/volume.h"
+#include "tools/common/arguments.h"
+
+namespace surfseg {
+
+/// The --initial... options as they were typed; empty = not given.
+struct InitialArguments {
+  std::string file, ball, ellipsoid, box;
+  int label = 1;  ///< of `file`, if it is a label map
+
+  bool any() const { return is_body() || !file.empty(); }
+  bool is_body() const { return !(ball.empty() && ellipsoid.empty() && box.empty()); }
+  /// What can be found wrong without the volume.
+  /// @throws surf::UsageError  malformed, or more than one of them
+  void check() const;
+};
+
+struct InitialSurface {
+  surf::Triangles surface;                       ///< RAS mm
+  std::optional<Eigen::Vector3d> center_ras_mm;  ///< of a body
+};
+
+/// The initial surface; points are in `space`, and the axes of an ellipsoid or box are those of
+/// the space: the voxels' own for ijk.
+/// @param edge_length_mm  of a body's mesh; it is finer where the body is small
+/// @throws surf::UsageError  as check()
+/// @throws surf::InputError  the file is unreadable or not closed, manifold, outward and free of
+///                           self-intersections, or nothing of the surface lies in the volume
+InitialSurface make_initial_surface(const InitialArguments& arguments, Space space,
+                                    const surf::volume::Volume& volume, double edge_length_mm);
+
+}  // namespace surfseg
