@@ -19,9 +19,11 @@
 #include <vtkUnsignedCharArray.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <array>
 #include <cstdlib>
 #include <cstring>
+#include <memory>
 
 #include "libsurf/base/error.h"
 
@@ -34,22 +36,30 @@ namespace {
 constexpr std::array<std::array<double, 3>, 2> kCameras = {{{0.7, 0.85, 0.45}, {-1.0, 0.0, 0.1}}};
 constexpr std::array<double, 3> kSurfaceColor = {0.93, 0.78, 0.66};
 
-/// VTK ends the process where it finds no display, so look first.
-void check_display() {
-  const char* name = std::getenv("DISPLAY");
-  Display* display = XOpenDisplay(nullptr);
-  if (display == nullptr)
-    throw OutputError(fmt::format(
-        "drawing in 3-D needs an X display, and {}; run it under xvfb-run, or give --volume to "
-        "draw slices, which need none",
-        name == nullptr ? std::string("DISPLAY is not set")
-                        : fmt::format("'{}' cannot be opened", name)));
-  int opcode = 0, event = 0, error = 0;
-  const bool has_glx = XQueryExtension(display, "GLX", &opcode, &event, &error) != 0;
-  XCloseDisplay(display);
-  if (!has_glx)
-    throw OutputError("drawing in 3-D needs an X display with GLX; run it under xvfb-run");
-}
+/// VTK ends the process where it finds no display, so look first. The connection stays open
+/// until the picture is made: a server resets itself when its last client leaves, and would refuse
+/// VTK meanwhile.
+class DisplayProbe {
+ public:
+  DisplayProbe() {
+    const char* name = std::getenv("DISPLAY");
+    if (!display_)
+      throw OutputError(fmt::format(
+          "drawing in 3-D needs an X display, and {}; run it under xvfb-run, or give --volume to "
+          "draw slices, which need none",
+          name == nullptr ? std::string("DISPLAY is not set")
+                          : fmt::format("'{}' cannot be opened", name)));
+    int opcode = 0, event = 0, error = 0;
+    if (XQueryExtension(display_.get(), "GLX", &opcode, &event, &error) == 0)
+      throw OutputError("drawing in 3-D needs an X display with GLX; run it under xvfb-run");
+  }
+
+ private:
+  struct Close {
+    void operator()(Display* display) const { XCloseDisplay(display); }
+  };
+  std::unique_ptr<Display, Close> display_{XOpenDisplay(nullptr)};
+};
 
 /// Normals at the vertices, weighted by area.
 Points<3> vertex_normals(const Triangles& surface) {
@@ -98,17 +108,25 @@ vtkNew<vtkActor> actor_of(const Triangles& surface) {
   return actor;
 }
 
-void aim(vtkRenderer& renderer, const Triangles& surface, const std::array<double, 3>& from) {
-  const Vector<3> lower = surface.points.colwise().minCoeff();
-  const Vector<3> upper = surface.points.colwise().maxCoeff();
-  const Vector<3> center = 0.5 * (lower + upper);
-  const Vector<3> position = center + Vector<3>(from[0], from[1], from[2]) * (upper - lower).norm();
+/// Parallel projection that the surface fills up to a margin.
+void aim(vtkRenderer& renderer, const Triangles& surface, const std::array<double, 3>& from,
+         double aspect) {
+  constexpr double kMargin = 1.08;
+  const Vector<3> back = Vector<3>(from[0], from[1], from[2]).normalized();
+  const Vector<3> right = Vector<3>::UnitZ().cross(back).normalized();
+  Eigen::Matrix3d axes;  // rows: right, up and towards the camera
+  axes << right.transpose(), back.cross(right).transpose(), back.transpose();
+  const Points<3> seen = surface.points * axes.transpose();
+  const Vector<3> lower = seen.colwise().minCoeff(), upper = seen.colwise().maxCoeff();
+  const Vector<3> half = 0.5 * (upper - lower);
+  const Vector<3> center = axes.transpose() * (0.5 * (lower + upper));
+  const Vector<3> position = center + 2 * half.norm() * back;
   vtkCamera& camera = *renderer.GetActiveCamera();
+  camera.ParallelProjectionOn();
+  camera.SetParallelScale(kMargin * std::max(half[1], half[0] / aspect));
   camera.SetFocalPoint(center.data());
   camera.SetPosition(position.data());
   camera.SetViewUp(0, 0, 1);
-  renderer.ResetCamera();
-  camera.Zoom(1.35);
   renderer.ResetCameraClippingRange();
 }
 
@@ -137,7 +155,7 @@ void check(const Triangles& surface, const RenderOptions& options) {
 
 Picture render_surface(const Triangles& surface, const RenderOptions& options) {
   check(surface, options);
-  check_display();
+  const DisplayProbe display;
   vtkNew<vtkRenderWindow> window;
   window->SetOffScreenRendering(1);
   window->SetMultiSamples(8);
@@ -149,7 +167,7 @@ Picture render_surface(const Triangles& surface, const RenderOptions& options) {
     renderer->SetViewport(double(i) / n_views, 0, double(i + 1) / n_views, 1);
     renderer->SetBackground(1, 1, 1);
     renderer->AddActor(actor);
-    aim(*renderer, surface, kCameras[i]);
+    aim(*renderer, surface, kCameras[i], options.width / n_views / options.height);
     window->AddRenderer(renderer);
   }
   window->Render();

@@ -242,6 +242,7 @@ Picture draw_slices(const Triangles& surface, const volume::Volume& volume,
   const double mm_per_pixel = total_mm / (options.width - 2 * kGap);
 
   std::vector<Slice> slices;
+  slices.reserve(kViews.size());
   for (const View& view : kViews) slices.emplace_back(view, box, center, mm_per_pixel);
   std::vector<std::vector<double>> values;
   std::vector<double> all;
