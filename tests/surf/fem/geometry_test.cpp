@@ -111,7 +111,7 @@ TYPED_TEST(GeometryOf, BasisGradientsAreTangentialAndReproduceLinearFunctions) {
   }
 }
 
-TYPED_TEST(GeometryOf, MovedPointsIsTheGeometryOfThosePoints) {
+TYPED_TEST(GeometryOf, WithMovedPointsIsTheGeometryOfThosePoints) {
   constexpr int Dim = TypeParam::value;
   const auto shape = rough<Dim>(6);
   const auto other = rough<Dim>(7);
@@ -154,7 +154,7 @@ TYPED_TEST(GeometryOf, QuadraturePointsAreTheBarycentricMeansElementByElement) {
   }
 }
 
-TYPED_TEST(GeometryOf, BadElementsIsRefusedWithAMessageThatNamesThem) {
+TYPED_TEST(GeometryOf, RefusesBadElementsWithAMessageThatNamesThem) {
   constexpr int Dim = TypeParam::value;
   const auto arrays = test::unit_sphere<Dim>(1);
   const auto message = [](const Points<Dim>& X, const Elements<Dim>& T) -> std::string {

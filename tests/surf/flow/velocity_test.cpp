@@ -45,7 +45,7 @@ class Transplanted : public Field<Dim> {
 };
 
 // With b(V, .) = -dJ(.) the decrease along V is b(V, V).
-TYPED_TEST(VelocityOf, ExplicitSchemesDescendsByItsOwnSquaredNorm) {
+TYPED_TEST(VelocityOf, OfTheExplicitSchemesDescendsByItsOwnSquaredNorm) {
   constexpr int Dim = TypeParam::value;
   const auto arrays = test::random_smooth_shape<Dim>(2, 3);
   const fem::Geometry<Dim> shape(arrays.X, arrays.T);
@@ -60,7 +60,7 @@ TYPED_TEST(VelocityOf, ExplicitSchemesDescendsByItsOwnSquaredNorm) {
   }
 }
 
-TYPED_TEST(VelocityOf, EverySchemeGivesTheShapeDerivativeOfItsVectorVelocity) {
+TYPED_TEST(VelocityOf, OfEverySchemeHasTheShapeDerivativeOfItsVector) {
   constexpr int Dim = TypeParam::value;
   const auto arrays = test::random_smooth_shape<Dim>(3, 3);
   const fem::Geometry<Dim> shape(arrays.X, arrays.T);
@@ -76,7 +76,7 @@ TYPED_TEST(VelocityOf, EverySchemeGivesTheShapeDerivativeOfItsVectorVelocity) {
 }
 
 // The H1 system written out: (A_alpha + M_beta) V = -dJ.n with beta >= 100 g_max / r^2.
-TYPED_TEST(VelocityOf, ExplicitH1SolvesTheWeightedSystemWithItsFloor) {
+TYPED_TEST(VelocityOf, OfExplicitH1SolvesTheWeightedSystemWithItsFloor) {
   constexpr int Dim = TypeParam::value;
   const auto arrays = test::random_smooth_shape<Dim>(4, 2);
   const fem::Geometry<Dim> shape(arrays.X, arrays.T);
@@ -95,7 +95,7 @@ TYPED_TEST(VelocityOf, ExplicitH1SolvesTheWeightedSystemWithItsFloor) {
 
 // (tau W S + M) V = -dJ.n, W = M_g M^-1: the unsymmetric form of what is solved for L2, and with
 // the H1 product in place of M.
-TYPED_TEST(VelocityOf, SemiImplicitSchemeSolvesTheSchurComplement) {
+TYPED_TEST(VelocityOf, OfTheSemiImplicitSchemeSolvesTheSchurComplement) {
   constexpr int Dim = TypeParam::value;
   const auto arrays = test::random_smooth_shape<Dim>(5, 2);
   const fem::Geometry<Dim> shape(arrays.X, arrays.T);
@@ -122,7 +122,7 @@ TYPED_TEST(VelocityOf, SemiImplicitSchemeSolvesTheSchurComplement) {
   }
 }
 
-TYPED_TEST(VelocityOf, SemiImplicitSchemeIsTheExplicitOneAtStepZero) {
+TYPED_TEST(VelocityOf, OfTheSemiImplicitSchemeIsTheExplicitOneAtStepZero) {
   constexpr int Dim = TypeParam::value;
   const auto arrays = test::random_smooth_shape<Dim>(6, 3);
   const fem::Geometry<Dim> shape(arrays.X, arrays.T);

@@ -102,14 +102,13 @@ TEST(Segment, FindsTheTorusWithEveryFlowAndScheme) {
   expect_found_in_every_way(PhantomKind::kTorus, 0, 0.5);
 }
 
-// The rung before a leak may end at the foot of the edge, 1.2 voxels (half its width) outside.
 TEST(Segment, FindsTheBallFromItsSeedAlone) {
   for (const double noise : {0.0, 0.1}) {
     const auto options = phantom(PhantomKind::kBall, noise);
     SegmentOptions run;
     run.seeds_ras_mm = {Vector3d(0.15, -0.1, 0.2)};
     const SegmentResult result = segment(volume::make_phantom(options), run);
-    expect_found(result, options, 1.2, fmt::format("automatic, noise {}", noise));
+    expect_found(result, options, kBallTolerance, fmt::format("automatic, noise {}", noise));
     EXPECT_FALSE(result.candidates.empty());
     for (std::size_t i = 1; i < result.candidates.size(); ++i)
       EXPECT_GE(result.candidates[i - 1].score, result.candidates[i].score);
