@@ -155,8 +155,7 @@ class Run {
     auto& p = term.parameters;
     if (term.name == "minimal-surface") {
       p.try_emplace("gamma0", 1);
-      if (!p.contains("gamma"))  // four times what keeps a ball of the seed's radius in balance
-        p["gamma"] = options_.initial_surface ? 0 : -4 * 2 * p["gamma0"] / result_.seed_radius_mm;
+      if (!p.contains("gamma")) p["gamma"] = options_.initial_surface ? 0 : balloon(p["gamma0"]);
       if (!p.contains("lambda"))
         p["lambda"] =
             estimate_edge_strength(*model_.intensity(), seeds_or_centre(), model_.volume());
@@ -164,6 +163,15 @@ class Run {
       p.try_emplace("mean", seed_model_.mean);
       p.try_emplace("half-width", 4 * seed_model_.deviation);
     }
+  }
+
+  /// gamma that makes the seed balls grow: four times what keeps one in balance (8 gamma_0 / r),
+  /// but at most 0.5 gamma_0 / voxel unless that is too little to grow: an edge a few voxels wide
+  /// resists about d_nu H / H = 0.6 / voxel, and a stronger force leaks through.
+  double balloon(double gamma_0) const {
+    const double balance = 2 * gamma_0 / result_.seed_radius_mm;
+    const double barrier = 0.5 * gamma_0 / model_.volume().voxel_size();
+    return -std::max(1.2 * balance, std::min(4 * balance, barrier));
   }
 
   std::vector<Eigen::Vector3d> seeds_or_centre() const {
