@@ -7,7 +7,9 @@
 namespace surf::segment {
 namespace {
 
-/// Points of a cubic lattice of this spacing with inner < |x - center| <= outer.
+/// Points of a cubic lattice of this spacing with inner < |x - center| <= outer. Radii are
+/// multiples of the spacing, and many points lie at them: a slack keeps rounding from choosing
+/// among these.
 Points<3> lattice_shell(const Eigen::Vector3d& center, double spacing, double inner, double outer) {
   std::vector<Eigen::Vector3d> points;
   const int n = static_cast<int>(std::ceil(outer / spacing));
@@ -15,7 +17,8 @@ Points<3> lattice_shell(const Eigen::Vector3d& center, double spacing, double in
     for (int j = -n; j <= n; ++j)
       for (int i = -n; i <= n; ++i) {
         const Eigen::Vector3d offset = spacing * Eigen::Vector3d(i, j, k);
-        if (offset.norm() <= outer && offset.norm() > inner) points.push_back(center + offset);
+        const double r = offset.norm() - 1e-9 * spacing;
+        if (r <= outer && r > inner) points.push_back(center + offset);
       }
   Points<3> out(points.size(), 3);
   for (std::size_t i = 0; i < points.size(); ++i) out.row(i) = points[i];

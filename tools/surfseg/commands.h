@@ -13,5 +13,6 @@ void add_info_command(CLI::App& app, ExitCode& exit_code);
 void add_phantom_command(CLI::App& app, ExitCode& exit_code);
 void add_segment_command(CLI::App& app, ExitCode& exit_code);
 void add_evaluate_command(CLI::App& app, ExitCode& exit_code);
+void add_render_command(CLI::App& app, ExitCode& exit_code);
 
 }  // namespace surfseg

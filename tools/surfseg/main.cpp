@@ -13,6 +13,19 @@
 
 namespace {
 
+constexpr const char* kFooter =
+    "Each subcommand has its own --help.\n\n"
+    "Exit codes:\n"
+    "  0         done\n"
+    "  1         internal error: please report it\n"
+    "  2         wrong option or argument\n"
+    "  3         input that cannot be used\n"
+    "  4         an output could not be written\n"
+    "  5         stopped at a limit; the result was written\n"
+    "  6         the surface fails a guarantee and was not written\n"
+    "  7         some cases of a batch failed\n"
+    "  130, 143  interrupted, terminated; the last good surface was written";
+
 /// One line, whatever a library's exception says.
 int fail(surfseg::ExitCode code, std::string message) {
   std::replace(message.begin(), message.end(), '\n', ' ');
@@ -46,10 +59,12 @@ int main(int argc, char** argv) {
   app.set_version_flag("--version", "surfseg " SURFSEG_VERSION);
   app.require_subcommand(1);
   app.get_formatter()->column_width(34);
+  app.footer(kFooter);
   add_info_command(app, exit_code);
   add_segment_command(app, exit_code);
   add_phantom_command(app, exit_code);
   add_evaluate_command(app, exit_code);
+  add_render_command(app, exit_code);
 
   try {
     app.parse(argc, argv);

@@ -49,7 +49,7 @@ TYPED_TEST_SUITE(EveryEnergy, Dims, DimName);
 
 TYPED_TEST(EveryEnergy, DerivativeIsTheDifferenceQuotientOfTheValue) {
   constexpr int Dim = TypeParam::value;
-  constexpr double kStep = 1e-4;               // truncation ~ kStep^2
+  constexpr double kStep = 5e-5;               // truncation ~ kStep^2
   constexpr double kTolerance = 1e-7;          // of the sum of |derivative|
   constexpr double kRounding = 1e-14 / kStep;  // of |J|
   for (unsigned seed = 1; seed <= 5; ++seed) {

@@ -1,0 +1,31 @@
+# Man pages made from the program's --help, so that help and manual have one source.
+find_program(SURFSEG_HELP2MAN help2man)
+mark_as_advanced(SURFSEG_HELP2MAN)
+if(NOT SURFSEG_HELP2MAN)
+  message(STATUS "help2man is missing: no man pages")
+  return()
+endif()
+
+# surfseg_add_man_page(<page> <verb> <name line>)
+set(SURFSEG_MAN_PAGES "")
+function(surfseg_add_man_page page verb name)
+  set(output ${CMAKE_BINARY_DIR}/man/${page}.1)
+  add_custom_command(
+    OUTPUT ${output}
+    COMMAND ${CMAKE_COMMAND} -E make_directory ${CMAKE_BINARY_DIR}/man
+    COMMAND ${PROJECT_SOURCE_DIR}/tools/man/make-page.sh $<TARGET_FILE:surfseg>
+            ${PROJECT_VERSION} "${verb}" "${name}" ${output}
+    DEPENDS surfseg ${PROJECT_SOURCE_DIR}/tools/man/make-page.sh
+    COMMENT "Writing man page ${page}.1"
+    VERBATIM)
+  set(SURFSEG_MAN_PAGES ${SURFSEG_MAN_PAGES} ${output} PARENT_SCOPE)
+endfunction()
+
+surfseg_add_man_page(surfseg "" "surfaces from CT and MRI volumes")
+surfseg_add_man_page(surfseg-info info "say what a volume is and where it lies")
+surfseg_add_man_page(surfseg-segment segment "grow a surface from seeds in a volume")
+surfseg_add_man_page(surfseg-phantom phantom "make a test volume whose surface is known")
+surfseg_add_man_page(surfseg-evaluate evaluate "compare a surface with a reference")
+surfseg_add_man_page(surfseg-render render "draw a surface, alone or over its volume")
+add_custom_target(surfseg_man ALL DEPENDS ${SURFSEG_MAN_PAGES})
+install(FILES ${SURFSEG_MAN_PAGES} DESTINATION ${CMAKE_INSTALL_MANDIR}/man1)

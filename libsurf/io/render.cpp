@@ -1,0 +1,177 @@
+#include "libsurf/io/render.h"
+
+#include <X11/Xlib.h>
+#include <fmt/format.h>
+#include <vtkActor.h>
+#include <vtkAutoInit.h>
+#include <vtkCamera.h>
+#include <vtkCellArray.h>
+#include <vtkFloatArray.h>
+#include <vtkImageData.h>
+#include <vtkNew.h>
+#include <vtkPointData.h>
+#include <vtkPoints.h>
+#include <vtkPolyData.h>
+#include <vtkPolyDataMapper.h>
+#include <vtkProperty.h>
+#include <vtkRenderWindow.h>
+#include <vtkRenderer.h>
+#include <vtkUnsignedCharArray.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cstdlib>
+#include <cstring>
+#include <memory>
+
+#include "libsurf/base/error.h"
+
+VTK_MODULE_INIT(vtkRenderingOpenGL2)
+
+namespace surf::io {
+namespace {
+
+/// Where the camera stands, seen from the surface [RAS].
+constexpr std::array<std::array<double, 3>, 2> kCameras = {{{0.7, 0.85, 0.45}, {-1.0, 0.0, 0.1}}};
+constexpr std::array<double, 3> kSurfaceColor = {0.93, 0.78, 0.66};
+
+/// VTK ends the process where it finds no display, so look first. The connection stays open
+/// until the picture is made: a server resets itself when its last client leaves, and would refuse
+/// VTK meanwhile.
+class DisplayProbe {
+ public:
+  DisplayProbe() {
+    const char* name = std::getenv("DISPLAY");
+    if (!display_)
+      throw OutputError(fmt::format(
+          "drawing in 3-D needs an X display, and {}; run it under xvfb-run, or give --volume to "
+          "draw slices, which need none",
+          name == nullptr ? std::string("DISPLAY is not set")
+                          : fmt::format("'{}' cannot be opened", name)));
+    int opcode = 0, event = 0, error = 0;
+    if (XQueryExtension(display_.get(), "GLX", &opcode, &event, &error) == 0)
+      throw OutputError("drawing in 3-D needs an X display with GLX; run it under xvfb-run");
+  }
+
+ private:
+  struct Close {
+    void operator()(Display* display) const { XCloseDisplay(display); }
+  };
+  std::unique_ptr<Display, Close> display_{XOpenDisplay(nullptr)};
+};
+
+/// Normals at the vertices, weighted by area.
+Points<3> vertex_normals(const Triangles& surface) {
+  Points<3> normals = Points<3>::Zero(surface.points.rows(), 3);
+  for (const auto element : surface.elements.rowwise()) {
+    const Vector<3> a = surface.points.row(element[0]), b = surface.points.row(element[1]),
+                    c = surface.points.row(element[2]);
+    const Vector<3> normal = (b - a).cross(c - a);
+    for (const int vertex : element) normals.row(vertex) += normal.transpose();
+  }
+  normals.rowwise().normalize();
+  return normals;
+}
+
+vtkNew<vtkPolyData> poly_data_of(const Triangles& surface) {
+  vtkNew<vtkPoints> points;
+  vtkNew<vtkFloatArray> normals;
+  normals->SetNumberOfComponents(3);
+  const Points<3> directions = vertex_normals(surface);
+  for (Eigen::Index i = 0; i < surface.points.rows(); ++i) {
+    points->InsertNextPoint(surface.points.row(i).data());
+    normals->InsertNextTuple(directions.row(i).data());
+  }
+  vtkNew<vtkCellArray> cells;
+  for (const auto element : surface.elements.rowwise())
+    cells->InsertNextCell({element[0], element[1], element[2]});
+  vtkNew<vtkPolyData> data;
+  data->SetPoints(points);
+  data->SetPolys(cells);
+  data->GetPointData()->SetNormals(normals);
+  return data;
+}
+
+vtkNew<vtkActor> actor_of(const Triangles& surface) {
+  vtkNew<vtkPolyDataMapper> mapper;
+  mapper->SetInputData(poly_data_of(surface));
+  vtkNew<vtkActor> actor;
+  actor->SetMapper(mapper);
+  vtkProperty& look = *actor->GetProperty();
+  look.SetColor(kSurfaceColor[0], kSurfaceColor[1], kSurfaceColor[2]);
+  look.SetInterpolationToPhong();
+  look.SetAmbient(0.12);
+  look.SetDiffuse(0.85);
+  look.SetSpecular(0.15);
+  look.SetSpecularPower(20);
+  return actor;
+}
+
+/// Parallel projection that the surface fills up to a margin.
+void aim(vtkRenderer& renderer, const Triangles& surface, const std::array<double, 3>& from,
+         double aspect) {
+  constexpr double kMargin = 1.08;
+  const Vector<3> back = Vector<3>(from[0], from[1], from[2]).normalized();
+  const Vector<3> right = Vector<3>::UnitZ().cross(back).normalized();
+  Eigen::Matrix3d axes;  // rows: right, up and towards the camera
+  axes << right.transpose(), back.cross(right).transpose(), back.transpose();
+  const Points<3> seen = surface.points * axes.transpose();
+  const Vector<3> lower = seen.colwise().minCoeff(), upper = seen.colwise().maxCoeff();
+  const Vector<3> half = 0.5 * (upper - lower);
+  const Vector<3> center = axes.transpose() * (0.5 * (lower + upper));
+  const Vector<3> position = center + 2 * half.norm() * back;
+  vtkCamera& camera = *renderer.GetActiveCamera();
+  camera.ParallelProjectionOn();
+  camera.SetParallelScale(kMargin * std::max(half[1], half[0] / aspect));
+  camera.SetFocalPoint(center.data());
+  camera.SetPosition(position.data());
+  camera.SetViewUp(0, 0, 1);
+  renderer.ResetCameraClippingRange();
+}
+
+Picture picture_of(vtkRenderWindow& window) {
+  const int width = window.GetSize()[0], height = window.GetSize()[1];
+  vtkNew<vtkUnsignedCharArray> pixels;
+  if (window.GetPixelData(0, 0, width - 1, height - 1, /*front=*/0, pixels) == 0 ||
+      pixels->GetNumberOfValues() != vtkIdType(3) * width * height)
+    throw OutputError("the X display drew nothing; is its OpenGL 3.2 or later?");
+  Picture picture(width, height);
+  for (int y = 0; y < height; ++y)
+    std::memcpy(&picture.at(0, height - 1 - y), pixels->GetPointer(vtkIdType(3) * width * y),
+                std::size_t(3) * width);
+  return picture;
+}
+
+void check(const Triangles& surface, const RenderOptions& options) {
+  for (const int size : {options.width, options.height})
+    if (size < 100 || size > 10000)
+      throw UsageError(fmt::format("size of the picture: expected 100 to 10000 pixels; got {} x {}",
+                                   options.width, options.height));
+  if (surface.elements.rows() == 0) throw InvalidMesh("the surface to draw has no triangles");
+}
+
+}  // namespace
+
+Picture render_surface(const Triangles& surface, const RenderOptions& options) {
+  check(surface, options);
+  const DisplayProbe display;
+  vtkNew<vtkRenderWindow> window;
+  window->SetOffScreenRendering(1);
+  window->SetMultiSamples(8);
+  window->SetSize(options.width, options.height);
+  const vtkNew<vtkActor> actor = actor_of(surface);
+  const double n_views = kCameras.size();
+  for (std::size_t i = 0; i < kCameras.size(); ++i) {
+    vtkNew<vtkRenderer> renderer;
+    renderer->SetViewport(double(i) / n_views, 0, double(i + 1) / n_views, 1);
+    renderer->SetBackground(1, 1, 1);
+    renderer->AddActor(actor);
+    aim(*renderer, surface, kCameras[i], options.width / n_views / options.height);
+    window->AddRenderer(renderer);
+  }
+  window->Render();
+  return picture_of(*window);
+}
+
+}  // namespace surf::io

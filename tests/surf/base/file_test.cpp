@@ -1,0 +1,89 @@
+#include "libsurf/base/file.h"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+
+#include "libsurf/base/error.h"
+
+namespace surf {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// An empty folder of its own for each test.
+struct Files : ::testing::Test {
+  const fs::path folder =
+      fs::temp_directory_path() / ("surf_base_" + std::to_string(::getpid()) + "_" +
+                                   ::testing::UnitTest::GetInstance()->current_test_info()->name());
+  Files() { fs::create_directories(folder); }
+  ~Files() override { fs::remove_all(folder); }
+  std::string path(const std::string& name) const { return (folder / name).string(); }
+  auto n_files() const {
+    return std::distance(fs::directory_iterator(folder), fs::directory_iterator());
+  }
+};
+
+void write_text(const std::string& path, const std::string& text) { std::ofstream(path) << text; }
+
+std::string read_text(const std::string& path) {
+  std::ifstream in(path);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+TEST_F(Files, AreWrittenWholeBesideAndThenRenamed) {
+  write_text(path("a.nii.gz"), "old");
+  write_atomically(path("a.nii.gz"), [&](const std::string& temporary) {
+    EXPECT_EQ(fs::path(temporary).parent_path(), folder);
+    EXPECT_EQ(extension(temporary), ".nii.gz");
+    EXPECT_NE(temporary, path("a.nii.gz"));
+    write_text(temporary, "new");
+    EXPECT_EQ(read_text(path("a.nii.gz")), "old");
+  });
+  EXPECT_EQ(read_text(path("a.nii.gz")), "new");
+  EXPECT_EQ(n_files(), 1);
+}
+
+TEST_F(Files, AreAsBeforeIfWritingThrows) {
+  write_text(path("a.stl"), "old");
+  const auto fail_halfway = [](const std::string& temporary) {
+    write_text(temporary, "half");
+    throw std::runtime_error("disk full");
+  };
+  EXPECT_THROW(write_atomically(path("a.stl"), fail_halfway), std::runtime_error);
+  EXPECT_EQ(read_text(path("a.stl")), "old");
+  EXPECT_EQ(n_files(), 1);
+}
+
+TEST_F(Files, InAMissingFolderAreRefusedBeforeAnythingIsComputed) {
+  bool is_called = false;
+  EXPECT_THROW(write_atomically(path("none/a.stl"), [&](const std::string&) { is_called = true; }),
+               OutputError);
+  EXPECT_FALSE(is_called);
+}
+
+TEST_F(Files, WithTheNameOfAFolderAreRefused) {
+  fs::create_directory(path("sub"));
+  EXPECT_THROW(write_atomically(path("sub"), [](const std::string&) {}), OutputError);
+}
+
+TEST_F(Files, ThatWereNeverWrittenAreReported) {
+  EXPECT_THROW(write_atomically(path("a.stl"), [](const std::string&) {}), OutputError);
+  EXPECT_EQ(n_files(), 0);
+}
+
+TEST(Extension, IsTheLastOneInLowerCaseOrBothOfCompressedNifti) {
+  EXPECT_EQ(extension("a.STL"), ".stl");
+  EXPECT_EQ(extension("/tmp/x.y/scan.Nii.GZ"), ".nii.gz");
+  EXPECT_EQ(extension("a.b.ply"), ".ply");
+  EXPECT_EQ(extension("a.tar.gz"), ".gz");
+  EXPECT_EQ(extension("/x.y/name"), "");
+  EXPECT_EQ(extension(".nii.gz"), ".nii.gz");
+  EXPECT_EQ(extension(""), "");
+}
+
+}  // namespace
+}  // namespace surf

@@ -1,0 +1,266 @@
+#include "libsurf/flow/evolution.h"
+
+#include "libsurf/base/error.h"
+#include "libsurf/energy/boundary_integral.h"
+#include "libsurf/energy/domain_integral.h"
+#include "libsurf/energy/energy_sum.h"
+#include "libsurf/energy/fields.h"
+#include "tests/surf/fixtures.h"
+
+namespace surf::flow {
+namespace {
+
+using test::DimName;
+using test::Dims;
+
+/// A shape whose mesh never changes; what it refuses is set by the test.
+template <int Dim>
+class PlainShape : public MovingShape<Dim> {
+ public:
+  explicit PlainShape(const test::Arrays<Dim>& arrays) : shape_(arrays.X, arrays.T) {}
+
+  fem::Geometry<Dim> geometry() const override { return shape_; }
+  double max_displacement() const override { return longest; }
+  Eigen::Index restrict_move(Points<Dim>& to) override {
+    if (!is_frozen) return 0;
+    to = shape_.points();
+    return to.rows();
+  }
+  void move_to(const Points<Dim>& to) override { shape_ = shape_.moved_to(to); }
+  bool mend() override { return false; }
+  std::string obstacle() const override {
+    return shape_.radius() < smallest_radius ? "the object vanished" : "";
+  }
+
+  double longest = 0.1;
+  double smallest_radius = 0;
+  bool is_frozen = false;
+
+ private:
+  fem::Geometry<Dim> shape_;
+};
+
+/// H = (|x|^2 - 1)^2 + 0.2: a valley along the unit sphere; the weighted area is minimal on a
+/// sphere just inside.
+template <int Dim>
+class SphericalValley : public Field<Dim> {
+ public:
+  void sample(const Points<Dim>& x, Derivatives order, Samples<Dim>& out) const override {
+    out.resize(x.rows(), order);
+    for (Eigen::Index i = 0; i < x.rows(); ++i) {
+      const Vector<Dim> p = x.row(i);
+      const double q = p.squaredNorm() - 1;
+      out.value[i] = 0.2 + q * q;
+      if (order >= Derivatives::kFirst) out.gradient.row(i) = 4 * q * p;
+      if (order < Derivatives::kSecond) continue;
+      const Eigen::Matrix<double, Dim, Dim> h =
+          8 * p * p.transpose() + 4 * q * Eigen::Matrix<double, Dim, Dim>::Identity();
+      out.hessian.row(i) = Eigen::Map<const Eigen::Matrix<double, 1, Dim * Dim>>(h.data());
+    }
+  }
+};
+
+template <int Dim>
+energy::BoundaryIntegral<Dim> valley_energy() {
+  return energy::BoundaryIntegral<Dim>(std::make_shared<const SphericalValley<Dim>>());
+}
+
+template <int Dim>
+test::Arrays<Dim> start() {
+  auto arrays = test::random_smooth_shape<Dim>(1, Dim == 2 ? 3 : 2);
+  arrays.X *= 1.2;
+  return arrays;
+}
+
+template <class T>
+struct Evolution : ::testing::Test {};
+TYPED_TEST_SUITE(Evolution, Dims, DimName);
+
+TYPED_TEST(Evolution, DescendsMonotonicallyToTheSameMinimumWithEveryProductSchemeAndRule) {
+  constexpr int Dim = TypeParam::value;
+  std::vector<double> minima;
+  for (const ScalarProduct product : {ScalarProduct::kL2, ScalarProduct::kH1})
+    for (const Scheme scheme : {Scheme::kExplicit, Scheme::kSemiImplicit})
+      for (const StepRule rule : {StepRule::kBacktracking, StepRule::kLineSearch}) {
+        PlainShape<Dim> shape(start<Dim>());
+        auto J = valley_energy<Dim>();
+        FlowOptions options;
+        options.velocity = {.product = product, .scheme = scheme};
+        options.step.rule = rule;
+        options.max_steps = 2000;
+        options.energy_tol = 1e-4;
+        const FlowSummary summary = evolve<Dim>(shape, J, options);
+        EXPECT_EQ(summary.termination, Termination::kConverged) << summary.message;
+        double before = summary.initial_energy;
+        for (const StepRecord& step : summary.steps) {
+          EXPECT_LT(step.energy, before);
+          EXPECT_LE(step.shape_derivative, 0);
+          EXPECT_LE(step.max_displacement_mm, 0.1 * (1 + 1e-12));
+          before = step.energy;
+        }
+        EXPECT_EQ(summary.final_energy, before);
+        minima.push_back(summary.final_energy);
+        EXPECT_NEAR(shape.geometry().radius(), 0.97, 0.05);
+      }
+  const auto [lowest, highest] = std::minmax_element(minima.begin(), minima.end());
+  EXPECT_LT(*highest - *lowest, 0.05 * *lowest);
+}
+
+TYPED_TEST(Evolution, RecordsTheShapeAfterEachStep) {
+  constexpr int Dim = TypeParam::value;
+  PlainShape<Dim> shape(start<Dim>());
+  auto J = valley_energy<Dim>();
+  FlowOptions options;
+  options.max_steps = 3;
+  const FlowSummary summary = evolve<Dim>(shape, J, options);
+  EXPECT_EQ(summary.termination, Termination::kMaxSteps);
+  EXPECT_EQ(summary.message, "the limit of 3 steps was reached");
+  ASSERT_EQ(summary.steps.size(), 3u);
+  EXPECT_EQ(summary.steps.back().k, 3);
+  EXPECT_EQ(summary.steps.back().enclosed, shape.geometry().enclosed());
+  EXPECT_EQ(summary.steps.back().n_vertices, shape.geometry().n_vertices());
+  EXPECT_EQ(summary.steps.back().n_elements, shape.geometry().n_elements());
+  J.reset(shape.geometry());
+  EXPECT_NEAR(summary.final_energy, J.value(), 1e-12 * J.value());
+}
+
+TYPED_TEST(Evolution, TakesNoStepIfNoneIsAllowed) {
+  constexpr int Dim = TypeParam::value;
+  PlainShape<Dim> shape(start<Dim>());
+  auto J = valley_energy<Dim>();
+  FlowOptions options;
+  options.max_steps = 0;
+  const FlowSummary summary = evolve<Dim>(shape, J, options);
+  EXPECT_EQ(summary.termination, Termination::kMaxSteps);
+  EXPECT_EQ(summary.initial_energy, summary.final_energy);
+  EXPECT_TRUE(summary.steps.empty());
+}
+
+TYPED_TEST(Evolution, ConvergesByTheShapeDerivativeAlone) {
+  constexpr int Dim = TypeParam::value;
+  PlainShape<Dim> shape(start<Dim>());
+  auto J = valley_energy<Dim>();
+  FlowOptions options;
+  options.rel_tol = 1e-2;
+  options.energy_tol = 0;
+  options.energy_window = 1000;
+  const FlowSummary summary = evolve<Dim>(shape, J, options);
+  EXPECT_EQ(summary.termination, Termination::kConverged);
+  EXPECT_NE(summary.message.find("shape derivative"), std::string::npos) << summary.message;
+  double steepest = 0;
+  for (const StepRecord& step : summary.steps)
+    steepest = std::max(steepest, std::abs(step.shape_derivative));
+  EXPECT_LE(std::abs(summary.steps.back().shape_derivative), 1e-2 * steepest);
+}
+
+TYPED_TEST(Evolution, ConvergesWhenNoVertexMovesAnyFurther) {
+  constexpr int Dim = TypeParam::value;
+  PlainShape<Dim> shape(start<Dim>());
+  auto J = valley_energy<Dim>();
+  FlowOptions options;
+  options.rel_tol = 0;
+  options.energy_tol = 0;
+  options.energy_window = 3;
+  options.displacement_tol_mm = 0.02;
+  const FlowSummary summary = evolve<Dim>(shape, J, options);
+  EXPECT_EQ(summary.termination, Termination::kConverged);
+  EXPECT_NE(summary.message.find("no vertex moved further"), std::string::npos) << summary.message;
+  const auto& steps = summary.steps;
+  ASSERT_GT(steps.size(), 3u);
+  for (std::size_t k = steps.size() - 3; k < steps.size(); ++k)
+    EXPECT_LE(steps[k].max_displacement_mm, 0.02);
+}
+
+TYPED_TEST(Evolution, StallsWhereTheShapeMayNotMove) {
+  constexpr int Dim = TypeParam::value;
+  PlainShape<Dim> shape(start<Dim>());
+  shape.is_frozen = true;
+  auto J = valley_energy<Dim>();
+  const FlowSummary summary = evolve<Dim>(shape, J, {});
+  EXPECT_EQ(summary.termination, Termination::kStalled);
+  EXPECT_TRUE(summary.steps.empty());
+  EXPECT_EQ(shape.geometry().points(), start<Dim>().X);
+}
+
+TYPED_TEST(Evolution, EndsAtAnObstacleWithItsReason) {
+  constexpr int Dim = TypeParam::value;
+  PlainShape<Dim> shape(test::unit_sphere<Dim>(3));
+  shape.smallest_radius = 0.5;
+  energy::BoundaryIntegral<Dim> J(energy::constant_field<Dim>(1));  // shrinks to a point
+  FlowOptions options;
+  options.energy_tol = 0;
+  const FlowSummary summary = evolve<Dim>(shape, J, options);
+  EXPECT_EQ(summary.termination, Termination::kObstacle) << summary.message;
+  EXPECT_EQ(summary.message, "the object vanished");
+  EXPECT_LT(shape.geometry().radius(), 0.5);
+}
+
+TYPED_TEST(Evolution, StopsOnRequestWithTheLastStepTaken) {
+  constexpr int Dim = TypeParam::value;
+  PlainShape<Dim> shape(start<Dim>());
+  auto J = valley_energy<Dim>();
+  const FlowSummary summary =
+      evolve<Dim>(shape, J, {}, [](const StepRecord& record) { return record.k < 2; });
+  EXPECT_EQ(summary.termination, Termination::kStopped);
+  EXPECT_EQ(summary.steps.size(), 2u);
+  EXPECT_EQ(summary.steps.back().enclosed, shape.geometry().enclosed());
+}
+
+TYPED_TEST(Evolution, RefusesOptionsThatAreWrong) {
+  constexpr int Dim = TypeParam::value;
+  PlainShape<Dim> shape(start<Dim>());
+  auto J = valley_energy<Dim>();
+  FlowOptions options;
+  options.max_steps = -1;
+  EXPECT_THROW(evolve<Dim>(shape, J, options), UsageError);
+}
+
+// Growth against a balance of forces: gamma |Omega| with gamma < 0 against |Gamma| is at rest at
+// the radius (Dim - 1) / |gamma|, a maximum; from outside it the shape grows for ever.
+TYPED_TEST(Evolution, GrowsAboveTheRadiusOfBalanceAndShrinksBelow) {
+  constexpr int Dim = TypeParam::value;
+  const double gamma = -(Dim - 1);  // balance at radius 1
+  for (const double radius : {0.8, 1.25}) {
+    auto arrays = test::unit_sphere<Dim>(3);
+    arrays.X *= radius;
+    PlainShape<Dim> shape(arrays);
+    energy::EnergySum<Dim> J;
+    energy::add_minimal_surface<Dim>(J, energy::constant_field<Dim>(1), 1, gamma, {});
+    FlowOptions options;
+    options.max_steps = 4;
+    evolve<Dim>(shape, J, options);
+    EXPECT_EQ(shape.geometry().radius() > radius, radius > 1);
+    EXPECT_GT(std::abs(shape.geometry().radius() - radius), 0.01);
+  }
+}
+
+TEST(FlowOptions, NameTheFieldThatIsWrong) {
+  const auto error = [](const std::function<void(FlowOptions&)>& change) {
+    FlowOptions options;
+    change(options);
+    return options.error();
+  };
+  EXPECT_EQ(FlowOptions{}.error(), "");
+  EXPECT_EQ(error([](auto& o) { o.max_steps = -1; }), "FlowOptions::max_steps = -1 violates >= 0");
+  EXPECT_EQ(error([](auto& o) { o.rel_tol = 1; }),
+            "FlowOptions::rel_tol = 1 violates 0 <= rel_tol < 1");
+  EXPECT_EQ(error([](auto& o) { o.energy_tol = -1; }),
+            "FlowOptions::energy_tol = -1 violates 0 <= energy_tol < 1");
+  EXPECT_EQ(error([](auto& o) { o.energy_window = 0; }),
+            "FlowOptions::energy_window = 0 violates >= 1");
+  EXPECT_EQ(error([](auto& o) { o.displacement_tol_mm = -1; }),
+            "FlowOptions::displacement_tol_mm = -1 violates >= 0");
+  EXPECT_NE(error([](auto& o) { o.step.max_trials = 0; }), "");
+  EXPECT_NE(error([](auto& o) { o.velocity.beta_floor = -1; }), "");
+}
+
+TEST(Termination, HasAName) {
+  EXPECT_EQ(to_string(Termination::kConverged), "converged");
+  EXPECT_EQ(to_string(Termination::kMaxSteps), "max-steps");
+  EXPECT_EQ(to_string(Termination::kStalled), "stalled");
+  EXPECT_EQ(to_string(Termination::kObstacle), "obstacle");
+  EXPECT_EQ(to_string(Termination::kStopped), "stopped");
+}
+
+}  // namespace
+}  // namespace surf::flow

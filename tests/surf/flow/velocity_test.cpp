@@ -1,0 +1,198 @@
+#include "libsurf/flow/velocity.h"
+
+#include "libsurf/energy/domain_integral.h"
+#include "tests/surf/flow/stepping.h"
+
+namespace surf::flow {
+namespace {
+
+using test::DimName;
+using test::Dims;
+
+template <class T>
+struct VelocityOf : ::testing::Test {};
+TYPED_TEST_SUITE(VelocityOf, Dims, DimName);
+
+constexpr std::array kProducts = {ScalarProduct::kL2, ScalarProduct::kH1};
+constexpr std::array kSchemes = {Scheme::kExplicit, Scheme::kSemiImplicit};
+
+/// (5.1) with gamma_0 = 0.7, gamma = -1.3 and a field of plane waves.
+template <int Dim>
+energy::EnergySum<Dim> minimal_surface(std::shared_ptr<const Field<Dim>> H, double gamma_0 = 0.7,
+                                       double gamma = -1.3) {
+  energy::EnergySum<Dim> J;
+  energy::add_minimal_surface<Dim>(J, std::move(H), gamma_0, gamma, {.ray_spacing_mm = 0.1});
+  return J;
+}
+
+/// x -> H((x - shift) / scale), with its derivatives.
+template <int Dim>
+class Transplanted : public Field<Dim> {
+ public:
+  Transplanted(std::shared_ptr<const Field<Dim>> H, const Vector<Dim>& shift, double scale)
+      : H_(std::move(H)), shift_(shift), scale_(scale) {}
+  void sample(const Points<Dim>& x, Derivatives order, Samples<Dim>& out) const override {
+    const Points<Dim> inner = (x.rowwise() - shift_.transpose()) / scale_;
+    H_->sample(inner, order, out);
+    out.gradient /= scale_;
+    out.hessian /= scale_ * scale_;
+  }
+
+ private:
+  std::shared_ptr<const Field<Dim>> H_;
+  Vector<Dim> shift_;
+  double scale_;
+};
+
+// With b(V, .) = -dJ(.) the decrease along V is b(V, V).
+TYPED_TEST(VelocityOf, ExplicitSchemesDescendsByItsOwnSquaredNorm) {
+  constexpr int Dim = TypeParam::value;
+  const auto arrays = test::random_smooth_shape<Dim>(2, 3);
+  const fem::Geometry<Dim> shape(arrays.X, arrays.T);
+  auto J = minimal_surface<Dim>(std::make_shared<const test::WaveField<Dim>>(1));
+  for (const ScalarProduct product : kProducts) {
+    const VelocityOptions options{.product = product, .solver_tolerance = 1e-12};
+    const test::Direction<Dim> direction(shape, J, options);
+    const auto velocity = direction.system.solve(0);
+    EXPECT_FALSE(direction.system.depends_on_step());
+    EXPECT_LT(velocity.shape_derivative, 0);
+    EXPECT_NEAR(velocity.shape_derivative, -velocity.norm_squared, 1e-10 * velocity.norm_squared);
+  }
+}
+
+TYPED_TEST(VelocityOf, EverySchemeGivesTheShapeDerivativeOfItsVectorVelocity) {
+  constexpr int Dim = TypeParam::value;
+  const auto arrays = test::random_smooth_shape<Dim>(3, 3);
+  const fem::Geometry<Dim> shape(arrays.X, arrays.T);
+  auto J = minimal_surface<Dim>(std::make_shared<const test::WaveField<Dim>>(2));
+  for (const ScalarProduct product : kProducts)
+    for (const Scheme scheme : kSchemes) {
+      const test::Direction<Dim> direction(shape, J, {.product = product, .scheme = scheme});
+      const auto velocity = direction.system.solve(0.01);
+      const double expected = direction.terms.derivative.cwiseProduct(velocity.vector).sum();
+      EXPECT_LT(velocity.shape_derivative, 0);
+      EXPECT_NEAR(velocity.shape_derivative, expected, 1e-12 * std::abs(expected));
+    }
+}
+
+// The H1 system written out: (A_alpha + M_beta) V = -dJ.n with beta >= 100 g_max / r^2.
+TYPED_TEST(VelocityOf, ExplicitH1SolvesTheWeightedSystemWithItsFloor) {
+  constexpr int Dim = TypeParam::value;
+  const auto arrays = test::random_smooth_shape<Dim>(4, 2);
+  const fem::Geometry<Dim> shape(arrays.X, arrays.T);
+  auto J = minimal_surface<Dim>(std::make_shared<const test::WaveField<Dim>>(3));
+  const test::Direction<Dim> direction(shape, J, {.solver_tolerance = 1e-13});
+  const auto& terms = direction.terms;
+  const double r = shape.radius();
+  const Eigen::VectorXd beta = terms.beta.cwiseMax(100 * terms.g.maxCoeff() / (r * r));
+  Eigen::MatrixXd B = fem::stiffness<Dim>(shape, terms.alpha.cwiseMax(0)).toDense();
+  B.diagonal() += shape.lumped_mass().cwiseProduct(beta);
+  const Eigen::VectorXd load =
+      -terms.derivative.cwiseProduct(shape.nodal_normals()).rowwise().sum();
+  const Eigen::VectorXd V = B.ldlt().solve(load);
+  EXPECT_LT((direction.system.solve(0).normal - V).norm(), 1e-10 * V.norm());
+}
+
+// (tau W S + M) V = -dJ.n, W = M_g M^-1: the unsymmetric form of what is solved for L2, and with
+// the H1 product in place of M.
+TYPED_TEST(VelocityOf, SemiImplicitSchemeSolvesTheSchurComplement) {
+  constexpr int Dim = TypeParam::value;
+  const auto arrays = test::random_smooth_shape<Dim>(5, 2);
+  const fem::Geometry<Dim> shape(arrays.X, arrays.T);
+  auto J = minimal_surface<Dim>(std::make_shared<const test::WaveField<Dim>>(4));
+  constexpr double kTau = 0.02;
+  for (const ScalarProduct product : kProducts) {
+    const test::Direction<Dim> direction(
+        shape, J, {.product = product, .scheme = Scheme::kSemiImplicit, .solver_tolerance = 1e-13});
+    const auto& terms = direction.terms;
+    const double r = shape.radius();
+    Eigen::MatrixXd B = Eigen::MatrixXd::Zero(shape.n_vertices(), shape.n_vertices());
+    Eigen::VectorXd beta = Eigen::VectorXd::Ones(shape.n_vertices());
+    if (product == ScalarProduct::kH1) {
+      B = fem::stiffness<Dim>(shape, terms.alpha.cwiseMax(0)).toDense();
+      beta = terms.beta.cwiseMax(100 * terms.g.maxCoeff() / (r * r));
+    }
+    B.diagonal() += shape.lumped_mass().cwiseProduct(beta);
+    B += kTau * (terms.g.asDiagonal() * fem::normal_stiffness<Dim>(shape, direction.A).toDense());
+    const Eigen::VectorXd load =
+        -terms.derivative.cwiseProduct(shape.nodal_normals()).rowwise().sum();
+    const Eigen::VectorXd V = B.partialPivLu().solve(load);
+    EXPECT_TRUE(direction.system.depends_on_step());
+    EXPECT_LT((direction.system.solve(kTau).normal - V).norm(), 1e-9 * V.norm());
+  }
+}
+
+TYPED_TEST(VelocityOf, SemiImplicitSchemeIsTheExplicitOneAtStepZero) {
+  constexpr int Dim = TypeParam::value;
+  const auto arrays = test::random_smooth_shape<Dim>(6, 3);
+  const fem::Geometry<Dim> shape(arrays.X, arrays.T);
+  auto J = minimal_surface<Dim>(std::make_shared<const test::WaveField<Dim>>(5));
+  for (const ScalarProduct product : kProducts) {
+    const auto normal = [&](Scheme scheme) {
+      const test::Direction<Dim> direction(
+          shape, J, {.product = product, .scheme = scheme, .solver_tolerance = 1e-12});
+      return direction.system.solve(0).normal;
+    };
+    const Eigen::VectorXd explicitly = normal(Scheme::kExplicit);
+    EXPECT_LT((normal(Scheme::kSemiImplicit) - explicitly).norm(), 1e-9 * explicitly.norm());
+  }
+}
+
+// gamma_0 is dimensionless, gamma is 1/length: with x -> s x + c and gamma -> gamma / s the area
+// part scales as s^(Dim-1). Then V_L2 scales as 1/s and the H1 step, an inexact Newton step, as s.
+TYPED_TEST(VelocityOf, IsUnchangedByTranslationAndScalesWithTheUnitOfLength) {
+  constexpr int Dim = TypeParam::value;
+  const auto arrays = test::random_smooth_shape<Dim>(7, Dim == 2 ? 3 : 2);
+  const fem::Geometry<Dim> shape(arrays.X, arrays.T);
+  const auto H = std::make_shared<const test::WaveField<Dim>>(6);
+  const Vector<Dim> shift = Vector<Dim>::LinSpaced(3, -8);
+  constexpr double kTau = 0.01;
+  for (const double s : {1e-3, 1.0, 1e3})
+    for (const ScalarProduct product : kProducts)
+      for (const Scheme scheme : kSchemes) {
+        const VelocityOptions options{
+            .product = product, .scheme = scheme, .solver_tolerance = 1e-13};
+        auto J = minimal_surface<Dim>(H);
+        const test::Direction<Dim> direction(shape, J, options);
+        const Points<Dim> X = (s * arrays.X).rowwise() + (s * shift).transpose();
+        const fem::Geometry<Dim> other(X, arrays.T);
+        auto J_other = minimal_surface<Dim>(
+            std::make_shared<const Transplanted<Dim>>(H, s * shift, s), 0.7, -1.3 / s);
+        const test::Direction<Dim> other_direction(other, J_other, options);
+        const bool is_l2 = product == ScalarProduct::kL2;
+        const Eigen::VectorXd V = direction.system.solve(kTau).normal;
+        // tau V is a length: tau scales as s^2 for L2, not at all for H1.
+        const Eigen::VectorXd V_other =
+            other_direction.system.solve(is_l2 ? s * s * kTau : kTau).normal;
+        const double factor = is_l2 ? 1 / s : s;
+        EXPECT_LT((V_other / factor - V).norm(), 1e-8 * V.norm())
+            << "scale " << s << (is_l2 ? " L2" : " H1");
+      }
+}
+
+// Intensities do not enter the H1 direction: alpha, beta and dJ all scale with the energy.
+TYPED_TEST(VelocityOf, OfTheH1FlowIsUnchangedWhenTheEnergyIsScaled) {
+  constexpr int Dim = TypeParam::value;
+  const auto arrays = test::random_smooth_shape<Dim>(8, 3);
+  const fem::Geometry<Dim> shape(arrays.X, arrays.T);
+  const auto H = std::make_shared<const test::WaveField<Dim>>(7);
+  const auto normal = [&](double factor) {
+    auto J = minimal_surface<Dim>(H, 0.7 * factor, -1.3 * factor);
+    const test::Direction<Dim> direction(shape, J, {.solver_tolerance = 1e-12});
+    return direction.system.solve(0).normal;
+  };
+  const Eigen::VectorXd V = normal(1);
+  EXPECT_LT((normal(1e8) - V).norm(), 1e-9 * V.norm());
+  EXPECT_LT((normal(1e-8) - V).norm(), 1e-9 * V.norm());
+}
+
+TEST(VelocityOptions, NameTheFieldThatIsWrong) {
+  EXPECT_EQ(VelocityOptions{}.error(), "");
+  EXPECT_EQ(VelocityOptions{.beta_floor = 0}.error(),
+            "VelocityOptions::beta_floor = 0 violates > 0");
+  EXPECT_EQ(VelocityOptions{.solver_tolerance = 1}.error(),
+            "VelocityOptions::solver_tolerance = 1 violates 0 < tolerance < 1");
+}
+
+}  // namespace
+}  // namespace surf::flow

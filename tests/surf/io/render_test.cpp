@@ -1,0 +1,47 @@
+// The 3-D picture: refused without a display; with one (ctest runs these under xvfb-run) the
+// surface is in it.
+#include "libsurf/io/render.h"
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <string>
+
+#include "libsurf/base/error.h"
+#include "libsurf/mesh/primitives.h"
+
+namespace surf::io {
+namespace {
+
+const Color kWhite = {255, 255, 255};
+
+TEST(Render, ShowsABallInBothViewsAndWhiteRoundIt) {
+  const Picture picture =
+      render_surface(mesh::ball({30, -40, 50}, 12, 2), {.width = 400, .height = 200});
+  ASSERT_EQ(picture.width(), 400);
+  ASSERT_EQ(picture.height(), 200);
+  for (const int center : {100, 300}) {
+    EXPECT_NE(picture.at(center, 100), kWhite);
+    EXPECT_GT(picture.at(center, 100)[0], 100) << "lit from the camera";
+  }
+  EXPECT_EQ(picture.at(3, 3), kWhite);
+  EXPECT_EQ(picture.at(200, 100), kWhite);
+}
+
+TEST(Render, RefusesNoTrianglesAndSizesOutOfRange) {
+  EXPECT_THROW(render_surface({}), InvalidMesh);
+  EXPECT_THROW(render_surface(mesh::ball({0, 0, 0}, 1, 1), {.width = 20}), UsageError);
+}
+
+TEST(Render, WithoutADisplayIsOneErrorNotTheEndOfTheProcess) {
+  const char* display = std::getenv("DISPLAY");
+  const std::string kept = display == nullptr ? "" : display;
+  for (const char* name : {"", ":4711"}) {
+    setenv("DISPLAY", name, 1);
+    EXPECT_THROW(render_surface(mesh::ball({0, 0, 0}, 1, 1)), OutputError) << name;
+  }
+  setenv("DISPLAY", kept.c_str(), 1);
+}
+
+}  // namespace
+}  // namespace surf::io

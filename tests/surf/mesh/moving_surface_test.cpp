@@ -1,0 +1,138 @@
+#include "libsurf/mesh/moving_surface.h"
+
+#include <gtest/gtest.h>
+
+#include "libsurf/base/error.h"
+#include "libsurf/mesh/measure.h"
+#include "libsurf/mesh/primitives.h"
+#include "libsurf/mesh/verify.h"
+#include "tests/surf/mesh/surfaces.h"
+
+namespace surf::mesh {
+namespace {
+
+/// The cube of index space [0, 20]^3 at 0.5 mm, about the origin, turned.
+VolumeBox some_box() {
+  const Eigen::Affine3d affine = Eigen::AngleAxisd(0.5, Eigen::Vector3d(1, 2, 3).normalized()) *
+                                 Eigen::Scaling(0.5) * Eigen::Translation3d(-10, -10, -10);
+  return {affine.inverse(), affine, {21, 21, 21}};
+}
+
+/// One step along `velocity`, as a flow makes it.
+Eigen::Index step(MovingSurface& surface, const Points<3>& displacement) {
+  Points<3> to = surface.geometry().points() + displacement;
+  const Eigen::Index n_held = surface.restrict_move(to);
+  surface.move_to(to);
+  surface.mend();
+  return n_held;
+}
+
+Points<3> normals(const MovingSurface& surface) {
+  return surface.geometry().nodal_normals().rowwise().normalized();
+}
+
+void expect_sound(const MovingSurface& surface) {
+  const Verification check = verify(surface.triangles());
+  EXPECT_TRUE(check.passed()) << check.message();
+}
+
+TEST(MovingSurface, GrowsFromASeedAndStaysClosedWithEdgesOfTheWantedLength) {
+  MovingSurface surface(ball({0, 0, 0}, 1, 0.5), {.edge_length_mm = 0.5, .box = {}});
+  for (int k = 0; k < 30; ++k) {
+    step(surface, 0.2 * normals(surface));
+    ASSERT_TRUE(verify(surface.triangles()).passed()) << "step " << k;
+  }
+  EXPECT_NEAR(surface.geometry().radius(), 7, 0.1);
+  const Quality shape = quality(surface.triangles());
+  EXPECT_LE(shape.max_edge_mm, 0.5 * 4 / 3 * 1.001);
+  EXPECT_NEAR(shape.mean_edge_mm, 0.5, 0.15);
+  EXPECT_GT(shape.min_angle_deg, 15);
+}
+
+TEST(MovingSurface, CoarsensAsItShrinks) {
+  MovingSurface surface(ball({0, 0, 0}, 5, 0.5), {.edge_length_mm = 0.5, .box = {}});
+  const auto n_before = surface.geometry().n_elements();
+  while (surface.geometry().radius() > 1.5) step(surface, -0.2 * normals(surface));
+  expect_sound(surface);
+  EXPECT_LT(surface.geometry().n_elements(), n_before / 4);
+}
+
+TEST(MovingSurface, MayMoveByAShareOfItsEdgeLengthInAStep) {
+  MovingSurface surface(ball({0, 0, 0}, 2, 0.5),
+                        {.edge_length_mm = 0.5, .max_displacement = 0.3, .box = {}});
+  EXPECT_DOUBLE_EQ(surface.max_displacement(), 0.15);
+  surface.set_edge_length(0.3);
+  EXPECT_DOUBLE_EQ(surface.max_displacement(), 0.09);
+  EXPECT_TRUE(surface.mend());
+  EXPECT_LE(quality(surface.triangles()).max_edge_mm, 0.3 * 4 / 3 * 1.001);
+}
+
+TEST(MovingSurface, IsClampedAtTheBorderOfTheVolume) {
+  MovingSurfaceOptions options{.edge_length_mm = 0.6, .box = {}};
+  options.box = some_box();
+  MovingSurface surface(ball({0, 0, 0}, 3, 0.6), options);
+  EXPECT_EQ(surface.border_share(), 0);
+  constexpr double kRounding = 1e-12;  // of the way to world and back
+  for (int k = 0; k < 14; ++k) {
+    Points<3> to = surface.geometry().points() + 0.25 * normals(surface);
+    surface.restrict_move(to);
+    for (Eigen::Index i = 0; i < to.rows(); ++i) {
+      const Eigen::Array3d index = (options.box->world_to_index * Vector<3>(to.row(i))).array();
+      EXPECT_GE(index.minCoeff(), -kRounding);
+      EXPECT_LE(index.maxCoeff(), 20 + kRounding);
+    }
+    surface.move_to(to);
+    surface.mend();
+  }
+  EXPECT_GT(surface.border_share(), 0.05);
+}
+
+TEST(MovingSurface, ReportsThatItMeetsTheBorder) {
+  MovingSurfaceOptions options{.edge_length_mm = 0.6, .box = {}, .max_border_share = 0.3};
+  options.box = some_box();
+  MovingSurface surface(ball({0, 0, 0}, 4, 0.6), options);
+  EXPECT_EQ(surface.obstacle(), "");
+  for (int k = 0; k < 40 && surface.obstacle().empty(); ++k) step(surface, 0.25 * normals(surface));
+  EXPECT_NE(surface.obstacle().find("meets the volume's border"), std::string::npos);
+  EXPECT_GT(surface.border_share(), 0.3);
+}
+
+TEST(MovingSurface, ReportsThatItVanished) {
+  MovingSurface surface(ball({0, 0, 0}, 2, 0.5),
+                        {.edge_length_mm = 0.5, .box = {}, .min_radius = 2});
+  EXPECT_EQ(surface.obstacle(), "");
+  for (int k = 0; k < 12; ++k) step(surface, -0.1 * normals(surface));
+  EXPECT_NE(surface.obstacle().find("the object vanished"), std::string::npos);
+}
+
+// Two balls that grow towards each other would intersect; they are held apart instead.
+TEST(MovingSurface, HoldsSheetsApartThatWouldTouch) {
+  Triangles two = ball({0, 0, 0}, 1, 0.3);
+  const Triangles other = ball({2.6, 0, 0}, 1, 0.3);
+  const int n = static_cast<int>(two.points.rows());
+  Triangles both{Points<3>(n + other.points.rows(), 3),
+                 Elements<3>(two.elements.rows() + other.elements.rows(), 3)};
+  both.points << two.points, other.points;
+  both.elements << two.elements, (other.elements.array() + n).matrix();
+  MovingSurface surface(both, {.edge_length_mm = 0.3, .max_displacement = 0.3, .box = {}});
+  Eigen::Index n_held = 0;
+  for (int k = 0; k < 12; ++k) {
+    n_held += step(surface, 0.08 * normals(surface));
+    ASSERT_TRUE(verify(surface.triangles()).passed()) << "step " << k;
+  }
+  EXPECT_GT(n_held, 0);
+  EXPECT_EQ(measure_components(surface.triangles()).size(), 2u);
+}
+
+TEST(MovingSurface, RefusesOptionsAndSurfacesThatAreWrong) {
+  const Triangles start = ball({0, 0, 0}, 1, 0.5);
+  EXPECT_THROW(MovingSurface(start, {.edge_length_mm = 0, .box = {}}), UsageError);
+  EXPECT_THROW(MovingSurface(start, {.max_displacement = 2, .box = {}}), UsageError);
+  EXPECT_THROW(MovingSurface(start, {.sheet_distance = -1, .box = {}}), UsageError);
+  Triangles open = start;
+  open.elements.conservativeResize(open.elements.rows() - 1, 3);
+  EXPECT_THROW(MovingSurface(open, {}), InvalidMesh);
+}
+
+}  // namespace
+}  // namespace surf::mesh

@@ -1,0 +1,128 @@
+#include "libsurf/mesh/sheet_guard.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <random>
+
+#include "libsurf/mesh/primitives.h"
+#include "tests/surf/mesh/surfaces.h"
+
+namespace surf::mesh {
+namespace {
+
+/// Two plates of 6 x 6 squares of side 1 at z = -gap/2 and gap/2 whose normals face each other.
+Triangles plates(double gap) {
+  constexpr int kSide = 7;
+  Triangles out{Points<3>(2 * kSide * kSide, 3), Elements<3>(4 * 36, 3)};
+  int t = 0;
+  for (int plate = 0; plate < 2; ++plate) {
+    const int first = plate * kSide * kSide;
+    for (int i = 0; i < kSide; ++i)
+      for (int j = 0; j < kSide; ++j)
+        out.points.row(first + i * kSide + j) << i, j, plate == 0 ? -gap / 2 : gap / 2;
+    for (int i = 0; i + 1 < kSide; ++i)
+      for (int j = 0; j + 1 < kSide; ++j) {
+        const int a = first + i * kSide + j, b = a + kSide, c = b + 1, d = a + 1;
+        if (plate == 0) {
+          out.elements.row(t++) << a, b, c;  // normal up
+          out.elements.row(t++) << a, c, d;
+        } else {
+          out.elements.row(t++) << a, c, b;  // normal down
+          out.elements.row(t++) << a, d, c;
+        }
+      }
+  }
+  return out;
+}
+
+int count(const std::vector<char>& touched) {
+  return static_cast<int>(std::count(touched.begin(), touched.end(), 1));
+}
+
+int touched_between(double gap_before, double gap_after, double distance) {
+  const Triangles from = plates(gap_before), to = plates(gap_after);
+  return count(vertices_in_contact(from.points, to.points, from.elements, distance));
+}
+
+TEST(SheetGuard, HoldsTwoPlatesThatApproach) {
+  EXPECT_EQ(touched_between(1.0, 0.5, 0.7), 2 * 49);  // every vertex
+}
+
+TEST(SheetGuard, LeavesPlatesAloneThatArePartedOrFarOrAtRest) {
+  EXPECT_EQ(touched_between(0.5, 0.6, 0.7), 0);
+  EXPECT_EQ(touched_between(1.0, 0.8, 0.7), 0);
+  EXPECT_EQ(touched_between(0.5, 0.5, 0.7), 0);
+}
+
+TEST(SheetGuard, HoldsPlatesBackToBackToo) {
+  // A thin wall seen from inside the wall's material: normals away from each other.
+  Triangles from = plates(1.0), to = plates(0.5);
+  from.elements.col(1).swap(from.elements.col(2));
+  EXPECT_EQ(count(vertices_in_contact(from.points, to.points, from.elements, 0.7)), 2 * 49);
+}
+
+TEST(SheetGuard, LeavesASingleCurvedSheetAlone) {
+  for (int kind = 0; kind < 4; ++kind) {
+    const Triangles surface = some_surface(kind);
+    const Points<3> smaller = 0.9 * surface.points;
+    // Sheets of all these bodies are further apart than 0.35; neighbours within it are one sheet.
+    EXPECT_EQ(count(vertices_in_contact(surface.points, smaller, surface.elements, 0.25)), 0)
+        << kind;
+  }
+}
+
+/// What the header says, without a grid.
+std::vector<char> by_brute_force(const Points<3>& from, const Points<3>& to, const Elements<3>& T,
+                                 double distance) {
+  const auto centroid = [&](const Points<3>& X, int t) {
+    return Vector<3>((X.row(T(t, 0)) + X.row(T(t, 1)) + X.row(T(t, 2))) / 3);
+  };
+  const auto normal = [&](int t) {
+    const Vector<3> a = to.row(T(t, 1)) - to.row(T(t, 0)), b = to.row(T(t, 2)) - to.row(T(t, 0));
+    return Vector<3>(a.cross(b).normalized());
+  };
+  std::vector<char> touched(from.rows(), 0);
+  for (int s = 0; s < T.rows(); ++s)
+    for (int t = s + 1; t < T.rows(); ++t) {
+      bool share = false;
+      for (int i = 0; i < 3; ++i) share |= (T.row(t).array() == T(s, i)).any();
+      const double gap = (centroid(to, s) - centroid(to, t)).norm();
+      const double before = (centroid(from, s) - centroid(from, t)).norm();
+      if (share || gap >= distance || gap >= before || normal(s).dot(normal(t)) > -0.2) continue;
+      for (int i = 0; i < 3; ++i) touched[T(s, i)] = touched[T(t, i)] = 1;
+    }
+  return touched;
+}
+
+TEST(SheetGuard, AgreesWithBruteForceOnRandomSoups) {
+  int n_touched = 0;
+  for (unsigned seed = 1; seed <= 20; ++seed) {
+    std::mt19937 generator(seed);
+    std::uniform_real_distribution<double> place(-3, 3), jitter(-0.4, 0.4);
+    constexpr int kVertices = 240, kTriangles = 150;
+    Points<3> from(kVertices, 3), to(kVertices, 3);
+    for (int group = 0; group < kVertices / 3; ++group) {
+      const Eigen::RowVector3d centre(place(generator), place(generator), place(generator));
+      for (int i = 3 * group; i < 3 * group + 3; ++i)
+        for (int d = 0; d < 3; ++d) from(i, d) = centre[d] + jitter(generator);
+    }
+    for (Eigen::Index i = 0; i < to.size(); ++i)
+      to.data()[i] = from.data()[i] + 0.5 * jitter(generator);
+    Elements<3> T(kTriangles, 3);
+    for (int t = 0; t < kTriangles; ++t) {
+      const int group = 3 * static_cast<int>(generator() % (kVertices / 3));
+      const bool turned = generator() % 2;
+      T.row(t) << group, group + (turned ? 2 : 1), group + (turned ? 1 : 2);
+    }
+    for (const double distance : {0.1, 0.7, 2.0}) {
+      const auto touched = vertices_in_contact(from, to, T, distance);
+      EXPECT_EQ(touched, by_brute_force(from, to, T, distance)) << seed << ", " << distance;
+      n_touched += count(touched);
+    }
+  }
+  EXPECT_GT(n_touched, 1000);
+}
+
+}  // namespace
+}  // namespace surf::mesh

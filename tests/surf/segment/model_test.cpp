@@ -1,0 +1,74 @@
+#include "libsurf/segment/model.h"
+
+#include <gtest/gtest.h>
+
+#include "libsurf/base/error.h"
+#include "libsurf/mesh/primitives.h"
+#include "libsurf/volume/phantom.h"
+
+namespace surf::segment {
+namespace {
+
+ImageModel some_model() {
+  volume::PhantomOptions options;
+  options.size = {48, 48, 48};
+  return {volume::make_phantom(options), {}, volume::DerivativeFilter::kBSpline};
+}
+
+double value(ImageModel& model, const std::vector<EnergyTerm>& terms) {
+  const auto energy = model.energy(terms);
+  const Triangles ball = mesh::ball(Eigen::Vector3d::Zero(), 0.4, 0.1);
+  energy->reset({ball.points, ball.elements});
+  return energy->value();
+}
+
+TEST(ImageModel, MakesTheEnergiesThatAreNamed) {
+  ImageModel model = some_model();
+  const Triangles ball = mesh::ball(Eigen::Vector3d::Zero(), 0.4, 0.1);
+  const fem::Geometry<3> shape(ball.points, ball.elements);
+  EXPECT_NEAR(value(model, {{"area", 2, {}}}), 2 * shape.measure(), 1e-12);
+  // Inside the object the image is constant: H = 1, and the window is -1.
+  EXPECT_NEAR(value(model, {{"minimal-surface", 3, {{"gamma0", 2}, {"gamma", -5}, {"lambda", 1}}}}),
+              3 * (2 * shape.measure() - 5 * shape.enclosed()), 1e-6);
+  EXPECT_NEAR(value(model, {{"window", 1, {{"mean", 1}, {"half-width", 0.1}}}}), -shape.enclosed(),
+              1e-6);
+  EXPECT_GT(value(model, {{"chan-vese", 1, {}}}), 0);
+}
+
+TEST(ImageModel, SharesTheEdgeIndicatorOfEachLambda) {
+  ImageModel model = some_model();
+  EXPECT_EQ(model.edge_indicator(1), model.edge_indicator(1));
+  EXPECT_NE(model.edge_indicator(1), model.edge_indicator(2));
+}
+
+std::string message(const EnergyTerm& term) {
+  try {
+    check_terms(std::vector{term});
+  } catch (const UsageError& error) {
+    return error.what();
+  }
+  return "accepted";
+}
+
+TEST(EnergyTerms, AreRefusedWithAMessageThatSaysWhatIsWrong) {
+  const double nan = std::nan("");
+  EXPECT_EQ(message({"snake", 1, {}}),
+            "energy 'snake' is unknown; there are minimal-surface, chan-vese, window and area");
+  EXPECT_EQ(message({"area", nan, {}}), "energy area: weight nan is not a number");
+  EXPECT_EQ(message({"area", 1, {{"gamma", 1}}}), "energy area: parameter 'gamma' is unknown");
+  EXPECT_EQ(message({"window", 1, {{"mean", nan}}}), "energy window: mean = nan is not a number");
+  EXPECT_EQ(message({"window", 1, {{"half-width", 0}}}),
+            "energy window: half-width = 0 violates > 0");
+  EXPECT_EQ(message({"minimal-surface", 1, {{"lambda", -1}}}),
+            "energy minimal-surface: lambda = -1 violates > 0");
+  EXPECT_EQ(message({"minimal-surface", 1, {{"gamma", -1}}}), "accepted");
+}
+
+TEST(EnergyTerms, MustBeComplete) {
+  ImageModel model = some_model();
+  const std::vector<EnergyTerm> incomplete = {{"window", 1, {{"mean", 1}}}};
+  EXPECT_THROW(model.energy(incomplete), UsageError);
+}
+
+}  // namespace
+}  // namespace surf::segment

@@ -1,0 +1,230 @@
+#include "libsurf/volume/image_fields.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <random>
+
+#include "libsurf/base/error.h"
+
+namespace surf::volume {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr int kSize = 32;
+
+Volume volume_of(const std::function<double(const Vector3d&)>& world_function,
+                 const Eigen::Affine3d& affine = Eigen::Affine3d(Eigen::Scaling(0.5))) {
+  std::vector<float> values;
+  for (int k = 0; k < kSize; ++k)
+    for (int j = 0; j < kSize; ++j)
+      for (int i = 0; i < kSize; ++i)
+        values.push_back(static_cast<float>(world_function(affine * Vector3d(i, j, k))));
+  return {{kSize, kSize, kSize}, affine, values};
+}
+
+Eigen::Affine3d turned_and_anisotropic() {
+  return Eigen::Translation3d(3, 2, 1) * Eigen::AngleAxisd(0.4, Vector3d(1, 1, -2).normalized()) *
+         Eigen::Scaling(0.5, 0.8, 1.3);
+}
+
+/// Voxel centres at least `margin` voxels from the border, in the world.
+Points<3> inner_points(const Volume& volume, int margin) {
+  std::vector<Vector3d> points;
+  for (int k = margin; k < kSize - margin; k += 3)
+    for (int j = margin; j < kSize - margin; j += 3)
+      for (int i = margin; i < kSize - margin; i += 3)
+        points.push_back(volume.index_to_world() * Vector3d(i + 0.3, j + 0.7, k));
+  Points<3> out(points.size(), 3);
+  for (std::size_t i = 0; i < points.size(); ++i) out.row(i) = points[i];
+  return out;
+}
+
+Eigen::VectorXd values_at(const Field<3>& field, const Points<3>& x) {
+  Samples<3> samples;
+  field.sample(x, Derivatives::kNone, samples);
+  return samples.value;
+}
+
+constexpr double kFloat = 1e-5;  // of values up to about 30 that are stored as floats
+
+TEST(Gaussian, KeepsConstants) {
+  const Volume volume = volume_of([](const Vector3d&) { return 7.25; });
+  const auto field = intensity_field(volume, {.sigma_mm = 1.1});
+  EXPECT_LT((values_at(*field, inner_points(volume, 0)).array() - 7.25).abs().maxCoeff(), kFloat);
+}
+
+TEST(Gaussian, KeepsLinearFunctionsOnAnyGrid) {
+  const Vector3d slope(0.3, -0.4, 0.2);
+  const Volume volume =
+      volume_of([&](const Vector3d& x) { return slope.dot(x); }, turned_and_anisotropic());
+  const auto field = intensity_field(volume, {.sigma_mm = 0.9});
+  const Points<3> x = inner_points(volume, 9);  // 3 sigma = 5.4 voxels along the first axis, + 2
+  EXPECT_LT((values_at(*field, x) - x * slope).cwiseAbs().maxCoeff(), kFloat);
+}
+
+/// Standard deviation [mm] of the derivative of a step, sampled along x through the volume.
+double step_width(const Field<3>& field, double step_at) {
+  double mass = 0, second = 0;
+  constexpr double kSpacing = 0.01;
+  Samples<3> samples;
+  Points<3> x(1500, 3);
+  for (int i = 0; i < x.rows(); ++i) x.row(i) << kSpacing * i, 8, 8;
+  field.sample(x, Derivatives::kFirst, samples);
+  for (int i = 0; i < x.rows(); ++i) {
+    mass += samples.gradient(i, 0);
+    second += samples.gradient(i, 0) * std::pow(x(i, 0) - step_at, 2);
+  }
+  EXPECT_NEAR(mass * kSpacing, 1, 1e-3);  // the height of the step
+  return std::sqrt(second / mass);
+}
+
+// Variances add up: the Gaussian's, and the spline's. With nodal values of a step between two
+// voxels the derivative of the spline is the quadratic B-spline, of variance 3/12 voxel^2.
+TEST(Gaussian, WidensAStepByItsVariance) {
+  constexpr double kVoxel = 0.5, kStepAt = 7.75;  // between voxels 15 and 16
+  const Volume volume = volume_of([&](const Vector3d& x) { return x[0] < kStepAt ? 0.0 : 1.0; });
+  const auto variance = [&](double sigma) {
+    return std::pow(step_width(*intensity_field(volume, {.sigma_mm = sigma}), kStepAt), 2);
+  };
+  const double spline = 3.0 / 12 * kVoxel * kVoxel;
+  EXPECT_NEAR(variance(0), spline, 1e-3 * spline);
+  for (const double sigma : {0.5, 0.75, 1.0}) {
+    const double expected = spline + sigma * sigma;
+    // Truncation at 3 sigma takes away up to 3 % of the variance.
+    EXPECT_NEAR(variance(sigma), expected, 0.03 * expected) << sigma;
+  }
+}
+
+TEST(Gaussian, IsIsotropicInMillimetresOnAnisotropicVoxels) {
+  const Vector3d center = turned_and_anisotropic() * Vector3d::Constant(15.5);
+  const Volume volume = volume_of(
+      [&](const Vector3d& x) { return std::exp(-(x - center).squaredNorm() / (2 * 4.0)); },
+      turned_and_anisotropic());
+  const auto field = intensity_field(volume, {.sigma_mm = 2});
+  // A Gaussian of variance 4 becomes one of 8 (and the spline adds h^2/3 along each axis).
+  Points<3> x(3, 3);
+  for (int axis = 0; axis < 3; ++axis)
+    x.row(axis) = center + 2 * volume.index_to_world().linear().col(axis).normalized();
+  const Eigen::VectorXd values = values_at(*field, x);
+  for (int axis = 0; axis < 3; ++axis)
+    EXPECT_NEAR(values[axis], std::pow(0.5, 1.5) * std::exp(-4.0 / 16), 0.02) << axis;
+}
+
+/// A step of height 1 at x = 7.75 mm with noise of deviation 0.02.
+Volume noisy_step() {
+  std::mt19937 generator(1);
+  std::normal_distribution<double> normal(0, 0.02);
+  return volume_of(
+      [&](const Vector3d& x) { return (x[0] < 7.75 ? 0.0 : 1.0) + normal(generator); });
+}
+
+double deviation(const Eigen::VectorXd& values) {
+  return std::sqrt((values.array() - values.mean()).square().mean());
+}
+
+/// Largest slope [1/mm] on a line along x through the step, mean of 100 lines.
+double steepest(const Field<3>& field) {
+  Samples<3> samples;
+  double sum = 0;
+  for (int line = 0; line < 100; ++line) {
+    Points<3> x(200, 3);
+    for (int i = 0; i < x.rows(); ++i)
+      x.row(i) << 6.75 + 0.01 * i, 4 + 0.5 * (line % 10), 4 + 0.5 * (line / 10);
+    field.sample(x, Derivatives::kFirst, samples);
+    sum += samples.gradient.col(0).maxCoeff();
+  }
+  return sum / 100;
+}
+
+TEST(SelectiveBlur, KeepsTheEdgeAboveTheThresholdAndFlattensTheNoiseBelow) {
+  const Volume volume = noisy_step();
+  const auto blurred =
+      intensity_field(volume, {.selective_sigma_mm = 0.75, .selective_threshold = 0.3});
+  const auto plain = intensity_field(volume, {});
+  const auto gaussian = intensity_field(volume, {.sigma_mm = 0.75});
+  Points<3> flat(400, 3);
+  for (int i = 0; i < 400; ++i)
+    flat.row(i) << 4 + 0.5 * (i % 4), 4 + 0.5 * (i / 4 % 10), 4 + i / 40;
+  EXPECT_LT(deviation(values_at(*blurred, flat)), 0.35 * deviation(values_at(*plain, flat)));
+  EXPECT_NEAR(steepest(*blurred), steepest(*plain), 0.03 * steepest(*plain));
+  EXPECT_LT(steepest(*gaussian), 0.6 * steepest(*plain));
+}
+
+TEST(SelectiveBlur, WithAHugeThresholdBlursTheEdgeToo) {
+  const Volume volume = noisy_step();
+  const auto blurred =
+      intensity_field(volume, {.selective_sigma_mm = 0.75, .selective_threshold = 100});
+  EXPECT_LT(steepest(*blurred), 0.6 * steepest(*intensity_field(volume, {})));
+}
+
+class EdgeIndicator : public ::testing::TestWithParam<DerivativeFilter> {};
+INSTANTIATE_TEST_SUITE_P(Filters, EdgeIndicator,
+                         ::testing::Values(DerivativeFilter::kBSpline, DerivativeFilter::kScharr),
+                         [](const auto& filter) {
+                           return filter.param == DerivativeFilter::kScharr ? "Scharr" : "BSpline";
+                         });
+
+TEST_P(EdgeIndicator, IsOneWhereTheImageIsConstant) {
+  const Volume volume = volume_of([](const Vector3d&) { return -3.0; });
+  const auto H = edge_indicator(volume, {.sigma_mm = 0.5}, 0.1, GetParam());
+  EXPECT_LT((values_at(*H, inner_points(volume, 0)).array() - 1).abs().maxCoeff(), 1e-15);
+}
+
+// H = 1 / (1 + |g|^2 / lambda^2) with the gradient in the world, on any grid.
+TEST_P(EdgeIndicator, OfALinearRampIsTheFormulaOnAnyGrid) {
+  const Vector3d slope(0.3, -0.4, 1.2);
+  const Volume volume =
+      volume_of([&](const Vector3d& x) { return slope.dot(x); }, turned_and_anisotropic());
+  const Points<3> x = inner_points(volume, 8);
+  for (const double lambda : {0.5, 1.3, 20.0}) {
+    const auto H = edge_indicator(volume, {.sigma_mm = 0.5}, lambda, GetParam());
+    const double expected = 1 / (1 + slope.squaredNorm() / (lambda * lambda));
+    EXPECT_LT((values_at(*H, x).array() - expected).abs().maxCoeff(), 10 * kFloat) << lambda;
+  }
+}
+
+TEST_P(EdgeIndicator, LiesAboveZeroAndNotAboveOne) {
+  std::mt19937 generator(4);
+  std::uniform_real_distribution<double> uniform(-1000, 1000);
+  const Volume volume = volume_of([&](const Vector3d&) { return uniform(generator); });
+  const auto H = edge_indicator(volume, {}, 30, GetParam());
+  const Eigen::VectorXd values = values_at(*H, inner_points(volume, 0));
+  EXPECT_GT(values.minCoeff(), 0);
+  EXPECT_LE(values.maxCoeff(), 1);
+}
+
+TEST_P(EdgeIndicator, DoesNotChangeWhenTheIntensitiesAreMappedWithLambda) {
+  const auto wave = [](const Vector3d& x) { return std::sin(x[0]) * std::cos(0.7 * x[1] + x[2]); };
+  const Volume volume = volume_of(wave);
+  const Volume mapped = volume_of([&](const Vector3d& x) { return -64 * wave(x); });
+  const auto H = edge_indicator(volume, {.sigma_mm = 0.5}, 0.5, GetParam());
+  const auto H_mapped = edge_indicator(mapped, {.sigma_mm = 0.5}, 0.5 * 64, GetParam());
+  const Points<3> x = inner_points(volume, 0);
+  EXPECT_EQ(values_at(*H, x), values_at(*H_mapped, x));  // powers of two: the same bits
+}
+
+TEST_P(EdgeIndicator, IsSmallestOnTheEdge) {
+  const Volume volume = volume_of([](const Vector3d& x) { return std::tanh((x[0] - 7.6) / 1.0); });
+  const auto H = edge_indicator(volume, {.sigma_mm = 0.5}, 0.3, GetParam());
+  Points<3> x(400, 3);
+  for (int i = 0; i < 400; ++i) x.row(i) << 4 + 0.02 * i, 8, 8;
+  Eigen::Index at;
+  values_at(*H, x).minCoeff(&at);
+  EXPECT_NEAR(x(at, 0), 7.6, 0.03);  // 0.06 voxel
+}
+
+TEST(ImageFields, RefuseOptionsThatAreWrong) {
+  const Volume volume = volume_of([](const Vector3d&) { return 0.0; });
+  EXPECT_THROW(intensity_field(volume, {.sigma_mm = -1}), UsageError);
+  EXPECT_THROW(intensity_field(volume, {.selective_sigma_mm = -1}), UsageError);
+  EXPECT_THROW(intensity_field(volume, {.selective_sigma_mm = 1}), UsageError);
+  EXPECT_THROW(edge_indicator(volume, {.sigma_mm = -1}, 1), UsageError);
+  EXPECT_THROW(edge_indicator(volume, {}, 0), UsageError);
+  EXPECT_THROW(edge_indicator(volume, {}, std::nan("")), UsageError);
+}
+
+}  // namespace
+}  // namespace surf::volume
