@@ -68,7 +68,7 @@ void ChanVese<Dim>::differentiate(const Eigen::VectorXd& curvature, double weigh
   const double scale = 1 / (options_.intensity_scale * options_.intensity_scale);
   add_region_terms<Dim>(
       *I_, *shape_, options_.quadrature_order, curvature, weight,
-      [=](double I) {
+      [scale, mu_1 = mu_1, mu_2 = mu_2](double I) {
         const double a = I - mu_1, b = I - mu_2;
         return std::array<double, 2>{scale * (a * a - b * b), scale * 2 * (a - b)};
       },
