@@ -1,0 +1,72 @@
+// Segmentation time and peak memory of a phantom ball from the inside at 128^3 and 256^3 with
+// the same final mesh: medians of several runs, and their ratio within this run.
+//
+//   growth_bench [runs]
+#include <fmt/format.h>
+#include <sys/resource.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdlib>
+#include <vector>
+
+#include "libsurf/segment/segment.h"
+#include "libsurf/volume/phantom.h"
+
+namespace {
+
+using namespace surf;
+
+struct Measured {
+  double median_s = 0;
+  Eigen::Index n_triangles = 0;
+};
+
+double peak_mb() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return double(usage.ru_maxrss) / 1024;
+}
+
+Measured measure(int size, double noise, int n_runs) {
+  volume::PhantomOptions phantom;
+  phantom.size = {size, size, size};
+  phantom.noise = noise;
+  const volume::Volume image = volume::make_phantom(phantom);
+  segment::SegmentOptions options;
+  options.seeds_ras_mm = {{0, 0, 0}};
+  options.seed_radius_mm = 0.15;
+  options.energies = {{"minimal-surface", 1, {{"gamma", -30}}}};
+  options.edge_length_mm = 0.045;
+  options.sigma_mm = 0.011;
+  std::vector<double> seconds;
+  Measured out;
+  for (int run = 0; run < n_runs; ++run) {
+    const auto start = std::chrono::steady_clock::now();
+    const auto result = segment::segment(image, options);
+    seconds.push_back(
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
+    out.n_triangles = result.surface.elements.rows();
+  }
+  std::nth_element(seconds.begin(), seconds.begin() + n_runs / 2, seconds.end());
+  out.median_s = seconds[n_runs / 2];
+  return out;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  const int n_runs = argc > 1 ? std::max(1, std::atoi(argv[1])) : 5;
+  fmt::print("{:>6} {:>7} {:>10} {:>10} {:>13} {:>9} {:>7}\n", "size", "noise", "triangles",
+             "median s", "float MB", "peak MB", "ratio");
+  for (const double noise : {0.0, 0.1}) {
+    double first = 0;
+    for (const int size : {128, 256}) {
+      const Measured m = measure(size, noise, n_runs);
+      if (size == 128) first = m.median_s;
+      fmt::print("{:>6} {:>7} {:>10} {:>10.2f} {:>13.0f} {:>9.0f} {:>7.2f}\n", size, noise,
+                 m.n_triangles, m.median_s, 4e-6 * size * size * size, peak_mb(),
+                 m.median_s / first);
+    }
+  }
+}
