@@ -10,6 +10,9 @@
 namespace surf::flow {
 namespace {
 
+// Diagonal preconditioners beat what costs a factorisation: at 4,412 / 16,812 / 65,612 vertices one
+// H1 solve takes 0.65 / 9 / 80 ms, with incomplete Cholesky 7 / 28 / 188 ms and by LDLT 15 / 90 /
+// 842 ms; BiCGSTAB 0.8 / 11 / 98 ms against GMRES 2.4 / 36 / 489 ms (tests/bench/solver_bench).
 using Cg = Eigen::ConjugateGradient<SparseMatrix, Eigen::Lower | Eigen::Upper,
                                     Eigen::DiagonalPreconditioner<double>>;
 using BiCgStab = Eigen::BiCGSTAB<SparseMatrix, Eigen::DiagonalPreconditioner<double>>;
