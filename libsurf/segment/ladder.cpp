@@ -127,7 +127,12 @@ class Climb {
     for (int q = 2; q < options_.max_rungs; ++q) {
       const double half_width = seed_.deviation * std::pow(2, q / 2.0);
       end = grow(half_width, rungs.empty() ? 0 : rungs.back().volume_mm3, q);
-      if (end == RungEnd::kStopped) break;
+      if (end == RungEnd::kStopped) {  // what has grown so far is a candidate, of no score
+        rungs.emplace_back().volume_mm3 = surface_->geometry().enclosed();
+        found.push_back({surface_->triangles(), 0, rungs.back().volume_mm3, terms(half_width),
+                         stages_.back().name});
+        break;
+      }
       if (end == RungEnd::kVanished || end == RungEnd::kRough) {  // try wider from the seed
         if (end == RungEnd::kRough) ++q;  // the scale of the noise is far below: twice as wide
         restart();
@@ -147,10 +152,7 @@ class Climb {
           {surface_->triangles(), 0, rung.volume_mm3, terms(half_width), stages_.back().name});
     }
     for (std::size_t i = 0; i < found.size(); ++i) {
-      found[i].score =
-          rungs[i].volume_mm3 < kLeastVolume * std::pow(model_.volume().voxel_size(), 3)
-              ? 0
-              : rungs[i].score();
+      found[i].score = is_judged(rungs[i], kLeastVolume) ? rungs[i].score() : 0;
       log(LogLevel::kDebug,
           fmt::format("rung {:2} beta {:.2f} a {:8.2f} V {:9.3f} ml  O {:.2f} e {:.2f} Q {:.2f} b "
                       "{:.2f} g {:.2f}  score {:.3f}",

@@ -9,6 +9,7 @@
 #include "libsurf/base/error.h"
 #include "libsurf/mesh/moving_surface.h"
 #include "libsurf/mesh/primitives.h"
+#include "libsurf/mesh/self_intersections.h"
 #include "libsurf/segment/edge_offset.h"
 #include "libsurf/segment/ladder.h"
 #include "libsurf/segment/model.h"
@@ -93,11 +94,37 @@ class Run {
 
   SegmentResult run() {
     const bool go_on = options_.energies.empty() ? run_ladder() : run_energies();
+    const Triangles unsettled = result_.surface;
     if (go_on && options_.settle) run_settle();
+    if (!is_embedded(result_.surface)) choose_embedded(unsettled);
     return std::move(result_);
   }
 
  private:
+  static bool is_embedded(const Triangles& surface) {
+    return mesh::self_intersections(surface).empty();
+  }
+
+  /// The sheet guard does not see folds smaller than its distance. A surface that intersects
+  /// itself gives way to what it was before it settled, or to the next candidate.
+  void choose_embedded(const Triangles& unsettled) {
+    if (is_embedded(unsettled)) {
+      result_.surface = unsettled;
+      result_.notes.push_back("settling made the surface intersect itself and is taken back");
+      return;
+    }
+    for (std::size_t i = 1; i < result_.candidates.size(); ++i) {
+      if (!is_embedded(result_.candidates[i].surface)) continue;
+      std::rotate(result_.candidates.begin(), result_.candidates.begin() + i,
+                  result_.candidates.begin() + i + 1);
+      result_.surface = result_.candidates.front().surface;
+      result_.energies = result_.candidates.front().energies;
+      result_.notes.push_back(
+          fmt::format("the {} best candidates intersect themselves and are passed over", i));
+      return;
+    }
+  }
+
   static volume::SmoothingOptions smoothing(const volume::Volume& volume,
                                             const SegmentOptions& options) {
     volume::SmoothingOptions out;
