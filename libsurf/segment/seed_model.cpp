@@ -7,6 +7,8 @@
 namespace surf::segment {
 namespace {
 
+constexpr int kLargestRadius = 16;  // voxels; more says nothing new and costs radius^3
+
 /// Points of a cubic lattice of this spacing with inner < |x - center| <= outer. Radii are
 /// multiples of the spacing, and many points lie at them: a slack keeps rounding from choosing
 /// among these.
@@ -102,7 +104,7 @@ SeedModel estimate_seed_model(const Field<3>& I, std::span<const Eigen::Vector3d
   model.noise = estimate_noise(I, seeds, voxel_mm);
   std::vector<double> ball;
   double first_mean = 0, first_deviation = 0;
-  for (int radius = 2; radius <= 64; ++radius) {
+  for (int radius = 2; radius <= kLargestRadius; ++radius) {
     std::vector<double> shell;
     for (const Eigen::Vector3d& seed : seeds) {
       const auto values =
@@ -136,7 +138,7 @@ SeedModel estimate_seed_model(const Field<3>& I, std::span<const Eigen::Vector3d
 
 double estimate_edge_strength(const Field<3>& I, std::span<const Eigen::Vector3d> seeds,
                               const volume::Volume& volume) {
-  constexpr int kRays = 162;
+  constexpr int kRays = 42;  // each costs the tiles it crosses
   const double voxel_mm = volume.voxel_size();
   const Points<3> directions = sphere_directions(kRays);
   std::vector<double> near, peaks;
