@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "libsurf/volume/tiled_field.h"
+#include "libsurf/volume/volume.h"
 
 namespace surf::volume {
 
@@ -16,6 +17,9 @@ enum class DerivativeFilter {
 
 struct SmoothingOptions {
   /// Standard deviation of the Gaussian [mm]; 0 = none. Truncated at 3 sigma and normalised.
+  /// The fields' grid has its nodes at every n-th voxel along an axis where sigma is at least
+  /// 0.7 n voxels, where finer nodes would hold nothing new (and 8 times the tiles at n = 2). The
+  /// Gaussian is narrowed by what the wider spline adds, so that the blur is the same.
   double sigma_mm = 0;
   /// Selective Gaussian blur before it (thesis 5.1.2): each voxel becomes the Gaussian mean,
   /// radius 2 sigma, of those neighbours that differ from it by at most the threshold.

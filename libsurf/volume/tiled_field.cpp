@@ -35,9 +35,9 @@ double dot(const std::array<double, 4>& w, const float* c) {
 }  // namespace
 
 struct TiledField::Impl {
-  Impl(const Volume& volume, NodalValues values)
-      : size(volume.size()),
-        world_to_index(volume.world_to_index()),
+  Impl(const Grid& grid, NodalValues values)
+      : size(grid.size),
+        world_to_index(grid.index_to_world.inverse()),
         nodal_values(std::move(values)) {
     for (int axis = 0; axis < 3; ++axis) n_tiles[axis] = (size[axis] + kCells - 1) / kCells;
     tiles = std::vector<std::atomic<float*>>(std::size_t(n_tiles[0]) * n_tiles[1] * n_tiles[2]);
@@ -143,7 +143,7 @@ struct TiledField::Impl {
   std::atomic<std::size_t> count{0};
 };
 
-TiledField::TiledField(const Volume& grid, NodalValues nodal_values)
+TiledField::TiledField(const Grid& grid, NodalValues nodal_values)
     : impl_(std::make_unique<Impl>(grid, std::move(nodal_values))) {}
 
 TiledField::~TiledField() = default;

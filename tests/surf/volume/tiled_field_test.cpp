@@ -17,9 +17,7 @@ namespace {
 using Eigen::Vector3d;
 
 /// A volume of zeros that only gives size and affine.
-Volume grid(const std::array<int, 3>& size, const Eigen::Affine3d& affine) {
-  return {size, affine, std::vector<float>(std::size_t(size[0]) * size[1] * size[2], 0.0f)};
-}
+Grid grid(const std::array<int, 3>& size, const Eigen::Affine3d& affine) { return {size, affine}; }
 
 Eigen::Affine3d scaled(double spacing) { return Eigen::Affine3d(Eigen::Scaling(spacing)); }
 
@@ -193,16 +191,16 @@ Eigen::VectorXd in_batches(const TiledField& field, const Points<3>& x, unsigned
 
 TEST(TiledField, DoesNotDependOnTheOrderOfUseOrTheNumberOfThreads) {
   const Eigen::Affine3d affine = awkward_affine(false);
-  const Volume volume = grid({60, 50, 40}, affine);
+  const Grid nodes = grid({60, 50, 40}, affine);
   const Points<3> x = random_points(affine, Vector3d::Zero(), Vector3d(59, 49, 39), 5000);
   Samples<3> reference;
   {
     const ThreadLimit one(1);
-    TiledField(volume, from_index(noise)).sample(x, Derivatives::kSecond, reference);
+    TiledField(nodes, from_index(noise)).sample(x, Derivatives::kSecond, reference);
   }
   for (const int n_threads : {1, 2, 4}) {
     const ThreadLimit limit(n_threads);
-    const TiledField field(volume, from_index(noise));
+    const TiledField field(nodes, from_index(noise));
     EXPECT_EQ(in_batches(field, x, n_threads), [&] {
       Samples<3> values;
       field.sample(x, Derivatives::kNone, values);
