@@ -95,6 +95,7 @@ class Improvement {
     for (int sweep = 0; sweep < options_.n_sweeps; ++sweep) {
       const int n_before = n_changes();
       collapse_short_edges();
+      if (sweep == 0 && !options_.may_coarsen.empty()) coarsen();
       flip_edges();
       mend_slivers();
       move_vertices();
@@ -372,8 +373,12 @@ class Improvement {
            mesh_.valence(v.a) + mesh_.valence(v.b) >= 7;
   }
 
+  /// What a collapse is for: to remove a short edge, a sharp angle, or what is finer than it need
+  /// be.
+  enum class CollapseFor { kLength, kAngle, kCoarseness };
+
   /// Collapses the edge if the smallest angle of what is left has a cosine below the bound.
-  bool try_collapse(EdgeHandle edge, double cos_bound, bool must_improve) {
+  bool try_collapse(EdgeHandle edge, double cos_bound, CollapseFor aim) {
     const HalfedgeHandle halfedge = mesh_.halfedge_handle(edge, 0);
     if (!is_collapse_safe(halfedge)) return false;
     const VertexHandle removed = mesh_.from_vertex_handle(halfedge);
@@ -383,13 +388,56 @@ class Improvement {
     std::vector<Vector3d> places = {0.5 * (from + to), from, to};
     keep_volume(places);
     const double before = sharpest(patch_.before);
-    const double bound = must_improve ? before : std::max(before, cos_bound);
+    const double bound = aim == CollapseFor::kAngle    ? before
+                         : aim == CollapseFor::kLength ? std::max(before, cos_bound)
+                                                       : cos_bound;
     const auto best = best_place(places, bound, /*is_length_limited=*/true);
     if (!best) return false;
+    if (aim == CollapseFor::kCoarseness) {
+      set_place(*best);
+      if (patch_variation() > options_.max_variation_mm) return false;
+    }
     mesh_.collapse(halfedge);
     apply(kept, *best);
     ++report_.n_collapsed;
     return true;
+  }
+
+  /// Largest sum of h_S theta_S over the sides of a triangle of `after`.
+  double patch_variation() const {
+    std::vector<Vector3d> normals;
+    for (const Corners& t : patch_.after) normals.push_back(area_normal(t[0], t[1], t[2]));
+    double largest = 0;
+    for (std::size_t k = 0; k < patch_.after.size(); ++k) {
+      const Corners& t = patch_.after[k];
+      double sum = (t[2] - t[1]).norm() * angle_between(normals[k], normal_beyond_rim(k));
+      for (std::size_t other = 0; other < patch_.after.size(); ++other) {
+        const Corners& u = patch_.after[other];
+        if (u[1] == t[2]) sum += (t[2] - t[0]).norm() * angle_between(normals[k], normals[other]);
+        if (u[2] == t[1]) sum += (t[1] - t[0]).norm() * angle_between(normals[k], normals[other]);
+      }
+      largest = std::max(largest, sum);
+    }
+    return largest;
+  }
+
+  static double angle_between(const Vector3d& a, const Vector3d& b) {
+    return std::atan2(a.cross(b).norm(), a.dot(b));
+  }
+
+  /// Normal of the triangle across the rim's edge of a triangle that stays.
+  Vector3d normal_beyond_rim(std::size_t k) const {
+    for (const HalfedgeHandle h : mesh_.fh_range(patch_.faces[k])) {
+      if (point(mesh_.from_vertex_handle(h)) != patch_.kept[k][1] ||
+          point(mesh_.to_vertex_handle(h)) != patch_.kept[k][2])
+        continue;
+      const HalfedgeHandle beyond = mesh_.opposite_halfedge_handle(h);
+      const HalfedgeHandle next = mesh_.next_halfedge_handle(beyond);
+      return area_normal(point(mesh_.from_vertex_handle(beyond)),
+                         point(mesh_.to_vertex_handle(beyond)),
+                         point(mesh_.to_vertex_handle(next)));
+    }
+    return Vector3d::Zero();
   }
 
   void collapse_short_edges() {
@@ -401,7 +449,33 @@ class Improvement {
     for (const auto& [unused, index] : edges) {
       const EdgeHandle edge(index);
       if (!is_deleted(edge) && length(edge) < options_.min_length)
-        try_collapse(edge, cos_bound_, /*must_improve=*/false);
+        try_collapse(edge, cos_bound_, CollapseFor::kLength);
+    }
+  }
+
+  // ---- coarsening ----
+
+  bool is_star_flagged(const std::vector<char>& flags, VertexHandle vertex) const {
+    for (const FaceHandle face : mesh_.vf_range(vertex))
+      if (!flags[face.idx()]) return false;
+    return true;
+  }
+
+  void coarsen() {
+    std::vector<char> flags = options_.may_coarsen;
+    std::vector<std::pair<double, int>> edges;
+    for (const auto edge : mesh_.edges())
+      if (!is_deleted(edge)) edges.emplace_back(length(edge), edge.idx());
+    std::sort(edges.begin(), edges.end());
+    for (const auto& [unused, index] : edges) {
+      const EdgeHandle edge(index);
+      if (is_deleted(edge)) continue;
+      const HalfedgeHandle h = mesh_.halfedge_handle(edge, 0);
+      const VertexHandle kept = mesh_.to_vertex_handle(h);
+      if (!is_star_flagged(flags, mesh_.from_vertex_handle(h)) || !is_star_flagged(flags, kept) ||
+          !try_collapse(edge, cos_move_, CollapseFor::kCoarseness))
+        continue;
+      for (const FaceHandle face : mesh_.vf_range(kept)) flags[face.idx()] = 0;
     }
   }
 
@@ -438,7 +512,7 @@ class Improvement {
       const auto edges = edges_by_length(face);
       if (try_flip(edges[2])) continue;
       for (const EdgeHandle edge : edges)
-        if (try_collapse(edge, cos_bound_, /*must_improve=*/true)) break;
+        if (try_collapse(edge, cos_bound_, CollapseFor::kAngle)) break;
     }
   }
 

@@ -13,7 +13,8 @@ namespace surf::mesh {
 namespace {
 
 constexpr int kGuardRounds = 3;
-constexpr double kLongest = 4.0 / 3, kShortest = 0.4;  // of the wanted edge length
+constexpr double kLongest = 4.0 / 3, kShortest = 0.4;      // of the wanted edge length
+constexpr int kRoundsAtTheStart = 30, kRoundsInAStep = 2;  // of adaptivity
 constexpr double kTolerance = 0.1;  // by which mending may move the surface, likewise
 
 }  // namespace
@@ -21,6 +22,8 @@ constexpr double kTolerance = 0.1;  // by which mending may move the surface, li
 std::string MovingSurfaceOptions::error() const {
   if (!(edge_length_mm > 0))
     return fmt::format("MovingSurfaceOptions::edge_length_mm = {} violates > 0", edge_length_mm);
+  if (!(coarseness >= 1))
+    return fmt::format("MovingSurfaceOptions::coarseness = {} violates >= 1", coarseness);
   if (!(max_displacement > 0 && max_displacement <= 1))
     return fmt::format("MovingSurfaceOptions::max_displacement = {} violates 0 < share <= 1",
                        max_displacement);
@@ -32,7 +35,7 @@ std::string MovingSurfaceOptions::error() const {
 MovingSurface::MovingSurface(const Triangles& initial, const MovingSurfaceOptions& options)
     : mesh_(to_mesh(initial)), options_(options) {
   if (const std::string error = options.error(); !error.empty()) throw UsageError(error);
-  mend();
+  mend(kRoundsAtTheStart);
 }
 
 fem::Geometry<3> MovingSurface::geometry() const { return {points(mesh_), elements(mesh_)}; }
@@ -79,15 +82,29 @@ Eigen::Index MovingSurface::restrict_move(Points<3>& to) {
 
 void MovingSurface::move_to(const Points<3>& to) { set_points(mesh_, to); }
 
-bool MovingSurface::mend() {
-  const double longest = kLongest * options_.edge_length_mm;
-  const int n_new = refine_long_edges(mesh_, longest);
+AdaptivityOptions MovingSurface::adaptivity() const {
+  AdaptivityOptions out = options_.adaptivity;
+  out.min_length_mm = kLongest * options_.edge_length_mm;
+  out.max_length_mm = options_.coarseness * out.min_length_mm;
+  return out;
+}
+
+bool MovingSurface::mend() { return mend(kRoundsInAStep); }
+
+bool MovingSurface::mend(int max_rounds) {
+  const AdaptivityOptions sizes = adaptivity();
+  AdaptivityReport adapted = adapt(mesh_, sizes, max_rounds);
   ImproveOptions improvement;
   improvement.min_length = kShortest * options_.edge_length_mm;
-  improvement.max_length = longest;
+  improvement.max_length = sizes.max_length_mm;
   improvement.tolerance_mm = kTolerance * options_.edge_length_mm;
-  const ImproveReport report = improve(mesh_, improvement);
-  return n_new > 0 || report.n_collapsed + report.n_flipped + report.n_moved > 0;
+  improvement.may_coarsen = std::move(adapted.may_coarsen);
+  if (sizes.geometry_tolerance_mm > 0)
+    improvement.max_variation_mm = sizes.gamma_refine * sizes.geometry_tolerance_mm;
+  const ImproveReport improved = improve(mesh_, improvement);
+  return adapted.n_refined + adapted.n_coarsened + improved.n_collapsed + improved.n_flipped +
+             improved.n_moved >
+         0;
 }
 
 std::string MovingSurface::obstacle() const {

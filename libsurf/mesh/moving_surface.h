@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "libsurf/flow/moving_shape.h"
+#include "libsurf/mesh/adaptivity.h"
 #include "libsurf/mesh/triangle_mesh.h"
 
 namespace surf::mesh {
@@ -19,8 +20,13 @@ struct VolumeBox {
 };
 
 struct MovingSurfaceOptions {
-  /// Wanted edge length [mm]: edges are bisected above 4/3 of it and collapsed below 0.4 of it.
+  /// Wanted edge length where the surface is finest [mm]: edges are bisected above 4/3 of it, if
+  /// the indicators ask for it, and collapsed below 0.4 of it.
   double edge_length_mm = 1;
+  /// Edges may be this many times longer where all indicators allow; 1 = uniform.
+  double coarseness = 1;
+  /// The indicators and their tolerances; the limits on lengths follow from the fields above.
+  AdaptivityOptions adaptivity;
   /// Largest displacement of a vertex in a step, as a share of the edge length.
   double max_displacement = 0.5;
   /// Sheets that face each other are held apart at this share of the edge length. Above the
@@ -58,6 +64,9 @@ class MovingSurface : public flow::MovingShape<3> {
   void set_edge_length(double edge_length_mm);
 
  private:
+  AdaptivityOptions adaptivity() const;
+  bool mend(int max_rounds);
+
   TriMesh mesh_;
   MovingSurfaceOptions options_;
 };
