@@ -1,4 +1,4 @@
-// Newest-vertex bisection with conforming closure.
+// Newest-vertex bisection with conforming closure, and its inverse.
 //
 // Each face carries its refinement edge. Bisecting a face halves that edge; the two children
 // get the edges opposite the new vertex as theirs. A neighbour across the refinement edge whose
@@ -7,10 +7,19 @@
 // no angle gets smaller than half the smallest of the initial triangle when that one is marked at
 // its longest edge.
 //
-// Why it ends: follow from each face the neighbour across its refinement edge. If those paths have
-// no cycle but pairs of faces that share their refinement edge, a bisection makes none: children
-// are refined at old edges, so no face leads into a child's new edges. mark_longest_edges() gives
-// such a start since along a path edges only get longer.
+// Why it ends: follow from each face the neighbour across its refinement edge. A path without a
+// cycle ends in two faces that share their refinement edge; they are bisected, and then its other
+// faces one after the other. After mark_longest_edges() there is no cycle since along a path edges
+// only get longer. Marks that were chosen locally may have cycles of three faces or more; the
+// closure that meets one makes the longest edge that the cycle crosses, ties by the pair of vertex
+// indices, the refinement edge of both of its faces. These two are then the end of their paths, so
+// the mesh has one cycle less. A bisection makes no new one: children are refined at old edges, so
+// no face but the neighbour across its own refinement edge leads into a child, and a child in a
+// cycle would have to be entered by another. So there are finitely many cycles to break, and
+// between them the walk is along a finite path.
+//
+// The inverse: each new vertex remembers the edge it halved and how its parents' rows began. While
+// its star is the four children, it can be removed, and the parents are what they were.
 #pragma once
 
 #include <functional>
@@ -26,7 +35,13 @@ using BisectionHook = std::function<void(OpenMesh::VertexHandle new_vertex,
                                          OpenMesh::VertexHandle a, OpenMesh::VertexHandle b)>;
 
 /// Makes the longest edge of each face its refinement edge, ties by the pair of vertex indices.
+/// No bisection before this can be undone.
 void mark_longest_edges(TriMesh& mesh);
+
+/// The same for some faces, after their connectivity has changed or where vertices have moved far:
+/// no bisection that made one of their vertices can be undone, others can.
+/// @pre has_refinement_edges(mesh)
+void mark_longest_edges(TriMesh& mesh, std::span<const OpenMesh::FaceHandle> faces);
 
 /// Whether the faces carry refinement edges.
 bool has_refinement_edges(const TriMesh& mesh);
@@ -35,21 +50,47 @@ bool has_refinement_edges(const TriMesh& mesh);
 /// @pre has_refinement_edges(mesh)
 OpenMesh::HalfedgeHandle refinement_edge(const TriMesh& mesh, OpenMesh::FaceHandle face);
 
-/// Removes the refinement edges; operations that change the connectivity otherwise do so first.
+/// Removes the refinement edges and the memory of bisections; operations that change the
+/// connectivity otherwise, and do not call mark_longest_edges() for the faces they touch, do so
+/// first.
 void clear_refinement_edges(TriMesh& mesh);
 
 /// Nothing if faces carry no refinement edges.
-/// @throws InvalidMesh  a refinement edge is not of its face, or bisection might not end
+/// @throws InvalidMesh  a refinement edge is not of its face, or a vertex names an edge's end that
+///                      is none as the place of its birth
 void check_refinement_edges(const TriMesh& mesh);
+
+/// mesh.garbage_collection() that renumbers refinement edges and the memory of bisections; handles
+/// in other properties are not. Where deleted elements are the last ones, the rest keeps its order.
+void collect_garbage(TriMesh& mesh);
 
 /// Bisects each marked face once, and what the closure needs; a face that the closure has
 /// bisected already is left alone, and so is one marked twice. Handles stay valid: a bisected
 /// face's handle is that of a child, new handles follow the old ones. Without refinement edges
-/// mark_longest_edges() comes first. Time is linear in the number of new vertices.
+/// mark_longest_edges() comes first. New faces, and halves of edges, get all properties of those
+/// they are a part of. Time is linear in the number of faces and new vertices.
 /// @return  number of new vertices; the faces grow by twice as many
 /// @pre     no garbage
 int bisect(TriMesh& mesh, std::span<const OpenMesh::FaceHandle> marked,
            const BisectionHook& hook = {});
+
+/// Whether the bisection that made a vertex can be undone now: its star is the four children.
+bool is_removable(const TriMesh& mesh, OpenMesh::VertexHandle vertex);
+
+/// Undoes bisections: removes each vertex whose star is the four children of its bisection, all of
+/// them marked. The parents get the handles, rows and refinement edges they had; they have the
+/// properties of a child. Where the closure of one call of bisect() bisected a face and then its
+/// children, one call undoes both: parents of marked children count as marked for vertices of the
+/// same call. So coarsening all faces as often as all were bisected before gives the same mesh
+/// again, bit for bit but for the places of vertices that were moved in between. A cycle that
+/// bisect() had to break stays broken.
+///
+/// Collects garbage: handles die. Time is linear in the number of faces.
+/// @param may_remove  asked once for each vertex that could go
+/// @return            number of removed vertices; the faces shrink by twice as many
+/// @pre               no garbage
+int coarsen(TriMesh& mesh, std::span<const OpenMesh::FaceHandle> marked,
+            const std::function<bool(OpenMesh::VertexHandle)>& may_remove = {});
 
 /// Which edges refine_long_edges() halves. Measured on a ball that is stretched in 100 small steps
 /// to the axes 1:3:1 while its area grows by 118, edges limited in each step:
