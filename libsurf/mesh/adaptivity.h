@@ -19,11 +19,11 @@ struct AdaptivityOptions {
   /// Alg. 7: epsilon_int per area of the surface, for each of the integrands; 0 = not used. The
   /// thesis takes 0.2 on surfaces of area 4 pi: 0.016.
   double integral_tolerance = 0;
-  std::vector<std::shared_ptr<const Field<3>>> integrands;
+  std::vector<std::shared_ptr<const Field<3>>> integrands = {};
   /// Alg. 8: epsilon_data per area, of the square of the interpolation error of each of the
   /// functions [their unit squared]; 0 = not used.
   double function_tolerance = 0;
-  std::vector<std::shared_ptr<const Field<3>>> functions;
+  std::vector<std::shared_ptr<const Field<3>>> functions = {};
   double gamma_refine = 0.7, gamma_coarsen = 0.3;  // thesis 5.1
 
   /// Triangles with a longer edge are refined whatever the indicators say [mm], > 0.

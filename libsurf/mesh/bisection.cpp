@@ -467,6 +467,11 @@ bool is_removable(const TriMesh& mesh, VertexHandle vertex) {
   return marks.exist() && children(mesh, marks, vertex).has_value();
 }
 
+std::array<VertexHandle, 2> bisected_edge(const TriMesh& mesh, VertexHandle vertex) {
+  const Birth& birth = mesh.property(find_marks(mesh).birth, vertex);
+  return {birth.a, birth.b};
+}
+
 int coarsen(TriMesh& mesh, std::span<const FaceHandle> marked,
             const std::function<bool(VertexHandle)>& may_remove) {
   const Marks marks = find_marks(mesh);

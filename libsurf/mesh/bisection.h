@@ -22,6 +22,7 @@
 // its star is the four children, it can be removed, and the parents are what they were.
 #pragma once
 
+#include <array>
 #include <functional>
 #include <span>
 
@@ -76,6 +77,10 @@ int bisect(TriMesh& mesh, std::span<const OpenMesh::FaceHandle> marked,
 
 /// Whether the bisection that made a vertex can be undone now: its star is the four children.
 bool is_removable(const TriMesh& mesh, OpenMesh::VertexHandle vertex);
+
+/// The ends of the edge that was halved at the vertex. @pre is_removable(mesh, vertex)
+std::array<OpenMesh::VertexHandle, 2> bisected_edge(const TriMesh& mesh,
+                                                    OpenMesh::VertexHandle vertex);
 
 /// Undoes bisections: removes each vertex whose star is the four children of its bisection, all of
 /// them marked. The parents get the handles, rows and refinement edges they had; they have the

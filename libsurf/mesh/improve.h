@@ -22,7 +22,7 @@ struct ImproveOptions {
   /// One flag per face; edges whose two stars hold flagged faces only are collapsed too, each face
   /// at most once, if angles stay above min_angle_deg + 10 degrees and the geometric variation of
   /// the new triangles (fem/indicators.h) below max_variation_mm. Empty = none.
-  std::vector<char> may_coarsen;
+  std::vector<char> may_coarsen = {};
   double max_variation_mm = std::numeric_limits<double>::infinity();
   /// Rounds of collapses, flips and moves; ends earlier when nothing is left to do.
   int n_sweeps = 5;

@@ -50,6 +50,10 @@ void MovingSurface::set_edge_length(double edge_length_mm) {
   options_.edge_length_mm = edge_length_mm;
 }
 
+void MovingSurface::set_integrands(std::vector<std::shared_ptr<const Field<3>>> integrands) {
+  options_.adaptivity.integrands = std::move(integrands);
+}
+
 Eigen::Index MovingSurface::restrict_move(Points<3>& to) {
   Eigen::Index n_held = 0;
   if (options_.box) {

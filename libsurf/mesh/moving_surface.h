@@ -26,7 +26,7 @@ struct MovingSurfaceOptions {
   /// Edges may be this many times longer where all indicators allow; 1 = uniform.
   double coarseness = 1;
   /// The indicators and their tolerances; the limits on lengths follow from the fields above.
-  AdaptivityOptions adaptivity;
+  AdaptivityOptions adaptivity = {};
   /// Largest displacement of a vertex in a step, as a share of the edge length.
   double max_displacement = 0.5;
   /// Sheets that face each other are held apart at this share of the edge length. Above the
@@ -62,6 +62,8 @@ class MovingSurface : public flow::MovingShape<3> {
   double border_share() const;
   /// Changes the wanted edge length; the mesh follows with the next mend.
   void set_edge_length(double edge_length_mm);
+  /// Changes what Alg. 7 looks at.
+  void set_integrands(std::vector<std::shared_ptr<const Field<3>>> integrands);
 
  private:
   AdaptivityOptions adaptivity() const;

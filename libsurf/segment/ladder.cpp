@@ -176,25 +176,18 @@ class Climb {
     return {{"window", 1, {{"mean", seed_.mean}, {"half-width", half_width}}}, {"area", beta_, {}}};
   }
 
-  void restart() { surface_ = std::make_unique<mesh::MovingSurface>(start_, surface_options()); }
+  void restart() { surface_ = std::make_unique<mesh::MovingSurface>(start_, options_.surface); }
 
   /// Large objects get longer edges, up to twice the first: their necks are wider too.
   void adapt_edge_length(double volume_mm3) {
     const double radius = std::cbrt(volume_mm3 * 3 / (4 * std::numbers::pi));
     surface_->set_edge_length(
-        std::clamp(radius / 20, options_.edge_length_mm, 2 * options_.edge_length_mm));
-  }
-
-  mesh::MovingSurfaceOptions surface_options() const {
-    mesh::MovingSurfaceOptions out;
-    out.edge_length_mm = options_.edge_length_mm;
-    const auto& volume = model_.volume();
-    out.box = mesh::VolumeBox{volume.world_to_index(), volume.index_to_world(), volume.size()};
-    return out;
+        std::clamp(radius / 20, options_.surface.edge_length_mm, 2 * options_.surface.edge_length_mm));
   }
 
   RungEnd grow(double half_width, double volume_before, int q) {
     const auto energy = model_.energy(terms(half_width));
+    surface_->set_integrands(model_.integrands(terms(half_width)));
     const std::string stage = fmt::format("ladder r={:.3g} rung {}", 2 * beta_, q - 1);
     const double start_volume = fem::Geometry<3>(start_.points, start_.elements).enclosed();
     // A tiny first rung may fill a whole plateau at once.
@@ -221,7 +214,7 @@ class Climb {
     };
     StageReport report;
     report.name = stage;
-    report.edge_length_mm = options_.edge_length_mm;
+    report.edge_length_mm = options_.surface.edge_length_mm;
     report.flow = flow::evolve<3>(*surface_, *energy, options_.flow, on_step);
     report.seconds =
         std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();

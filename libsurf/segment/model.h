@@ -19,11 +19,15 @@ class ImageModel {
   std::shared_ptr<const Field<3>> intensity() const { return intensity_; }
   std::shared_ptr<const Field<3>> edge_indicator(double lambda);
 
+  /// The fields that are integrated over the surface, or whose integral over the domain it bounds,
+  /// dimensionless and of order 1: what its resolution has to follow. Not thread-safe.
+  std::vector<std::shared_ptr<const Field<3>>> integrands(std::span<const EnergyTerm> terms);
   /// @param terms  every parameter filled in
   std::unique_ptr<energy::EnergySum<3>> energy(std::span<const EnergyTerm> terms);
 
  private:
   energy::DomainIntegralOptions domain_options() const;
+  std::shared_ptr<const Field<3>> window(const EnergyTerm& term) const;
 
   volume::Volume volume_;
   volume::SmoothingOptions smoothing_;

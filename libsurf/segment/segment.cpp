@@ -137,6 +137,10 @@ class Run {
   mesh::MovingSurfaceOptions surface_options(double edge_length) const {
     mesh::MovingSurfaceOptions out;
     out.edge_length_mm = edge_length;
+    out.coarseness = options_.coarseness;
+    out.adaptivity.geometry_tolerance_mm =
+        options_.geometry_tolerance_mm.value_or(model_.volume().voxel_size());
+    out.adaptivity.integral_tolerance = options_.integral_tolerance;
     const auto& volume = model_.volume();
     out.box = mesh::VolumeBox{volume.world_to_index(), volume.index_to_world(), volume.size()};
     return out;
@@ -145,7 +149,8 @@ class Run {
   /// False if the caller asked to stop.
   bool run_ladder() {
     LadderOptions ladder;
-    ladder.edge_length_mm = std::max(result_.edge_length_mm, 2 * model_.volume().voxel_size());
+    ladder.surface = surface_options(result_.edge_length_mm);
+    ladder.surface.edge_length_mm = std::max(result_.edge_length_mm, 2 * model_.volume().voxel_size());
     ladder.flow = options_.flow;
     ladder.flow.energy_tol = std::max(ladder.flow.energy_tol, 3e-3);
     const double voxel = model_.volume().voxel_size();
@@ -153,7 +158,7 @@ class Run {
       const double radius = std::max(result_.seed_radius_mm, 1.4 * neck_radius * voxel);
       if (options_.initial_surface || radius == result_.seed_radius_mm) return start_;
       std::vector<std::string> notes;
-      return seed_balls(options_.seeds_ras_mm, radius, std::min(ladder.edge_length_mm, radius / 2),
+      return seed_balls(options_.seeds_ras_mm, radius, std::min(ladder.surface.edge_length_mm, radius / 2),
                         notes);
     };
     result_.candidates = climb(model_, seed_model_, starts, ladder, result_.stages, progress_);
@@ -208,8 +213,9 @@ class Run {
 
   bool evolve(const std::string& stage, const std::vector<EnergyTerm>& terms,
               const Triangles& start, const flow::FlowOptions& flow,
-              const mesh::MovingSurfaceOptions& surface_options) {
+              mesh::MovingSurfaceOptions surface_options) {
     const auto begin = std::chrono::steady_clock::now();
+    surface_options.adaptivity.integrands = model_.integrands(terms);
     mesh::MovingSurface surface(start, surface_options);
     const auto energy = model_.energy(terms);
     bool go_on = true;
@@ -283,6 +289,13 @@ std::string SegmentOptions::error() const {
     return fmt::format("SegmentOptions::edge_length_mm = {} violates > 0", *edge_length_mm);
   if (energies.empty() && initial_surface && seeds_ras_mm.empty())
     return "an initial surface without seeds needs an explicit energy";
+  if (!(coarseness >= 1))
+    return fmt::format("SegmentOptions::coarseness = {} violates >= 1", coarseness);
+  if (geometry_tolerance_mm && !(*geometry_tolerance_mm > 0))
+    return fmt::format("SegmentOptions::geometry_tolerance_mm = {} violates > 0",
+                       *geometry_tolerance_mm);
+  if (!(integral_tolerance >= 0))
+    return fmt::format("SegmentOptions::integral_tolerance = {} violates >= 0", integral_tolerance);
   return flow.error();
 }
 
