@@ -181,8 +181,8 @@ class Climb {
   /// Large objects get longer edges, up to twice the first: their necks are wider too.
   void adapt_edge_length(double volume_mm3) {
     const double radius = std::cbrt(volume_mm3 * 3 / (4 * std::numbers::pi));
-    surface_->set_edge_length(
-        std::clamp(radius / 20, options_.surface.edge_length_mm, 2 * options_.surface.edge_length_mm));
+    surface_->set_edge_length(std::clamp(radius / 20, options_.surface.edge_length_mm,
+                                         2 * options_.surface.edge_length_mm));
   }
 
   RungEnd grow(double half_width, double volume_before, int q) {

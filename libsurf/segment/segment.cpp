@@ -150,7 +150,8 @@ class Run {
   bool run_ladder() {
     LadderOptions ladder;
     ladder.surface = surface_options(result_.edge_length_mm);
-    ladder.surface.edge_length_mm = std::max(result_.edge_length_mm, 2 * model_.volume().voxel_size());
+    ladder.surface.edge_length_mm =
+        std::max(result_.edge_length_mm, 2 * model_.volume().voxel_size());
     ladder.flow = options_.flow;
     ladder.flow.energy_tol = std::max(ladder.flow.energy_tol, 3e-3);
     const double voxel = model_.volume().voxel_size();
@@ -158,8 +159,8 @@ class Run {
       const double radius = std::max(result_.seed_radius_mm, 1.4 * neck_radius * voxel);
       if (options_.initial_surface || radius == result_.seed_radius_mm) return start_;
       std::vector<std::string> notes;
-      return seed_balls(options_.seeds_ras_mm, radius, std::min(ladder.surface.edge_length_mm, radius / 2),
-                        notes);
+      return seed_balls(options_.seeds_ras_mm, radius,
+                        std::min(ladder.surface.edge_length_mm, radius / 2), notes);
     };
     result_.candidates = climb(model_, seed_model_, starts, ladder, result_.stages, progress_);
     if (result_.candidates.empty()) {
