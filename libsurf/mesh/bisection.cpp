@@ -137,7 +137,7 @@ std::optional<Star> children(const TriMesh& mesh, const Marks& marks, VertexHand
 /// Which edge the closure takes as that of a face.
 enum class EdgeChoice {
   kMarked,
-  kLongest  ///< marks it first if the refinement edge is clearly shorter
+  kLongest  ///< marks it first if the refinement edge is shorter
 };
 
 /// One call of bisect().
@@ -188,14 +188,12 @@ class Bisection {
     stack_.push_back(face);
   }
 
-  /// Nearly equal edges are as good as equal: so more faces keep their history. Children are left
-  /// alone, and so is a face where a cycle was broken: that edge is not shorter than its own was.
+  /// Children are left alone, and so is a face where a cycle was broken: the edge it got there is
+  /// not shorter than its own was.
   void choose_edge(FaceHandle face) {
-    constexpr double kLonger = 1.01;
     if (choice_ == EdgeChoice::kMarked || !is_old(face)) return;
     const HalfedgeHandle longest = longest_edge(mesh_, face);
-    const double marked = squared_length(mesh_, mesh_.property(marks_.edge, face));
-    if (squared_length(mesh_, longest) > kLonger * kLonger * marked)
+    if (squared_length(mesh_, longest) > squared_length(mesh_, mesh_.property(marks_.edge, face)))
       mark(mesh_, marks_, face, longest);
   }
 
