@@ -458,7 +458,8 @@ void check_refinement_edges(const TriMesh& mesh) {
   const int n_vertices = static_cast<int>(mesh.n_vertices());
   for (const auto vertex : mesh.vertices()) {
     const Birth& birth = mesh.property(marks.birth, vertex);
-    if (birth.a.idx() >= n_vertices || birth.b.idx() >= n_vertices)
+    if (birth.a.is_valid() != birth.b.is_valid() || birth.a.idx() >= n_vertices ||
+        birth.b.idx() >= n_vertices)
       throw InvalidMesh(
           fmt::format("mesh: vertex {} was born on edge ({}, {}), but there are {} vertices",
                       vertex.idx(), birth.a.idx(), birth.b.idx(), n_vertices));
