@@ -134,13 +134,20 @@ std::optional<Star> children(const TriMesh& mesh, const Marks& marks, VertexHand
   return mesh.to_vertex_handle(star->spoke[2]) == birth.a ? star : std::nullopt;
 }
 
+/// Which edge the closure takes as that of a face.
+enum class EdgeChoice {
+  kMarked,
+  kLongest  ///< marks it first if the refinement edge is shorter
+};
+
 /// One call of bisect().
 class Bisection {
  public:
-  Bisection(TriMesh& mesh, const BisectionHook& hook)
+  Bisection(TriMesh& mesh, const BisectionHook& hook, EdgeChoice choice)
       : mesh_(mesh),
         marks_(find_marks(mesh)),
         hook_(hook),
+        choice_(choice),
         call_(++mesh.property(marks_.n_calls)),
         is_bisected_(mesh.n_faces(), false),
         position_(mesh.n_faces(), kNotOnStack) {}
@@ -155,14 +162,16 @@ class Bisection {
  private:
   static constexpr int kNotOnStack = -1;
 
-  /// The closure: neighbours that are refined at another edge go first. Each entry of the stack is
-  /// bisected once and the stack holds no face twice, so its length is bounded.
+  /// The closure: neighbours that are refined at another edge go first. The stack holds no face
+  /// twice, so its length is bounded.
   void bisect(FaceHandle face) {
+    choose_edge(face);
     push(face);
     while (!stack_.empty()) {
       const HalfedgeHandle halfedge = mesh_.property(marks_.edge, stack_.back());
       const HalfedgeHandle opposite = mesh_.opposite_halfedge_handle(halfedge);
       const FaceHandle neighbour = mesh_.face_handle(opposite);
+      choose_edge(neighbour);
       if (mesh_.property(marks_.edge, neighbour) == opposite) {
         pop();
         split(halfedge);
@@ -177,6 +186,15 @@ class Bisection {
   void push(FaceHandle face) {
     position_[face.idx()] = static_cast<int>(stack_.size());
     stack_.push_back(face);
+  }
+
+  /// Children are left alone, and so is a face where a cycle was broken: the edge it got there is
+  /// not shorter than its own was.
+  void choose_edge(FaceHandle face) {
+    if (choice_ == EdgeChoice::kMarked || !is_old(face)) return;
+    const HalfedgeHandle longest = longest_edge(mesh_, face);
+    if (squared_length(mesh_, longest) > squared_length(mesh_, mesh_.property(marks_.edge, face)))
+      mark(mesh_, marks_, face, longest);
   }
 
   void pop() {
@@ -233,6 +251,11 @@ class Bisection {
     for (int k = 0; k < 4; ++k) mesh_.property(marks_.edge, face(k)) = star.rim[k];
   }
 
+  /// Whether the face is one of before the call.
+  bool is_old(FaceHandle face) const {
+    return face.idx() < static_cast<int>(is_bisected_.size()) && !is_bisected_[face.idx()];
+  }
+
   void note(FaceHandle face) {
     if (face.idx() < static_cast<int>(is_bisected_.size())) is_bisected_[face.idx()] = true;
   }
@@ -240,6 +263,7 @@ class Bisection {
   TriMesh& mesh_;
   const Marks marks_;
   const BisectionHook& hook_;
+  const EdgeChoice choice_;
   const int call_;
   std::vector<bool> is_bisected_;  // faces before the call
   std::vector<FaceHandle> stack_;
@@ -338,6 +362,14 @@ class Coarsening {
   int n_removed_ = 0;
 };
 
+int bisect(TriMesh& mesh, std::span<const FaceHandle> marked, const BisectionHook& hook,
+           EdgeChoice choice) {
+  if (!has_refinement_edges(mesh)) mark_longest_edges(mesh);
+  Bisection bisection(mesh, hook, choice);
+  for (const FaceHandle face : marked) bisection.bisect_once(face);
+  return bisection.n_new_vertices();
+}
+
 std::vector<FaceHandle> faces_with_long_edges(const TriMesh& mesh, double max_length) {
   const double limit = max_length * max_length;
   std::vector<bool> is_marked(mesh.n_faces(), false);
@@ -426,7 +458,8 @@ void check_refinement_edges(const TriMesh& mesh) {
   const int n_vertices = static_cast<int>(mesh.n_vertices());
   for (const auto vertex : mesh.vertices()) {
     const Birth& birth = mesh.property(marks.birth, vertex);
-    if (birth.a.idx() >= n_vertices || birth.b.idx() >= n_vertices)
+    if (birth.a.is_valid() != birth.b.is_valid() || birth.a.idx() >= n_vertices ||
+        birth.b.idx() >= n_vertices)
       throw InvalidMesh(
           fmt::format("mesh: vertex {} was born on edge ({}, {}), but there are {} vertices",
                       vertex.idx(), birth.a.idx(), birth.b.idx(), n_vertices));
@@ -456,10 +489,7 @@ void collect_garbage(TriMesh& mesh) {
 }
 
 int bisect(TriMesh& mesh, std::span<const FaceHandle> marked, const BisectionHook& hook) {
-  if (!has_refinement_edges(mesh)) mark_longest_edges(mesh);
-  Bisection bisection(mesh, hook);
-  for (const FaceHandle face : marked) bisection.bisect_once(face);
-  return bisection.n_new_vertices();
+  return bisect(mesh, marked, hook, EdgeChoice::kMarked);
 }
 
 bool is_removable(const TriMesh& mesh, VertexHandle vertex) {
@@ -481,15 +511,18 @@ int coarsen(TriMesh& mesh, std::span<const FaceHandle> marked,
   return n_removed;
 }
 
-int refine_long_edges(TriMesh& mesh, double max_length, RefinementEdges edges,
-                      const BisectionHook& hook) {
+int bisect_at_longest_edges(TriMesh& mesh, std::span<const FaceHandle> marked,
+                            const BisectionHook& hook) {
+  return bisect(mesh, marked, hook, EdgeChoice::kLongest);
+}
+
+int refine_long_edges(TriMesh& mesh, double max_length, const BisectionHook& hook) {
   assert(max_length > 0);
   int n_new_vertices = 0;
   while (true) {
     const std::vector<FaceHandle> marked = faces_with_long_edges(mesh, max_length);
     if (marked.empty()) return n_new_vertices;
-    if (edges == RefinementEdges::kLongest) mark_longest_edges(mesh);
-    n_new_vertices += bisect(mesh, marked, hook);
+    n_new_vertices += bisect_at_longest_edges(mesh, marked, hook);
   }
 }
 

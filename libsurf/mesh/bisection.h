@@ -7,16 +7,14 @@
 // no angle gets smaller than half the smallest of the initial triangle when that one is marked at
 // its longest edge.
 //
-// Why it ends: follow from each face the neighbour across its refinement edge. A path without a
-// cycle ends in two faces that share their refinement edge; they are bisected, and then its other
-// faces one after the other. After mark_longest_edges() there is no cycle since along a path edges
-// only get longer. Marks that were chosen locally may have cycles of three faces or more; the
-// closure that meets one makes the longest edge that the cycle crosses, ties by the pair of vertex
-// indices, the refinement edge of both of its faces. These two are then the end of their paths, so
-// the mesh has one cycle less. A bisection makes no new one: children are refined at old edges, so
-// no face but the neighbour across its own refinement edge leads into a child, and a child in a
-// cycle would have to be entered by another. So there are finitely many cycles to break, and
-// between them the walk is along a finite path.
+// Why it ends: the closure walks from a face across refinement edges, to a face that it has not
+// passed yet, so the walk is finite. It ends in two faces that share their refinement edge, or it
+// comes back to a face it has passed. After mark_longest_edges() it cannot come back since along a
+// walk edges only get longer, but marks that were chosen locally may have such cycles, of three
+// faces or more. Then the longest edge that the cycle crosses, ties by the pair of vertex
+// indices, becomes the refinement edge of both of its faces. In either case two faces share
+// theirs and are bisected, and so is the rest of the walk, one face after the other, for a child of
+// the next face has the edge between them as its refinement edge.
 //
 // The inverse: each new vertex remembers the edge it halved and how its parents' rows began. While
 // its star is the four children, it can be removed, and the parents are what they were.
@@ -97,29 +95,29 @@ std::array<OpenMesh::VertexHandle, 2> bisected_edge(const TriMesh& mesh,
 int coarsen(TriMesh& mesh, std::span<const OpenMesh::FaceHandle> marked,
             const std::function<bool(OpenMesh::VertexHandle)>& may_remove = {});
 
-/// Which edges refine_long_edges() halves. Measured on a ball that is stretched in 100 small steps
-/// to the axes 1:3:1 while its area grows by 118, edges limited in each step:
+/// bisect() that halves longest edges where faces carry others: before a marked face, or one that
+/// the closure comes to, is bisected, the longest edge becomes its refinement edge. Where it
+/// was not so before, bisections that made its vertices cannot be undone any more. For surfaces
+/// that have moved far since their edges were chosen, where halving these leaves thin children.
+/// Measured on a ball that is stretched in 100 small steps to the axes 1:3:1 while its area grows
+/// by 118, edges limited in each step (refine_long_edges()), alone and with improve() (improve.h)
+/// after each step, which removes most of the history by itself:
 ///
-///     chosen      triangles  smallest angle  under 25 degrees
-///     kKeep           39576            12.4              32 %
-///     kLongest        30976            14.1               7 %
+///                                     alone                              with improve()
+///     halved               triangles  smallest angle  < 25 deg  triangles  smallest angle
+///     edges carried            39576            12.4      32 %      25816            29.4
+///     longest, all faces       30976            14.1       7 %      23508            30.1
+///     as here                  30976            14.1       7 %      23508            30.1
 ///
-/// With improve() (improve.h) after each step both end near 23 500 triangles and 30 degrees.
-enum class RefinementEdges {
-  /// Those that the faces carry: the history of bisections stays valid, so that they can be undone.
-  /// Where vertices have moved far since the edges were chosen, children are thin.
-  kKeep,
-  /// The longest of each face, chosen anew on the whole mesh before each round: safe, since that is
-  /// a start from which bisection ends. Better angles on a surface that has moved, at the
-  /// price of the history.
-  kLongest
-};
+/// ("all faces": mark_longest_edges() for the whole surface each time, so without any history.)
+/// As here, the bisections of 33 % of the vertices can be undone at the end without improve().
+int bisect_at_longest_edges(TriMesh& mesh, std::span<const OpenMesh::FaceHandle> marked,
+                            const BisectionHook& hook = {});
 
-/// Bisects all faces with an edge longer than max_length until there is none.
+/// Bisects all faces with an edge longer than max_length by bisect_at_longest_edges() until there
+/// is none.
 /// @param max_length  [mm], > 0
 /// @return            number of new vertices
-int refine_long_edges(TriMesh& mesh, double max_length,
-                      RefinementEdges edges = RefinementEdges::kLongest,
-                      const BisectionHook& hook = {});
+int refine_long_edges(TriMesh& mesh, double max_length, const BisectionHook& hook = {});
 
 }  // namespace surf::mesh

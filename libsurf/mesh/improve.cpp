@@ -89,7 +89,10 @@ bool turns_too_far(const Vector3d& before, const Vector3d& now) {
 class Improvement {
  public:
   Improvement(TriMesh& mesh, const ImproveOptions& options)
-      : mesh_(mesh), options_(options), witnesses_(mesh.n_faces()) {}
+      : mesh_(mesh),
+        options_(options),
+        witnesses_(mesh.n_faces()),
+        is_reconnected_(mesh.n_faces(), false) {}
 
   ImproveReport run() {
     for (int sweep = 0; sweep < options_.n_sweeps; ++sweep) {
@@ -197,6 +200,7 @@ class Improvement {
     for (const FaceHandle face : faces) add_witnesses(face, witnesses);
     if (!are_witnesses_near(witnesses, patch)) return false;
     mesh_.flip(edge);
+    for (const FaceHandle face : faces) is_reconnected_[face.idx()] = true;
     // OpenMesh's flip leaves the side of b with the first half-edge's face or the other: ask.
     const bool is_first = has_corner(faces[0], v.b);
     hand_over(witnesses, patch, is_first ? faces : std::vector{faces[1], faces[0]});
@@ -398,6 +402,7 @@ class Improvement {
       if (patch_variation() > options_.max_variation_mm) return false;
     }
     mesh_.collapse(halfedge);
+    for (const FaceHandle face : patch_.faces) is_reconnected_[face.idx()] = true;
     apply(kept, *best);
     ++report_.n_collapsed;
     return true;
@@ -562,11 +567,19 @@ class Improvement {
 
   // ---- end ----
 
+  /// Each vertex whose star has changed is in one of these faces: flips and collapses leave the
+  /// vertices of all faces they change in faces they have changed.
+  void mark_reconnected_faces() {
+    if (!has_refinement_edges(mesh_)) return;
+    std::vector<FaceHandle> faces;
+    for (int j = 0; j < static_cast<int>(is_reconnected_.size()); ++j)
+      if (is_reconnected_[j] && !is_deleted(FaceHandle(j))) faces.emplace_back(j);
+    mark_longest_edges(mesh_, faces);
+  }
+
   void finish() {
-    if (report_.n_collapsed > 0) mesh_.garbage_collection();
-    if (report_.n_collapsed + report_.n_flipped + report_.n_moved > 0 &&
-        has_refinement_edges(mesh_))
-      mark_longest_edges(mesh_);
+    mark_reconnected_faces();
+    if (report_.n_collapsed > 0) collect_garbage(mesh_);
     double cosine = -1;
     for (int j = 0; j < static_cast<int>(mesh_.n_faces()); ++j) {
       const double sharp = angle_cosines(mesh_, FaceHandle(j)).sharpest;
@@ -581,6 +594,7 @@ class Improvement {
   const double cos_bound_ = cos_deg(options_.min_angle_deg);
   const double cos_move_ = cos_deg(options_.min_angle_deg + 10);
   std::vector<std::optional<std::vector<Vector3d>>> witnesses_;  // of each face that was touched
+  std::vector<bool> is_reconnected_;  // faces that a flip or a collapse has changed
   Patch patch_;
   ImproveReport report_;
 };

@@ -56,7 +56,9 @@ struct ImproveReport {
 /// not meet is not looked at.
 ///
 /// Deterministic. Collects garbage when something was collapsed: handles die then and
-/// properties are renumbered with them. Refinement edges, if there are any, are chosen anew.
+/// properties are renumbered with them. Where faces carry refinement edges, those that a flip or a
+/// collapse has changed get their longest edge, and the bisections that made their vertices
+/// cannot be undone any more; the others keep theirs, even where vertices were moved.
 /// @throws std::invalid_argument  options.error() is not empty
 ImproveReport improve(TriMesh& mesh, const ImproveOptions& options);
 

@@ -144,27 +144,42 @@ TEST(Bisection, HookCarriesAnyPropertyOfTheVertices) {
   auto value = OpenMesh::VProp<double>(mesh);
   const auto linear = [](const Eigen::Vector3d& x) { return 3 * x[0] - x[1] + 0.5 * x[2]; };
   for (const auto vertex : mesh.vertices()) value[vertex] = linear(mesh.point(vertex));
-  const int n_new = refine_long_edges(mesh, 0.1, RefinementEdges::kKeep,
-                                      [&](VertexHandle vertex, VertexHandle a, VertexHandle b) {
-                                        value[vertex] = 0.5 * (value[a] + value[b]);
-                                      });
+  const int n_new =
+      refine_long_edges(mesh, 0.1, [&](VertexHandle vertex, VertexHandle a, VertexHandle b) {
+        value[vertex] = 0.5 * (value[a] + value[b]);
+      });
   EXPECT_GT(n_new, 100);
   for (const auto vertex : mesh.vertices())
     EXPECT_NEAR(value[vertex], linear(mesh.point(vertex)), 1e-13);
 }
 
 TEST(Bisection, RefinesLongEdgesUntilThereIsNone) {
-  for (const auto edges : {RefinementEdges::kKeep, RefinementEdges::kLongest})
-    for (int kind = 0; kind < 4; ++kind) {
-      TriMesh mesh = to_mesh(some_surface(kind));
-      const double area = surface_area(mesh);
-      EXPECT_GT(longest_edge(mesh), 0.07);
-      EXPECT_GT(refine_long_edges(mesh, 0.07, edges), 0);
-      check_mesh(mesh);
-      EXPECT_LE(longest_edge(mesh), 0.07);
-      EXPECT_NEAR(surface_area(mesh), area, 1e-12 * area);
-      EXPECT_EQ(refine_long_edges(mesh, 0.07, edges), 0);
-    }
+  for (int kind = 0; kind < 4; ++kind) {
+    TriMesh mesh = to_mesh(some_surface(kind));
+    const double area = surface_area(mesh);
+    EXPECT_GT(longest_edge(mesh), 0.07);
+    EXPECT_GT(refine_long_edges(mesh, 0.07), 0);
+    check_mesh(mesh);
+    EXPECT_LE(longest_edge(mesh), 0.07);
+    EXPECT_NEAR(surface_area(mesh), area, 1e-12 * area);
+    EXPECT_EQ(refine_long_edges(mesh, 0.07), 0);
+  }
+}
+
+TEST(Bisection, AtLongestEdgesHalvesThoseThatMovesHaveStretched) {
+  TriMesh mesh = to_mesh(some_surface(0));
+  bisect(mesh, all_faces(mesh));
+  for (const auto vertex : mesh.vertices()) {
+    const Eigen::Vector3d x = mesh.point(vertex);
+    mesh.set_point(vertex, Eigen::Vector3d(4 * x[0], x[1], x[2]));
+  }
+  TriMesh other = mesh;
+  const double angle = min_angle_deg(mesh);
+  bisect_at_longest_edges(mesh, all_faces(mesh));
+  bisect(other, all_faces(other));
+  check_mesh(mesh);
+  EXPECT_GT(share_of_angles_above(mesh, 15), share_of_angles_above(other, 15) + 0.05);
+  EXPECT_GE(min_angle_deg(mesh), 0.5 * angle * (1 - 1e-9));
 }
 
 TEST(Bisection, IsTheSameTwice) {
