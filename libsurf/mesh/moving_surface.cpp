@@ -59,10 +59,9 @@ Eigen::Index MovingSurface::restrict_move(Points<3>& to) {
       to.row(i) = box.index_to_world * inside;
     }
   }
-  if (options_.sheet_distance == 0) return n_held;
   const Points<3> from = points(mesh_);
   const Elements<3> T = elements(mesh_);
-  for (int round = 0; round < kGuardRounds; ++round) {
+  for (int round = 0; round < kGuardRounds && options_.sheet_distance > 0; ++round) {
     const std::vector<char> touched =
         vertices_in_contact(from, to, T, options_.sheet_distance * options_.edge_length_mm);
     Eigen::Index n_touched = 0;
@@ -74,7 +73,7 @@ Eigen::Index MovingSurface::restrict_move(Points<3>& to) {
     n_held += n_touched;
     if (n_touched == 0) break;
   }
-  return n_held;
+  return n_held + hold_intersecting(from, to, T);
 }
 
 void MovingSurface::move_to(const Points<3>& to) { set_points(mesh_, to); }

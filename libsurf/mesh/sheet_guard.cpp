@@ -7,6 +7,8 @@
 #include <cstdint>
 #include <numeric>
 
+#include "libsurf/mesh/self_intersections.h"
+
 namespace surf::mesh {
 namespace {
 
@@ -116,6 +118,101 @@ std::vector<char> vertices_in_contact(const Points<3>& from, const Points<3>& to
     for (int i = 0; i < 3; ++i) touched[elements(s, i)] = touched[elements(t, i)] = 1;
   });
   return touched;
+}
+
+namespace {
+
+constexpr int kRoundsAlone = 4;    // before neighbours are held too
+constexpr int kRoundsGrowing = 6;  // 1, 2, 4, .. rings of them, before all are
+
+Vector<3> area_normal(const Points<3>& X, const Elements<3>& T, Eigen::Index t) {
+  const Vector<3> a = X.row(T(t, 1)) - X.row(T(t, 0)), b = X.row(T(t, 2)) - X.row(T(t, 0));
+  return a.cross(b);
+}
+
+/// A step whose destination is made free of intersections.
+class Holding {
+ public:
+  Holding(const Points<3>& from, Points<3>& to, const Elements<3>& T)
+      : from_(from), to_(to), T_(T), is_marked_(from.rows(), 0) {}
+
+  Eigen::Index run() {
+    std::vector<char> active(T_.rows());
+    for (Eigen::Index t = 0; t < T_.rows(); ++t) active[t] = has_moved(t);
+    Eigen::Index n_held = 0;
+    for (int round = 0;; ++round) {
+      std::fill(is_marked_.begin(), is_marked_.end(), 0);
+      if (!mark(active)) return n_held;
+      if (round >= kRoundsAlone + kRoundsGrowing)
+        std::fill(is_marked_.begin(), is_marked_.end(), 1);
+      for (int ring = round < kRoundsAlone ? 0 : 1 << (round - kRoundsAlone); ring > 0; --ring)
+        mark_neighbours();
+      n_held += hold_marked(active);
+    }
+  }
+
+ private:
+  bool is_moved(int vertex) const { return to_.row(vertex) != from_.row(vertex); }
+  bool has_moved(Eigen::Index t) const {
+    return is_moved(T_(t, 0)) || is_moved(T_(t, 1)) || is_moved(T_(t, 2));
+  }
+
+  /// Marks the corners of active triangles that may not stay; false if there are none.
+  bool mark(const std::vector<char>& active) {
+    bool is_any = false;
+    const auto mark_corners = [&](Eigen::Index t) {
+      for (int i = 0; i < 3; ++i) is_marked_[T_(t, i)] = 1;
+      is_any = true;
+    };
+    for (Eigen::Index t = 0; t < T_.rows(); ++t)
+      if (active[t] && has_turned(t)) mark_corners(t);
+    for (const auto& [a, b] : self_intersections(to_, T_, active)) {
+      if (!has_moved(a) && !has_moved(b)) continue;
+      if (do_intersect(from_, T_, a, b)) continue;
+      mark_corners(a);
+      mark_corners(b);
+    }
+    return is_any;
+  }
+
+  bool has_turned(Eigen::Index t) const {
+    const Vector<3> before = area_normal(from_, T_, t);
+    return !(before.dot(area_normal(to_, T_, t)) > 0) && has_moved(t) &&
+           before != Vector<3>::Zero();
+  }
+
+  void mark_neighbours() {
+    std::vector<char> wider = is_marked_;
+    for (Eigen::Index t = 0; t < T_.rows(); ++t)
+      if (is_marked_[T_(t, 0)] || is_marked_[T_(t, 1)] || is_marked_[T_(t, 2)])
+        for (int i = 0; i < 3; ++i) wider[T_(t, i)] = 1;
+    is_marked_ = std::move(wider);
+  }
+
+  /// Sets marked vertices back; active are the triangles this changes.
+  Eigen::Index hold_marked(std::vector<char>& active) {
+    Eigen::Index n_held = 0;
+    for (int i = 0; i < from_.rows(); ++i) {
+      is_marked_[i] = is_marked_[i] && is_moved(i);
+      if (!is_marked_[i]) continue;
+      to_.row(i) = from_.row(i);
+      ++n_held;
+    }
+    for (Eigen::Index t = 0; t < T_.rows(); ++t)
+      active[t] = is_marked_[T_(t, 0)] || is_marked_[T_(t, 1)] || is_marked_[T_(t, 2)];
+    return n_held;
+  }
+
+  const Points<3>& from_;
+  Points<3>& to_;
+  const Elements<3>& T_;
+  std::vector<char> is_marked_;  // vertices
+};
+
+}  // namespace
+
+Eigen::Index hold_intersecting(const Points<3>& from, Points<3>& to, const Elements<3>& elements) {
+  return Holding(from, to, elements).run();
 }
 
 }  // namespace surf::mesh
