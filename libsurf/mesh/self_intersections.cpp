@@ -165,6 +165,67 @@ class QuickTest {
   const Elements<3>& elements_;
 };
 
+/// Marks vertices whose triangles, seen along their mean normal, lie once round the vertex, each
+/// with its outside towards the eye: then they meet in the sides they share only. As QuickTest,
+/// certain but not complete.
+class PlainStars {
+ public:
+  PlainStars(const Points<3>& X, const Elements<3>& T)
+      : elements_(T), stars_(X.rows()), is_plain_(X.rows()) {
+    for (Eigen::Index t = 0; t < T.rows(); ++t) add_normal(X, T.row(t));
+    for (Star& star : stars_) star.across = star.normal.unitOrthogonal();
+    for (Eigen::Index t = 0; t < T.rows(); ++t)
+      for (int i = 0; i < 3; ++i) add_corner(X, T(t, i), T(t, (i + 1) % 3), T(t, (i + 2) % 3));
+    for (std::size_t i = 0; i < stars_.size(); ++i)
+      is_plain_[i] = stars_[i].faces_eye && stars_[i].n_turns == 1 && stars_[i].ends == 0;
+  }
+
+  bool have_common(int first, int second) const {
+    const int* a = elements_.data() + 3 * Eigen::Index(first);
+    const int* b = elements_.data() + 3 * Eigen::Index(second);
+    const auto is_common = [&](int i) {
+      return bool((a[i] == b[0]) | (a[i] == b[1]) | (a[i] == b[2])) & bool(is_plain_[a[i]]);
+    };
+    return bool(int(is_common(0)) | int(is_common(1)) | int(is_common(2)));
+  }
+
+ private:
+  struct Star {
+    Eigen::Vector3d normal = Eigen::Vector3d::Zero();
+    Eigen::Vector3d across;  // to the normal
+    std::uint64_t ends = 0;  // 0 if each spoke ends one triangle and begins another
+    int n_turns = 0;         // how often the triangles pass, counter-clockwise, a ray
+    bool faces_eye = true;   // all triangles
+  };
+
+  void add_normal(const Points<3>& X, const Eigen::RowVector3i& t) {
+    const Eigen::Vector3d a = X.row(t[1]) - X.row(t[0]), b = X.row(t[2]) - X.row(t[0]);
+    const Eigen::Vector3d normal = a.cross(b);
+    for (int i = 0; i < 3; ++i) stars_[t[i]].normal += normal;
+  }
+
+  void add_corner(const Points<3>& X, int vertex, int next, int previous) {
+    constexpr double kLeastSine = 1e-9;  // of the angle seen; above what rounding may hide
+    Star& star = stars_[vertex];
+    const Eigen::Vector3d u = X.row(next) - X.row(vertex), w = X.row(previous) - X.row(vertex);
+    const double bound = kLeastSine * (u.squaredNorm() + w.squaredNorm()) * star.normal.norm();
+    star.faces_eye &= u.cross(w).dot(star.normal) > bound;
+    star.n_turns += u.dot(star.across) < 0 && w.dot(star.across) >= 0;
+    star.ends += scattered(next) - scattered(previous);
+  }
+
+  /// A number of 64 bits for each vertex, so that sums of them vanish only if all terms cancel.
+  static std::uint64_t scattered(int vertex) {
+    std::uint64_t z = (std::uint64_t(vertex) + 1) * 0x9e3779b97f4a7c15;
+    z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9;
+    return z ^ (z >> 27);
+  }
+
+  const Elements<3>& elements_;
+  std::vector<Star> stars_;
+  std::vector<char> is_plain_;
+};
+
 std::vector<Pair> pairs_with_common_box(const Soup& soup, Eigen::Index n) {
   std::vector<Box> boxes;
   boxes.reserve(n);
@@ -198,13 +259,14 @@ std::vector<Pair> intersecting(const Soup& soup, std::vector<Pair> pairs) {
 }
 
 /// Pairs with an active triangle that the quick test leaves open, none degenerate.
-std::vector<Pair> pairs_in_contact(const Soup& soup, const QuickTest& quick,
-                                   const std::vector<char>& active, const RowGrid& grid) {
+std::vector<Pair> pairs_in_contact(const Soup& soup, const PlainStars& stars,
+                                   const QuickTest& quick, const std::vector<char>& active,
+                                   const RowGrid& grid) {
   std::vector<std::vector<Pair>> found(grid.n_rows());
   tbb::parallel_for(tbb::blocked_range<int>(0, grid.n_rows(), 8), [&](const auto& range) {
     for (int row = range.begin(); row < range.end(); ++row)
       grid.for_each_pair(row, [&](int a, int b) {
-        if ((active[a] || active[b]) && !quick.is_surely_apart(a, b))
+        if ((active[a] || active[b]) && !stars.have_common(a, b) && !quick.is_surely_apart(a, b))
           found[row].push_back(std::minmax(a, b));
       });
   });
@@ -233,8 +295,8 @@ bool is_even(const std::vector<BoundingBall>& balls, double reach) {
 }  // namespace
 
 std::vector<std::pair<int, int>> self_intersections(const Triangles& surface) {
-  const Soup soup(surface.points, surface.elements);
-  return intersecting(soup, pairs_with_common_box(soup, surface.elements.rows()));
+  return self_intersections(surface.points, surface.elements,
+                            std::vector<char>(surface.elements.rows(), 1));
 }
 
 std::vector<std::pair<int, int>> self_intersections(const Points<3>& points,
@@ -246,7 +308,8 @@ std::vector<std::pair<int, int>> self_intersections(const Points<3>& points,
   const double reach = 2 * largest_radius(balls);
   if (is_even(balls, reach) && RowGrid::is_fit(balls, reach))
     return intersecting(
-        soup, pairs_in_contact(soup, QuickTest(points, elements), active, RowGrid(balls, reach)));
+        soup, pairs_in_contact(soup, PlainStars(points, elements), QuickTest(points, elements),
+                               active, RowGrid(balls, reach)));
   std::vector<Pair> pairs = pairs_with_common_box(soup, elements.rows());
   std::erase_if(pairs, [&](const Pair& p) { return !active[p.first] && !active[p.second]; });
   return intersecting(soup, std::move(pairs));
