@@ -7,6 +7,7 @@
 #include "libsurf/base/error.h"
 #include "libsurf/mesh/bisection.h"
 #include "libsurf/mesh/improve.h"
+#include "libsurf/mesh/self_intersections.h"
 #include "libsurf/mesh/sheet_guard.h"
 
 namespace surf::mesh {
@@ -85,8 +86,13 @@ bool MovingSurface::mend() {
   improvement.min_length = kShortest * options_.edge_length_mm;
   improvement.max_length = longest;
   improvement.tolerance_mm = kTolerance * options_.edge_length_mm;
+  const TriMesh unimproved = mesh_;
   const ImproveReport report = improve(mesh_, improvement);
-  return n_new > 0 || report.n_collapsed + report.n_flipped + report.n_moved > 0;
+  if (report.n_collapsed + report.n_flipped + report.n_moved == 0) return n_new > 0;
+  // Its checks are local: where far parts come to intersect it is taken back.
+  if (!adds_intersections(to_triangles(unimproved), to_triangles(mesh_))) return true;
+  mesh_ = unimproved;
+  return n_new > 0;
 }
 
 std::string MovingSurface::obstacle() const {

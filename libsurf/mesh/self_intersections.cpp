@@ -7,6 +7,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <cstdint>
 #include <iterator>
@@ -292,6 +293,62 @@ bool is_even(const std::vector<BoundingBall>& balls, double reach) {
   return reach <= kUneven * 2 * sum / double(balls.size());
 }
 
+std::vector<Pair> pairs_with_active(const Points<3>& points, const Elements<3>& elements,
+                                    const std::vector<char>& active,
+                                    const std::vector<BoundingBall>& balls) {
+  const Soup soup(points, elements);
+  const double reach = 2 * largest_radius(balls);
+  if (is_even(balls, reach) && RowGrid::is_fit(balls, reach))
+    return intersecting(
+        soup, pairs_in_contact(soup, PlainStars(points, elements), QuickTest(points, elements),
+                               active, RowGrid(balls, reach)));
+  std::vector<Pair> pairs = pairs_with_common_box(soup, elements.rows());
+  std::erase_if(pairs, [&](const Pair& p) { return !active[p.first] && !active[p.second]; });
+  return intersecting(soup, std::move(pairs));
+}
+
+/// Triangles, in ascending order, in the cells with an active one or next to them; by chance a few
+/// more, since cells share flags.
+std::vector<int> near_active(const std::vector<BoundingBall>& balls,
+                             const std::vector<char>& active, std::size_t n_active) {
+  const double cell = 2 * largest_radius(balls) * (1 + 1e-9);
+  const std::size_t last = std::bit_ceil(64 * n_active) - 1;
+  std::vector<char> is_near(last + 1);
+  const auto cell_of = [&](const BoundingBall& ball) {
+    return (ball.center / cell).array().floor().cast<std::int64_t>().eval();
+  };
+  const auto flag = [&](std::int64_t x, std::int64_t y, std::int64_t z) -> char& {
+    const std::uint64_t key = std::uint64_t(x) * 0x9e3779b97f4a7c15 +
+                              std::uint64_t(y) * 0xbf58476d1ce4e5b9 +
+                              std::uint64_t(z) * 0x94d049bb133111eb;
+    return is_near[(key ^ (key >> 32)) & last];
+  };
+  for (std::size_t row = 0; row < balls.size(); ++row) {
+    if (!active[row]) continue;
+    const auto at = cell_of(balls[row]);
+    for (int k = 0; k < 27; ++k)
+      flag(at[0] + k % 3 - 1, at[1] + k / 3 % 3 - 1, at[2] + k / 9 - 1) = 1;
+  }
+  std::vector<int> rows;
+  for (std::size_t row = 0; row < balls.size(); ++row) {
+    const auto at = cell_of(balls[row]);
+    if (flag(at[0], at[1], at[2])) rows.push_back(static_cast<int>(row));
+  }
+  return rows;
+}
+
+template <class T>
+std::vector<T> picked(const std::vector<T>& all, const std::vector<int>& rows) {
+  std::vector<T> some;
+  some.reserve(rows.size());
+  for (const int row : rows) some.push_back(all[row]);
+  return some;
+}
+
+Elements<3> picked(const Elements<3>& all, const std::vector<int>& rows) {
+  return all(rows, Eigen::all);
+}
+
 }  // namespace
 
 std::vector<std::pair<int, int>> self_intersections(const Triangles& surface) {
@@ -302,17 +359,16 @@ std::vector<std::pair<int, int>> self_intersections(const Triangles& surface) {
 std::vector<std::pair<int, int>> self_intersections(const Points<3>& points,
                                                     const Elements<3>& elements,
                                                     const std::vector<char>& active) {
-  if (std::find(active.begin(), active.end(), 1) == active.end()) return {};
-  const Soup soup(points, elements);
+  const auto n_active = std::count(active.begin(), active.end(), 1);
+  if (n_active == 0) return {};
   const std::vector<BoundingBall> balls = bounding_balls(points, elements);
-  const double reach = 2 * largest_radius(balls);
-  if (is_even(balls, reach) && RowGrid::is_fit(balls, reach))
-    return intersecting(
-        soup, pairs_in_contact(soup, PlainStars(points, elements), QuickTest(points, elements),
-                               active, RowGrid(balls, reach)));
-  std::vector<Pair> pairs = pairs_with_common_box(soup, elements.rows());
-  std::erase_if(pairs, [&](const Pair& p) { return !active[p.first] && !active[p.second]; });
-  return intersecting(soup, std::move(pairs));
+  constexpr int kFew = 4;
+  if (kFew * n_active > elements.rows()) return pairs_with_active(points, elements, active, balls);
+  const std::vector<int> rows = near_active(balls, active, n_active);
+  std::vector<Pair> pairs =
+      pairs_with_active(points, picked(elements, rows), picked(active, rows), picked(balls, rows));
+  for (auto& [first, second] : pairs) first = rows[first], second = rows[second];
+  return pairs;
 }
 
 bool do_intersect(const Points<3>& points, const Elements<3>& elements, int first, int second) {
@@ -332,6 +388,12 @@ std::vector<char> changed_triangles(const Triangles& before, const Triangles& af
                      corner(before, 2) != corner(after, (turn + 2) % 3);
   }
   return changed;
+}
+
+bool adds_intersections(const Triangles& before, const Triangles& after) {
+  const auto now =
+      self_intersections(after.points, after.elements, changed_triangles(before, after));
+  return !now.empty() && now.size() > self_intersections(before).size();
 }
 
 std::vector<int> degenerate_triangles(const Triangles& surface) {

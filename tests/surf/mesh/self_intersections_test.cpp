@@ -128,6 +128,17 @@ TEST(SelfIntersections, ChangedTrianglesAreThoseWithOtherCorners) {
   EXPECT_EQ(changed_triangles(before, after).back(), 1);
 }
 
+TEST(SelfIntersections, AreAddedByAChangeThatMakesMoreOfThem) {
+  const Triangles before = sphere({0, 0, 0}, 1, 3);
+  Triangles after = before;
+  after.points.row(0) *= 1.1;
+  EXPECT_FALSE(adds_intersections(before, after));
+  after.points.row(0) *= -1.1;
+  EXPECT_TRUE(adds_intersections(before, after));
+  EXPECT_FALSE(adds_intersections(after, after));
+  EXPECT_FALSE(adds_intersections(after, before));
+}
+
 TEST(SelfIntersections, FindsTheOnlyPair) {
   const Triangles surface =
       to_triangles({{0, 0, 0}, {2, 0, 0}, {0, 2, 0}, {0.5, 0.5, -1}, {0.5, 0.5, 1}, {5, 5, 0}},
