@@ -1,6 +1,7 @@
 #include "libsurf/mesh/close_pairs.h"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 
 namespace surf::mesh {
@@ -33,23 +34,24 @@ std::vector<BoundingBall> bounding_balls(const Points<3>& X, const Elements<3>& 
   return balls;
 }
 
-bool RowGrid::is_fit(const std::vector<BoundingBall>& balls, double reach) {
-  if (balls.empty() || !(reach > 0)) return false;
-  const auto [lower, upper] = extent(balls);
-  const Eigen::Array3d n = (upper - lower).array() / reach + 1;
-  return n[1] * n[2] <= 4.0 * double(balls.size()) + 1000;
-}
-
 RowGrid::RowGrid(const std::vector<BoundingBall>& balls, double reach)
     : reach_(reach * (1 + 1e-9)) {
+  assert(reach > 0);
+  if (balls.empty()) {
+    first_ = {0};
+    return;
+  }
   const auto [lower, upper] = extent(balls);
-  const Eigen::Vector3d size = (upper - lower) / reach_;
-  n_y_ = static_cast<int>(size[1]) + 1;
-  n_z_ = static_cast<int>(size[2]) + 1;
+  const double width = upper[1] - lower[1], height = upper[2] - lower[2];
+  const double most_rows = 4.0 * double(balls.size()) + 1000;
+  double side = reach_;  // of the rows; wider where points are so far apart that most are empty
+  while ((width / side + 1) * (height / side + 1) > most_rows) side *= 2;
+  n_y_ = static_cast<int>(width / side) + 1;
+  n_z_ = static_cast<int>(height / side) + 1;
   std::vector<int> row_of(balls.size());
   first_.assign(std::size_t(n_y_) * n_z_ + 1, 0);
   for (std::size_t i = 0; i < balls.size(); ++i) {
-    const Eigen::Vector3d at = (balls[i].center - lower) / reach_;
+    const Eigen::Vector3d at = (balls[i].center - lower) / side;
     row_of[i] = std::min(static_cast<int>(at[1]), n_y_ - 1) +
                 n_y_ * std::min(static_cast<int>(at[2]), n_z_ - 1);
     ++first_[row_of[i] + 1];

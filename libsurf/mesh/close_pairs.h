@@ -23,12 +23,8 @@ std::vector<BoundingBall> bounding_balls(const Points<3>& points, const Elements
 /// as on a surface whose triangles have the size of the reach.
 class RowGrid {
  public:
-  /// @param reach  > 0
+  /// @pre  reach > 0
   RowGrid(const std::vector<BoundingBall>& balls, double reach);
-
-  /// False if the points are so far apart that the rows would need more memory than the points
-  /// do; the grid is empty then.
-  static bool is_fit(const std::vector<BoundingBall>& balls, double reach);
 
   int n_rows() const { return static_cast<int>(first_.size()) - 1; }
 

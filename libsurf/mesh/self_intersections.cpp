@@ -290,7 +290,7 @@ bool is_even(const std::vector<BoundingBall>& balls, double reach) {
   constexpr double kUneven = 4;
   double sum = 0;
   for (const BoundingBall& ball : balls) sum += ball.radius;
-  return reach <= kUneven * 2 * sum / double(balls.size());
+  return reach > 0 && reach <= kUneven * 2 * sum / double(balls.size());
 }
 
 std::vector<Pair> pairs_with_active(const Points<3>& points, const Elements<3>& elements,
@@ -298,7 +298,7 @@ std::vector<Pair> pairs_with_active(const Points<3>& points, const Elements<3>& 
                                     const std::vector<BoundingBall>& balls) {
   const Soup soup(points, elements);
   const double reach = 2 * largest_radius(balls);
-  if (is_even(balls, reach) && RowGrid::is_fit(balls, reach))
+  if (is_even(balls, reach))
     return intersecting(
         soup, pairs_in_contact(soup, PlainStars(points, elements), QuickTest(points, elements),
                                active, RowGrid(balls, reach)));

@@ -132,6 +132,13 @@ TEST(SheetGuard, AgreesWithBruteForceOnRandomSoups) {
   EXPECT_GT(n_touched, 1000);
 }
 
+TEST(SheetGuard, FindsPairsOnSurfacesFarApart) {
+  Triangles from = plates(1.0), to = plates(0.5);
+  const Eigen::RowVector3d far(1e5, 2e6, -3e6);
+  for (Triangles* surface : {&from, &to}) surface->points.bottomRows(1).rowwise() += far;
+  EXPECT_EQ(count(vertices_in_contact(from.points, to.points, from.elements, 0.7)), 2 * 49 - 2);
+}
+
 /// Number of vertices held; what is left has no intersection, and no vertex is elsewhere than at
 /// one of its two places.
 int held(const Triangles& from, Points<3> to) {
