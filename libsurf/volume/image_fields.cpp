@@ -32,7 +32,7 @@ Index3 widened(Index3 index, const Index3& by, int sign) {
   return index;
 }
 
-constexpr double kSigmaPerNode = 0.7;  // of the Gaussian, in spacings of the field's grid
+constexpr double kSigmaPerNode = 0.7;        // of the Gaussian, in spacings of the field's grid
 constexpr double kSplineVariance = 1.0 / 3;  // of the cubic B-spline, in spacings squared
 
 /// Half of a symmetric kernel, centre first.
@@ -69,9 +69,7 @@ Box convolved(const Box& in, int axis, const Kernel& half, int factor, int lower
   Box out(out_lower, out_upper);
   const std::size_t step = in.stride(axis);
   const std::size_t along = axis == 0 ? factor : 1;  // from one value of a row to the next
-  const auto across = [&](int other) {
-    return in.stride(other) * (other == axis ? factor : 1);
-  };
+  const auto across = [&](int other) { return in.stride(other) * (other == axis ? factor : 1); };
   std::size_t to = 0;
   std::vector<double> sums(out.extent(0));
   for (int k = 0; k < out.extent(2); ++k)
@@ -136,8 +134,7 @@ class Smoother {
       return same;
     }
     for (int axis = 2; axis >= 0; --axis)
-      values =
-          convolved(values, axis, kernel_[axis], factor_[axis], lower[axis], upper[axis]);
+      values = convolved(values, axis, kernel_[axis], factor_[axis], lower[axis], upper[axis]);
     return values;
   }
 
@@ -197,7 +194,8 @@ Box filtered(const Box& in, int axis, const std::array<float, 3>& weights) {
     for (int j = 0; j < out.extent(1); ++j, to += out.extent(0)) {
       const float* from = in.values.data() + k * in.stride(2) + j * in.stride(1);
       for (int i = 0; i < out.extent(0); ++i)
-        to[i] = weights[0] * from[i] + weights[1] * from[i + step] + weights[2] * from[i + 2 * step];
+        to[i] =
+            weights[0] * from[i] + weights[1] * from[i + step] + weights[2] * from[i + 2 * step];
     }
   return out;
 }
@@ -209,8 +207,7 @@ std::array<Box, 3> index_gradient(const Box& box, DerivativeFilter filter) {
   const std::array<float, 3> mean = {side, 1 - 2 * side, side}, difference = {-0.5f, 0, 0.5f};
   const Box mean_z = filtered(box, 2, mean);
   const Box mean_yz = filtered(mean_z, 1, mean);
-  return {filtered(mean_yz, 0, difference),
-          filtered(filtered(mean_z, 1, difference), 0, mean),
+  return {filtered(mean_yz, 0, difference), filtered(filtered(mean_z, 1, difference), 0, mean),
           filtered(filtered(filtered(box, 2, difference), 1, mean), 0, mean)};
 }
 

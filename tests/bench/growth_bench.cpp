@@ -69,9 +69,10 @@ int main(int argc, char** argv) {
           const double sigma = is_fixed ? 0.011 : 0.011 * 128 / size;
           const Measured m = measure(size, noise, lambda, sigma, n_runs);
           if (size == 128) first = m.median_s;
-          fmt::print("{:>6} {:>7} {:>7} {:>9.4f} {:>10} {:>9.2f} {:>9.0f} {:>8.0f} {:>6.2f}\n", size,
-                     noise, lambda > 0 ? fmt::format("{}", lambda) : "auto", sigma, m.n_triangles,
-                     m.median_s, 4e-6 * size * size * size, peak_mb(), m.median_s / first);
+          fmt::print("{:>6} {:>7} {:>7} {:>9.4f} {:>10} {:>9.2f} {:>9.0f} {:>8.0f} {:>6.2f}\n",
+                     size, noise, lambda > 0 ? fmt::format("{}", lambda) : "auto", sigma,
+                     m.n_triangles, m.median_s, 4e-6 * size * size * size, peak_mb(),
+                     m.median_s / first);
         }
       }
 }

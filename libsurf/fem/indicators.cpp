@@ -1,0 +1,154 @@
+#include "libsurf/fem/indicators.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <limits>
+
+#include "libsurf/fem/quadrature.h"
+
+namespace surf::fem {
+namespace {
+
+double angle_between(const Vector<2>& a, const Vector<2>& b) {
+  return std::atan2(std::abs(a[0] * b[1] - a[1] * b[0]), a.dot(b));
+}
+double angle_between(const Vector<3>& a, const Vector<3>& b) {
+  return std::atan2(a.cross(b).norm(), a.dot(b));
+}
+
+/// (m): sum over the nodes, each with the mean length of its two segments.
+Eigen::VectorXd variation(const Geometry<2>& shape) {
+  const Elements<2>& T = shape.elements();
+  std::vector<Eigen::Index> incoming(shape.n_vertices());
+  for (Eigen::Index t = 0; t < T.rows(); ++t) incoming[T(t, 1)] = t;
+  Eigen::VectorXd eta = Eigen::VectorXd::Zero(T.rows());
+  for (Eigen::Index t = 0; t < T.rows(); ++t) {
+    const Eigen::Index other = incoming[T(t, 0)];
+    const double h = (shape.measures()[t] + shape.measures()[other]) / 2;
+    const double at_node =
+        h * angle_between(Vector<2>(shape.normals().row(t)), Vector<2>(shape.normals().row(other)));
+    eta[t] += at_node;
+    eta[other] += at_node;
+  }
+  return eta;
+}
+
+/// A directed edge belongs to one triangle, and its place in the matrix pattern names it: the
+/// neighbour across (a, b) owns (b, a).
+Eigen::VectorXd variation(const Geometry<3>& shape) {
+  const Elements<3>& T = shape.elements();
+  std::vector<Eigen::Index> owner(shape.topology().pattern().nonZeros(), -1);
+  for (Eigen::Index t = 0; t < T.rows(); ++t)
+    for (int i = 0; i < 3; ++i) owner[shape.topology().slot(t, i, (i + 1) % 3)] = t;
+  Eigen::VectorXd eta = Eigen::VectorXd::Zero(T.rows());
+  for (Eigen::Index t = 0; t < T.rows(); ++t)
+    for (int i = 0; i < 3; ++i) {
+      const Eigen::Index other = owner[shape.topology().slot(t, (i + 1) % 3, i)];
+      assert(other >= 0 && "the surface is not closed");
+      const double h = (shape.points().row(T(t, (i + 1) % 3)) - shape.points().row(T(t, i))).norm();
+      eta[t] += h * angle_between(Vector<3>(shape.normals().row(t)),
+                                  Vector<3>(shape.normals().row(other)));
+    }
+  return eta;
+}
+
+/// Values of f at the quadrature points, one column per element.
+template <int Dim>
+Eigen::MatrixXd sampled(const Geometry<Dim>& shape, const Field<Dim>& f,
+                        const Quadrature<Dim>& rule) {
+  Samples<Dim> samples;
+  f.sample(quadrature_points<Dim>(shape.points(), shape.elements(), rule.points),
+           Derivatives::kNone, samples);
+  return samples.value.reshaped(rule.size(), shape.n_elements());
+}
+
+std::vector<Mark> marks_above(const Eigen::VectorXd& eta, double bound) {
+  std::vector<Mark> marks(eta.size(), Mark::kKeep);
+  for (Eigen::Index t = 0; t < eta.size(); ++t)
+    if (eta[t] > bound) marks[t] = Mark::kRefine;
+  return marks;
+}
+
+void allow_coarsening(std::vector<Mark>& marks, const Eigen::VectorXd& eta,
+                      const Eigen::VectorXd& measures, const MarkingOptions& options) {
+  const double per_measure = options.gamma_coarsen * options.tolerance / measures.sum();
+  for (Eigen::Index t = 0; t < eta.size(); ++t)
+    if (marks[t] == Mark::kKeep && eta[t] < per_measure * measures[t]) marks[t] = Mark::kCoarsen;
+}
+
+}  // namespace
+
+template <int Dim>
+Eigen::VectorXd geometric_variation(const Geometry<Dim>& shape) {
+  return variation(shape);
+}
+
+template <int Dim>
+Eigen::VectorXd quadrature_error(const Geometry<Dim>& shape, const Field<Dim>& f, int order,
+                                 int higher_order) {
+  assert(order < higher_order);
+  const auto mean = [&](int of_order) -> Eigen::VectorXd {
+    const auto& rule = quadrature<Dim>(of_order);
+    return sampled<Dim>(shape, f, rule).transpose() * rule.weights;
+  };
+  return (mean(higher_order) - mean(order)).cwiseAbs().cwiseProduct(shape.measures());
+}
+
+template <int Dim>
+Eigen::VectorXd interpolation_error(const Geometry<Dim>& shape, const Field<Dim>& f) {
+  const auto& rule = quadrature<Dim>(5);
+  Samples<Dim> nodal;
+  f.sample(shape.points(), Derivatives::kNone, nodal);
+  Eigen::MatrixXd corners(Dim, shape.n_elements());
+  for (Eigen::Index t = 0; t < shape.n_elements(); ++t)
+    for (int i = 0; i < Dim; ++i) corners(i, t) = nodal.value[shape.elements()(t, i)];
+  const Eigen::MatrixXd error = sampled<Dim>(shape, f, rule) - rule.points * corners;
+  const Eigen::VectorXd mean_square = error.cwiseAbs2().transpose() * rule.weights;
+  return mean_square.cwiseProduct(shape.measures());
+}
+
+std::vector<Mark> mark_geometry(const Eigen::VectorXd& eta, const MarkingOptions& options) {
+  const double largest = eta.maxCoeff();
+  const double bound = largest > options.tolerance
+                           ? std::min(options.tolerance, options.gamma_refine * largest)
+                           : std::numeric_limits<double>::infinity();
+  std::vector<Mark> marks = marks_above(eta, bound);
+  for (Eigen::Index t = 0; t < eta.size(); ++t)
+    if (marks[t] == Mark::kKeep && eta[t] < options.gamma_coarsen * options.tolerance)
+      marks[t] = Mark::kCoarsen;
+  return marks;
+}
+
+std::vector<Mark> mark_integral(const Eigen::VectorXd& eta, const Eigen::VectorXd& measures,
+                                const MarkingOptions& options) {
+  std::vector<Mark> marks(eta.size(), Mark::kKeep);
+  if (eta.sum() > options.tolerance)
+    marks = marks_above(eta.cwiseQuotient(measures), options.tolerance / measures.sum());
+  allow_coarsening(marks, eta, measures, options);
+  return marks;
+}
+
+std::vector<Mark> mark_function(const Eigen::VectorXd& eta, const Eigen::VectorXd& measures,
+                                const MarkingOptions& options) {
+  std::vector<Mark> marks(eta.size(), Mark::kKeep);
+  if (eta.sum() > options.tolerance)
+    marks = marks_above(eta, options.gamma_refine * eta.maxCoeff());
+  allow_coarsening(marks, eta, measures, options);
+  return marks;
+}
+
+void combine(std::vector<Mark>& marks, const std::vector<Mark>& others) {
+  assert(marks.size() == others.size());
+  for (std::size_t t = 0; t < marks.size(); ++t) marks[t] = std::max(marks[t], others[t]);
+}
+
+template Eigen::VectorXd geometric_variation<2>(const Geometry<2>&);
+template Eigen::VectorXd geometric_variation<3>(const Geometry<3>&);
+template Eigen::VectorXd quadrature_error<2>(const Geometry<2>&, const Field<2>&, int, int);
+template Eigen::VectorXd quadrature_error<3>(const Geometry<3>&, const Field<3>&, int, int);
+template Eigen::VectorXd interpolation_error<2>(const Geometry<2>&, const Field<2>&);
+template Eigen::VectorXd interpolation_error<3>(const Geometry<3>&, const Field<3>&);
+
+}  // namespace surf::fem
