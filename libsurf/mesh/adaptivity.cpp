@@ -182,7 +182,8 @@ std::string AdaptivityOptions::error() const {
 
 std::vector<fem::Mark> adaptivity_marks(const fem::Geometry<3>& shape,
                                         const AdaptivityOptions& options) {
-  std::vector<Mark> marks(shape.n_elements(), Mark::kCoarsen);
+  std::vector<Mark> marks(shape.n_elements(),
+                          options.gamma_coarsen > 0 ? Mark::kCoarsen : Mark::kKeep);
   fem::MarkingOptions marking{.gamma_refine = options.gamma_refine,
                               .gamma_coarsen = options.gamma_coarsen};
   if (options.geometry_tolerance_mm > 0) {

@@ -7,6 +7,7 @@
 #include "libsurf/base/error.h"
 #include "libsurf/mesh/bisection.h"
 #include "libsurf/mesh/improve.h"
+#include "libsurf/mesh/self_intersections.h"
 #include "libsurf/mesh/sheet_guard.h"
 
 namespace surf::mesh {
@@ -66,10 +67,9 @@ Eigen::Index MovingSurface::restrict_move(Points<3>& to) {
       to.row(i) = box.index_to_world * inside;
     }
   }
-  if (options_.sheet_distance == 0) return n_held;
   const Points<3> from = points(mesh_);
   const Elements<3> T = elements(mesh_);
-  for (int round = 0; round < kGuardRounds; ++round) {
+  for (int round = 0; round < kGuardRounds && options_.sheet_distance > 0; ++round) {
     const std::vector<char> touched =
         vertices_in_contact(from, to, T, options_.sheet_distance * options_.edge_length_mm);
     Eigen::Index n_touched = 0;
@@ -81,7 +81,7 @@ Eigen::Index MovingSurface::restrict_move(Points<3>& to) {
     n_held += n_touched;
     if (n_touched == 0) break;
   }
-  return n_held;
+  return n_held + hold_intersecting(from, to, T);
 }
 
 void MovingSurface::move_to(const Points<3>& to) { set_points(mesh_, to); }
@@ -96,7 +96,8 @@ AdaptivityOptions MovingSurface::adaptivity() const {
 bool MovingSurface::mend() { return mend(kRoundsInAStep); }
 
 bool MovingSurface::mend(int max_rounds) {
-  const AdaptivityOptions sizes = adaptivity();
+  const TriMesh unmended = mesh_;
+  AdaptivityOptions sizes = adaptivity();
   AdaptivityReport adapted = adapt(mesh_, sizes, max_rounds);
   ImproveOptions improvement;
   improvement.min_length = kShortest * options_.edge_length_mm;
@@ -106,9 +107,14 @@ bool MovingSurface::mend(int max_rounds) {
   if (sizes.geometry_tolerance_mm > 0)
     improvement.max_variation_mm = sizes.gamma_refine * sizes.geometry_tolerance_mm;
   const ImproveReport improved = improve(mesh_, improvement);
-  return adapted.n_refined + adapted.n_coarsened + improved.n_collapsed + improved.n_flipped +
-             improved.n_moved >
-         0;
+  const bool has_moved_surface =
+      adapted.n_coarsened + improved.n_collapsed + improved.n_flipped + improved.n_moved > 0;
+  if (!has_moved_surface) return adapted.n_refined > 0;
+  // Its checks are local: where far parts come to intersect only refinement is left.
+  if (!adds_intersections(to_triangles(unmended), to_triangles(mesh_))) return true;
+  mesh_ = unmended;
+  sizes.gamma_coarsen = 0;
+  return adapt(mesh_, sizes, max_rounds).n_refined > 0;
 }
 
 std::string MovingSurface::obstacle() const {

@@ -10,6 +10,7 @@
 #include "libsurf/mesh/moving_surface.h"
 #include "libsurf/mesh/primitives.h"
 #include "libsurf/mesh/self_intersections.h"
+#include "libsurf/mesh/sheet_guard.h"
 #include "libsurf/segment/edge_offset.h"
 #include "libsurf/segment/ladder.h"
 #include "libsurf/segment/model.h"
@@ -263,10 +264,12 @@ class Run {
         {"minimal-surface", 1, {{"gamma0", 1}, {"gamma", 0}, {"lambda", lambda}}}};
     const Triangles start = result_.surface;
     const bool go_on = evolve("settle", terms, start, flow, surface);
-    if (go_on)
-      result_.surface.points =
-          moved_to_edge(result_.surface, *model_.edge_indicator(lambda), kSettleStep * voxel);
-    return go_on;
+    if (!go_on) return false;
+    Triangles& settled = result_.surface;
+    Points<3> to = moved_to_edge(settled, *model_.edge_indicator(lambda), kSettleStep * voxel);
+    mesh::hold_intersecting(settled.points, to, settled.elements);
+    settled.points = to;
+    return true;
   }
 
   const SegmentOptions& options_;

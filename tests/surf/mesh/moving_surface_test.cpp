@@ -5,6 +5,7 @@
 #include "libsurf/base/error.h"
 #include "libsurf/mesh/measure.h"
 #include "libsurf/mesh/primitives.h"
+#include "libsurf/mesh/self_intersections.h"
 #include "libsurf/mesh/verify.h"
 #include "tests/surf/mesh/surfaces.h"
 
@@ -122,6 +123,69 @@ TEST(MovingSurface, HoldsSheetsApartThatWouldTouch) {
   }
   EXPECT_GT(n_held, 0);
   EXPECT_EQ(measure_components(surface.triangles()).size(), 2u);
+}
+
+/// Sum of plane waves with lengths from about 1 to 6.
+Points<3> random_field(const Points<3>& X, unsigned seed, double amplitude) {
+  std::mt19937 random(seed);
+  Points<3> out = Points<3>::Zero(X.rows(), 3);
+  for (int wave = 0; wave < 4; ++wave) {
+    const WavyField field(random, amplitude / 2);
+    for (Eigen::Index i = 0; i < X.rows(); ++i) out.row(i) += field(X.row(i).transpose());
+  }
+  return out;
+}
+
+// Fields that tear, fold and press together; a new one every tenth step.
+TEST(MovingSurface, DoesNotIntersectItselfInRandomFields) {
+  for (unsigned seed = 1; seed <= 4; ++seed) {
+    const Triangles start = seed % 2 ? ball({0, 0, 0}, 1.2, 0.35) : torus(1.2, 0.5, 24, 10);
+    MovingSurfaceOptions options{.edge_length_mm = 0.35, .box = {}};
+    options.box = VolumeBox{Eigen::Affine3d(Eigen::Translation3d(2, 2, 2)),
+                            Eigen::Affine3d(Eigen::Translation3d(-2, -2, -2)),
+                            {5, 5, 5}};
+    MovingSurface surface(start, options);
+    double travelled = 0;
+    for (int k = 0; k < 100; ++k) {
+      const Points<3> X = surface.geometry().points();
+      Points<3> to = X + random_field(X, 100 * seed + k / 10, 0.08);
+      surface.restrict_move(to);
+      travelled += (to - X).rowwise().norm().mean();
+      surface.move_to(to);
+      ASSERT_TRUE(self_intersections(surface.triangles()).empty()) << seed << ", step " << k;
+      surface.mend();
+      ASSERT_TRUE(self_intersections(surface.triangles()).empty()) << seed << ", mended " << k;
+    }
+    EXPECT_GT(travelled, 1) << seed;  // [mm], of about 10 that the fields ask for
+  }
+}
+
+// Vertices that jitter by as much as a step allows: every triangle may fold onto a neighbour.
+TEST(MovingSurface, DoesNotFoldUnderNoise) {
+  for (unsigned seed = 1; seed <= 4; ++seed) {
+    MovingSurface surface(ball({0, 0, 0}, 1, 0.25), {.edge_length_mm = 0.25, .box = {}});
+    std::srand(seed);
+    for (int k = 0; k < 25; ++k) {
+      const Eigen::Index n = surface.geometry().n_vertices();
+      step(surface, 0.12 * Points<3>::Random(n, 3));
+      ASSERT_TRUE(self_intersections(surface.triangles()).empty()) << seed << ", step " << k;
+    }
+  }
+}
+
+// A ball pressed flat onto the border: what is clamped stays a surface.
+TEST(MovingSurface, DoesNotIntersectItselfAtTheBorderOfTheVolume) {
+  MovingSurfaceOptions options{.edge_length_mm = 0.6, .box = {}};
+  options.box = some_box();
+  MovingSurface surface(ball({0, 0, 0}, 3, 0.6), options);
+  for (int k = 0; k < 40; ++k) {
+    const Points<3> X = surface.geometry().points();
+    Points<3> towards = 0.2 * normals(surface);
+    towards.rowwise() += Eigen::RowVector3d(0.1, 0.25, 0.05);
+    step(surface, towards + random_field(X, 7 + k / 5, 0.1));
+    ASSERT_TRUE(self_intersections(surface.triangles()).empty()) << "step " << k;
+  }
+  EXPECT_GT(surface.border_share(), 0.3);
 }
 
 TEST(MovingSurface, RefusesOptionsAndSurfacesThatAreWrong) {
