@@ -176,7 +176,11 @@ class Climb {
     return {{"window", 1, {{"mean", seed_.mean}, {"half-width", half_width}}}, {"area", beta_, {}}};
   }
 
-  void restart() { surface_ = std::make_unique<mesh::MovingSurface>(start_, options_.surface); }
+  void restart() {
+    mesh::MovingSurfaceOptions surface = options_.surface;
+    surface.box = volume_box(model_.volume());
+    surface_ = std::make_unique<mesh::MovingSurface>(start_, surface);
+  }
 
   /// Large objects get longer edges, up to twice the first: their necks are wider too.
   void adapt_edge_length(double volume_mm3) {

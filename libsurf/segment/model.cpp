@@ -67,6 +67,10 @@ void check_terms(std::span<const EnergyTerm> terms) {
   }
 }
 
+mesh::VolumeBox volume_box(const volume::Volume& volume) {
+  return {volume.world_to_index(), volume.index_to_world(), volume.size()};
+}
+
 ImageModel::ImageModel(const volume::Volume& volume, const volume::SmoothingOptions& smoothing,
                        volume::DerivativeFilter filter)
     : volume_(volume),

@@ -5,6 +5,7 @@
 #include <span>
 
 #include "libsurf/energy/energy_sum.h"
+#include "libsurf/mesh/moving_surface.h"
 #include "libsurf/segment/segment.h"
 
 namespace surf::segment {
@@ -35,6 +36,9 @@ class ImageModel {
   std::shared_ptr<const volume::TiledField> intensity_;
   std::map<double, std::shared_ptr<const volume::TiledField>> edge_indicators_;
 };
+
+/// Where a surface in the volume may move.
+mesh::VolumeBox volume_box(const volume::Volume& volume);
 
 /// @throws UsageError  an energy or parameter is unknown or out of its range
 void check_terms(std::span<const EnergyTerm> terms);

@@ -142,8 +142,7 @@ class Run {
     out.adaptivity.geometry_tolerance_mm =
         options_.geometry_tolerance_mm.value_or(model_.volume().voxel_size());
     out.adaptivity.integral_tolerance = options_.integral_tolerance;
-    const auto& volume = model_.volume();
-    out.box = mesh::VolumeBox{volume.world_to_index(), volume.index_to_world(), volume.size()};
+    out.box = volume_box(model_.volume());
     return out;
   }
 
