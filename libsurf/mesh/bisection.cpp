@@ -74,11 +74,13 @@ double squared_length(const TriMesh& mesh, HalfedgeHandle halfedge) {
 }
 
 /// A strict order of the edges: the same for both half-edges of an edge. Both directions of a
-/// difference have the same square, so the length needs no care.
-std::tuple<double, int, int> rank(const TriMesh& mesh, HalfedgeHandle halfedge) {
+/// difference have the same square, so the length needs no care. Lengths that differ by rounding
+/// alone, as on symmetric surfaces, are ties.
+std::tuple<float, int, int> rank(const TriMesh& mesh, HalfedgeHandle halfedge) {
   const int from = mesh.from_vertex_handle(halfedge).idx();
   const int to = mesh.to_vertex_handle(halfedge).idx();
-  return {squared_length(mesh, halfedge), std::min(from, to), std::max(from, to)};
+  return {static_cast<float>(squared_length(mesh, halfedge)), std::min(from, to),
+          std::max(from, to)};
 }
 
 HalfedgeHandle longest_edge(const TriMesh& mesh, FaceHandle face) {
@@ -193,7 +195,8 @@ class Bisection {
   void choose_edge(FaceHandle face) {
     if (choice_ == EdgeChoice::kMarked || !is_old(face)) return;
     const HalfedgeHandle longest = longest_edge(mesh_, face);
-    if (squared_length(mesh_, longest) > squared_length(mesh_, mesh_.property(marks_.edge, face)))
+    if (std::get<0>(rank(mesh_, longest)) >
+        std::get<0>(rank(mesh_, mesh_.property(marks_.edge, face))))
       mark(mesh_, marks_, face, longest);
   }
 

@@ -23,7 +23,7 @@ std::vector<BoundingBall> bounding_balls(const Points<3>& points, const Elements
 /// as on a surface whose triangles have the size of the reach.
 class RowGrid {
  public:
-  /// @pre  reach > 0
+  /// @pre  reach >= 0; 0 where all balls are points
   RowGrid(const std::vector<BoundingBall>& balls, double reach);
 
   int n_rows() const { return static_cast<int>(first_.size()) - 1; }

@@ -134,6 +134,9 @@ class Improvement {
     return (point(mesh_.to_vertex_handle(h)) - point(mesh_.from_vertex_handle(h))).norm();
   }
 
+  /// For sorting: lengths that differ by rounding alone, as on symmetric surfaces, are ties.
+  float rank(EdgeHandle edge) const { return static_cast<float>(length(edge)); }
+
   bool is_deleted(EdgeHandle edge) const { return mesh_.status(edge).deleted(); }
   bool is_deleted(FaceHandle face) const { return mesh_.status(face).deleted(); }
 
@@ -446,10 +449,10 @@ class Improvement {
   }
 
   void collapse_short_edges() {
-    std::vector<std::pair<double, int>> edges;
+    std::vector<std::pair<float, int>> edges;
     for (const auto edge : mesh_.edges())
       if (!is_deleted(edge) && length(edge) < options_.min_length)
-        edges.emplace_back(length(edge), edge.idx());
+        edges.emplace_back(rank(edge), edge.idx());
     std::sort(edges.begin(), edges.end());
     for (const auto& [unused, index] : edges) {
       const EdgeHandle edge(index);
@@ -468,9 +471,9 @@ class Improvement {
 
   void coarsen() {
     std::vector<char> flags = options_.may_coarsen;
-    std::vector<std::pair<double, int>> edges;
+    std::vector<std::pair<float, int>> edges;
     for (const auto edge : mesh_.edges())
-      if (!is_deleted(edge)) edges.emplace_back(length(edge), edge.idx());
+      if (!is_deleted(edge)) edges.emplace_back(rank(edge), edge.idx());
     std::sort(edges.begin(), edges.end());
     for (const auto& [unused, index] : edges) {
       const EdgeHandle edge(index);
@@ -488,11 +491,11 @@ class Improvement {
 
   /// Faces with a smaller angle than the bound, the worst first.
   std::vector<FaceHandle> poor_faces(double cos_bound) const {
-    std::vector<std::pair<double, int>> found;
+    std::vector<std::pair<float, int>> found;
     for (const auto face : mesh_.faces()) {
       if (is_deleted(face)) continue;
       const double cosine = angle_cosines(mesh_, face).sharpest;
-      if (cosine > cos_bound) found.emplace_back(-cosine, face.idx());
+      if (cosine > cos_bound) found.emplace_back(static_cast<float>(-cosine), face.idx());
     }
     std::sort(found.begin(), found.end());
     std::vector<FaceHandle> faces;
@@ -506,7 +509,7 @@ class Improvement {
     std::array<EdgeHandle, 3> edges = {mesh_.edge_handle(h), mesh_.edge_handle(n),
                                        mesh_.edge_handle(mesh_.next_halfedge_handle(n))};
     std::sort(edges.begin(), edges.end(), [&](EdgeHandle left, EdgeHandle right) {
-      return std::pair(length(left), left.idx()) < std::pair(length(right), right.idx());
+      return std::pair(rank(left), left.idx()) < std::pair(rank(right), right.idx());
     });
     return edges;
   }

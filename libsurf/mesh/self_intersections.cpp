@@ -101,7 +101,8 @@ class QuickTest {
         }
     if (n_shared == 0) return is_apart(a, b);
     if (n_shared == 1) return meets_in_vertex(a, i_shared, b, j_shared);
-    return n_shared == 2 && is_unfolded(a, 3 - i_sum, b[3 - j_sum]);
+    if (n_shared != 2 || names_a_vertex_twice(a) || names_a_vertex_twice(b)) return false;
+    return is_unfolded(a, 3 - i_sum, b[3 - j_sum]);
   }
 
  private:
@@ -109,6 +110,10 @@ class QuickTest {
   static constexpr double kRounding = 1e-13;  // relative, with room
 
   Vector3 offset(int from, int to) const { return (points_.row(to) - points_.row(from)); }
+
+  static bool names_a_vertex_twice(const int* t) {
+    return t[0] == t[1] || t[1] == t[2] || t[2] == t[0];
+  }
 
   /// Are these values all above, or all below, what may be rounding?
   template <class... Values>
