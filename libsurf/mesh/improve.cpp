@@ -320,10 +320,10 @@ class Improvement {
     return false;
   }
 
-  bool has_long_spoke() const {
-    const double limit = options_.max_length * options_.max_length;
-    return std::any_of(patch_.after.begin(), patch_.after.end(),
-                       [&](const Corners& t) { return (t[1] - t[0]).squaredNorm() > limit; });
+  static double longest_spoke(const std::vector<Corners>& star) {
+    double longest = 0;
+    for (const Corners& t : star) longest = std::max(longest, (t[1] - t[0]).norm());
+    return longest;
   }
 
   bool is_patch_near() const {
@@ -332,9 +332,9 @@ class Improvement {
   }
 
   /// The place with the largest smallest angle among those allowed, if its cosine is below the
-  /// bound.
+  /// bound and no spoke gets longer than max_spoke.
   std::optional<Vector3d> best_place(const std::vector<Vector3d>& places, double cos_bound,
-                                     bool is_length_limited) {
+                                     double max_spoke) {
     std::vector<std::pair<double, std::size_t>> by_angle;  // the checks of distance are dear
     for (std::size_t k = 0; k < places.size(); ++k) {
       set_place(places[k]);
@@ -344,7 +344,7 @@ class Improvement {
     std::sort(by_angle.begin(), by_angle.end());
     for (const auto& [unused, k] : by_angle) {
       set_place(places[k]);
-      if (is_length_limited && has_long_spoke()) continue;
+      if (longest_spoke(patch_.after) > max_spoke) continue;
       if (!has_turned() && is_patch_near()) return places[k];
     }
     return std::nullopt;
@@ -398,7 +398,7 @@ class Improvement {
     const double bound = aim == CollapseFor::kAngle    ? before
                          : aim == CollapseFor::kLength ? std::max(before, cos_bound)
                                                        : cos_bound;
-    const auto best = best_place(places, bound, /*is_length_limited=*/true);
+    const auto best = best_place(places, bound, options_.max_length);
     if (!best) return false;
     if (aim == CollapseFor::kCoarseness) {
       set_place(*best);
@@ -553,7 +553,7 @@ class Improvement {
     // By 1 % of the angle at least, so that sweeps end.
     const double angle = std::acos(std::min(1.0, sharpest(patch_.before)));
     const auto best = best_place(places_in_plane(point(vertex)), std::cos(1.01 * angle),
-                                 /*is_length_limited=*/false);
+                                 std::max(options_.max_length, longest_spoke(patch_.before)));
     if (!best) return;
     apply(vertex, *best);
     ++report_.n_moved;
