@@ -9,6 +9,7 @@
 #include "libsurf/mesh/improve.h"
 #include "libsurf/mesh/self_intersections.h"
 #include "libsurf/mesh/sheet_guard.h"
+#include "libsurf/mesh/triangle_shape.h"
 
 namespace surf::mesh {
 namespace {
@@ -17,6 +18,19 @@ constexpr int kGuardRounds = 3;
 constexpr double kLongest = 4.0 / 3, kShortest = 0.4;      // of the wanted edge length
 constexpr int kRoundsAtTheStart = 30, kRoundsInAStep = 2;  // of adaptivity
 constexpr double kTolerance = 0.1;  // by which mending may move the surface, likewise
+
+/// Share of the area that belongs to the vertices chosen, a third of each of their triangles.
+template <class IsChosen>
+double share_of_area(const Points<3>& X, const Elements<3>& T, const IsChosen& is_chosen) {
+  double chosen = 0, all = 0;
+  for (Eigen::Index t = 0; t < T.rows(); ++t) {
+    const Vector<3> a = X.row(T(t, 0)), b = X.row(T(t, 1)), c = X.row(T(t, 2));
+    const double area = area_normal(a, b, c).norm();
+    all += 3 * area;
+    for (int i = 0; i < 3; ++i) chosen += is_chosen(T(t, i)) ? area : 0;
+  }
+  return all > 0 ? chosen / all : 0;
+}
 
 }  // namespace
 
@@ -55,19 +69,21 @@ void MovingSurface::set_integrands(std::vector<std::shared_ptr<const Field<3>>> 
   options_.adaptivity.integrands = std::move(integrands);
 }
 
-Eigen::Index MovingSurface::restrict_move(Points<3>& to) {
-  Eigen::Index n_held = 0;
-  if (options_.box) {
-    const VolumeBox& box = *options_.box;
-    const Eigen::Array3d last(box.size[0] - 1, box.size[1] - 1, box.size[2] - 1);
-    for (Eigen::Index i = 0; i < to.rows(); ++i) {
-      const Eigen::Vector3d index = box.world_to_index * to.row(i).transpose();
-      const Eigen::Vector3d inside = index.array().max(0).min(last);
-      if (inside == index) continue;
-      to.row(i) = box.index_to_world * inside;
-    }
+void MovingSurface::keep_in_box(Points<3>& to) const {
+  if (!options_.box) return;
+  const VolumeBox& box = *options_.box;
+  const Eigen::Array3d last(box.size[0] - 1, box.size[1] - 1, box.size[2] - 1);
+  for (Eigen::Index i = 0; i < to.rows(); ++i) {
+    const Eigen::Vector3d index = box.world_to_index * to.row(i).transpose();
+    const Eigen::Vector3d inside = index.array().max(0).min(last);
+    if (inside == index) continue;
+    to.row(i) = box.index_to_world * inside;
   }
-  const Points<3> from = points(mesh_);
+}
+
+double MovingSurface::restrict_move(Points<3>& to) {
+  keep_in_box(to);
+  const Points<3> from = points(mesh_), wanted = to;
   const Elements<3> T = elements(mesh_);
   for (int round = 0; round < kGuardRounds && options_.sheet_distance > 0; ++round) {
     const std::vector<char> touched =
@@ -78,10 +94,11 @@ Eigen::Index MovingSurface::restrict_move(Points<3>& to) {
         to.row(i) = from.row(i);
         ++n_touched;
       }
-    n_held += n_touched;
     if (n_touched == 0) break;
   }
-  return n_held + hold_intersecting(from, to, T);
+  hold_intersecting(from, to, T);
+  return share_of_area(
+      from, T, [&](int i) { return to.row(i) == from.row(i) && wanted.row(i) != from.row(i); });
 }
 
 void MovingSurface::move_to(const Points<3>& to) { set_points(mesh_, to); }

@@ -52,7 +52,7 @@ class MovingSurface : public flow::MovingShape<3> {
 
   fem::Geometry<3> geometry() const override;
   double max_displacement() const override;
-  Eigen::Index restrict_move(Points<3>& to) override;
+  double restrict_move(Points<3>& to) override;
   void move_to(const Points<3>& to) override;
   bool mend() override;
   std::string obstacle() const override;
@@ -67,6 +67,7 @@ class MovingSurface : public flow::MovingShape<3> {
 
  private:
   AdaptivityOptions adaptivity() const;
+  void keep_in_box(Points<3>& to) const;
   bool mend(int max_rounds);
 
   TriMesh mesh_;

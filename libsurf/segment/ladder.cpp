@@ -19,8 +19,9 @@ constexpr double kExplosion = 1.4;      // ln of the growth in volume that count
 constexpr double kLargestGrowth = 1.4;  // growth_out of a rung before a leak
 constexpr double kLeastVolume = 113;    // voxels; a ball of radius 3: smaller is not judged
 constexpr double kLeakFrom = 20000;     // voxels; growth of what is smaller is no leak
+constexpr double kCalmFrom = 2000;  // voxels; a rung of more ends where the next is rough
 constexpr double kLargestContact =
-    0.05;  // share of vertices held: the front meets itself round holes
+    0.05;  // share of the area held: the front meets itself round holes
 constexpr double kLeastSphericity = 0.2;  // rougher surfaces percolate through noise
 
 /// Histograms of intensities just inside and just outside, overlap sum min(p, q).
@@ -133,6 +134,8 @@ class Climb {
                          stages_.back().name});
         break;
       }
+      // Rough after a calm rung of some size: it leaks through its noise.
+      if (end == RungEnd::kRough && !rungs.empty() && is_judged(rungs.back(), kCalmFrom)) break;
       if (end == RungEnd::kVanished || end == RungEnd::kRough) {  // try wider from the seed
         if (end == RungEnd::kRough) ++q;  // the scale of the noise is far below: twice as wide
         restart();
@@ -208,7 +211,7 @@ class Climb {
         return false;
       }
       adapt_edge_length(record.enclosed);
-      const bool meets_itself = record.n_held > kLargestContact * double(record.n_vertices);
+      const bool meets_itself = record.held_share > kLargestContact;
       if (meets_itself ||
           (record.k % 10 == 0 && sphericity(surface_->geometry()) < kLeastSphericity)) {
         end = RungEnd::kRough;

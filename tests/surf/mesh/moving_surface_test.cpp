@@ -20,12 +20,12 @@ VolumeBox some_box() {
 }
 
 /// One step along `velocity`, as a flow makes it.
-Eigen::Index step(MovingSurface& surface, const Points<3>& displacement) {
+double step(MovingSurface& surface, const Points<3>& displacement) {
   Points<3> to = surface.geometry().points() + displacement;
-  const Eigen::Index n_held = surface.restrict_move(to);
+  const double held_share = surface.restrict_move(to);
   surface.move_to(to);
   surface.mend();
-  return n_held;
+  return held_share;
 }
 
 Points<3> normals(const MovingSurface& surface) {
@@ -116,12 +116,12 @@ TEST(MovingSurface, HoldsSheetsApartThatWouldTouch) {
   both.points << two.points, other.points;
   both.elements << two.elements, (other.elements.array() + n).matrix();
   MovingSurface surface(both, {.edge_length_mm = 0.3, .max_displacement = 0.3, .box = {}});
-  Eigen::Index n_held = 0;
+  double held = 0;
   for (int k = 0; k < 12; ++k) {
-    n_held += step(surface, 0.08 * normals(surface));
+    held += step(surface, 0.08 * normals(surface));
     ASSERT_TRUE(verify(surface.triangles()).passed()) << "step " << k;
   }
-  EXPECT_GT(n_held, 0);
+  EXPECT_GT(held, 0);
   EXPECT_EQ(measure_components(surface.triangles()).size(), 2u);
 }
 
