@@ -42,6 +42,9 @@ std::string MovingSurfaceOptions::error() const {
   if (!(max_displacement > 0 && max_displacement <= 1))
     return fmt::format("MovingSurfaceOptions::max_displacement = {} violates 0 < share <= 1",
                        max_displacement);
+  if (!(max_displacement_mm > 0))
+    return fmt::format("MovingSurfaceOptions::max_displacement_mm = {} violates > 0",
+                       max_displacement_mm);
   if (!(sheet_distance >= 0))
     return fmt::format("MovingSurfaceOptions::sheet_distance = {} violates >= 0", sheet_distance);
   return {};
@@ -51,14 +54,28 @@ MovingSurface::MovingSurface(const Triangles& initial, const MovingSurfaceOption
     : mesh_(to_mesh(initial)), options_(options) {
   if (const std::string error = options.error(); !error.empty()) throw UsageError(error);
   mend(kRoundsAtTheStart);
+  // A collapse at each place and round: until few are left.
+  auto n_before = mesh_.n_faces() + 1;
+  for (int round = 0; round < kRoundsAtTheStart && mesh_.n_faces() < 0.99 * n_before; ++round) {
+    n_before = mesh_.n_faces();
+    mend();
+  }
 }
 
 fem::Geometry<3> MovingSurface::geometry() const { return {points(mesh_), elements(mesh_)}; }
 
 Triangles MovingSurface::triangles() const { return to_triangles(mesh_); }
 
-double MovingSurface::max_displacement() const {
-  return options_.max_displacement * options_.edge_length_mm;
+Eigen::VectorXd MovingSurface::displacement_limits() const {
+  Eigen::VectorXd limits(mesh_.n_vertices());
+  for (const auto vertex : mesh_.vertices()) {
+    double sum = 0;
+    for (const auto spoke : mesh_.voh_range(vertex)) sum += mesh_.calc_edge_length(spoke);
+    const double length = std::max(options_.edge_length_mm, sum / mesh_.valence(vertex));
+    limits[vertex.idx()] =
+        std::min(options_.max_displacement * length, options_.max_displacement_mm);
+  }
+  return limits;
 }
 
 void MovingSurface::set_edge_length(double edge_length_mm) {

@@ -4,6 +4,7 @@
 
 #include <Eigen/Geometry>
 #include <array>
+#include <limits>
 #include <optional>
 
 #include "libsurf/flow/moving_shape.h"
@@ -27,8 +28,11 @@ struct MovingSurfaceOptions {
   double coarseness = 1;
   /// The indicators and their tolerances; the limits on lengths follow from the fields above.
   AdaptivityOptions adaptivity = {};
-  /// Largest displacement of a vertex in a step, as a share of the edge length.
+  /// Largest displacement of a vertex in a step, as a share of the mean length of its edges or of
+  /// edge_length_mm, whichever is larger.
   double max_displacement = 0.5;
+  /// The same in mm: a bound that comes from the image.
+  double max_displacement_mm = std::numeric_limits<double>::infinity();
   /// Sheets that face each other are held apart at this share of the edge length. Above the
   /// largest approach in one step (twice max_displacement) less itself, so that no crossing is
   /// missed.
@@ -51,7 +55,7 @@ class MovingSurface : public flow::MovingShape<3> {
   MovingSurface(const Triangles& initial, const MovingSurfaceOptions& options);
 
   fem::Geometry<3> geometry() const override;
-  double max_displacement() const override;
+  Eigen::VectorXd displacement_limits() const override;
   double restrict_move(Points<3>& to) override;
   void move_to(const Points<3>& to) override;
   bool mend() override;

@@ -19,6 +19,7 @@
 namespace surf::segment {
 namespace {
 
+constexpr double kLargestStep = 2;  // voxels: an edge is wider
 constexpr int kSettleSteps = 8;
 constexpr double kSettleStep = 0.25;  // voxels, largest move in a step
 
@@ -142,6 +143,8 @@ class Run {
     out.adaptivity.geometry_tolerance_mm =
         options_.geometry_tolerance_mm.value_or(model_.volume().voxel_size());
     out.adaptivity.integral_tolerance = options_.integral_tolerance;
+    out.max_displacement_mm =
+        std::max(kLargestStep * model_.volume().voxel_size(), out.max_displacement * edge_length);
     out.box = volume_box(model_.volume());
     return out;
   }
@@ -257,8 +260,7 @@ class Run {
     flow.max_steps = std::min(flow.max_steps, kSettleSteps);
     const double voxel = model_.volume().voxel_size();
     mesh::MovingSurfaceOptions surface = surface_options(result_.edge_length_mm);
-    surface.max_displacement =
-        std::min(surface.max_displacement, kSettleStep * voxel / result_.edge_length_mm);
+    surface.max_displacement_mm = kSettleStep * voxel;
     const std::vector<EnergyTerm> terms = {
         {"minimal-surface", 1, {{"gamma0", 1}, {"gamma", 0}, {"lambda", lambda}}}};
     const Triangles start = result_.surface;

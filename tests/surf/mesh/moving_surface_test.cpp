@@ -59,13 +59,16 @@ TEST(MovingSurface, CoarsensAsItShrinks) {
 }
 
 TEST(MovingSurface, MayMoveByAShareOfItsEdgeLengthInAStep) {
-  MovingSurface surface(ball({0, 0, 0}, 2, 0.5),
-                        {.edge_length_mm = 0.5, .max_displacement = 0.3, .box = {}});
-  EXPECT_DOUBLE_EQ(surface.max_displacement(), 0.15);
-  surface.set_edge_length(0.3);
-  EXPECT_DOUBLE_EQ(surface.max_displacement(), 0.09);
+  MovingSurfaceOptions options{.edge_length_mm = 0.5, .max_displacement = 0.3, .box = {}};
+  MovingSurface surface(ball({0, 0, 0}, 2, 0.4), options);  // edges about 0.4
+  EXPECT_DOUBLE_EQ(surface.displacement_limits().minCoeff(), 0.15);
+  surface.set_edge_length(0.2);
+  EXPECT_NEAR(surface.displacement_limits().mean(), 0.3 * 0.4, 0.03);
+  options.max_displacement_mm = 0.05;
+  EXPECT_DOUBLE_EQ(MovingSurface(ball({0, 0, 0}, 2, 0.4), options).displacement_limits().maxCoeff(),
+                   0.05);
   EXPECT_TRUE(surface.mend());
-  EXPECT_LE(quality(surface.triangles()).max_edge_mm, 0.3 * 4 / 3 * 1.001);
+  EXPECT_LE(quality(surface.triangles()).max_edge_mm, 0.2 * 4 / 3 * 1.001);
 }
 
 TEST(MovingSurface, IsClampedAtTheBorderOfTheVolume) {
