@@ -97,9 +97,9 @@ class Stepper {
 
   /// Bound by the largest displacement and by Alg. 3.
   double largest_step(const fem::Geometry<Dim>& shape) const {
-    const Eigen::VectorXd speeds = velocity_.vector.rowwise().norm();
-    if (!(speeds.maxCoeff() > 0) || !speeds.allFinite()) return 0;
-    double tau = 1 / speeds.cwiseQuotient(moving_.displacement_limits()).maxCoeff();
+    const double speed = velocity_.vector.rowwise().norm().maxCoeff();
+    if (!(speed > 0) || !std::isfinite(speed)) return 0;
+    double tau = moving_.max_displacement() / speed;
     const double gradient = max_velocity_gradient<Dim>(shape, velocity_.vector);
     if (gradient > 0) tau = std::min(tau, options_.step.epsilon_tau / gradient);
     return tau;

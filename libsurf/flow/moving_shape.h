@@ -16,8 +16,8 @@ class MovingShape {
 
   /// The current points and elements.
   virtual fem::Geometry<Dim> geometry() const = 0;
-  /// Largest displacement of each vertex in one step [mm], (n).
-  virtual Eigen::VectorXd displacement_limits() const = 0;
+  /// Largest displacement of a vertex in one step [mm], may be infinite.
+  virtual double max_displacement() const = 0;
   /// Takes back what may not move there (vertices at the volume's border, sheets about to
   /// touch): `to` (n, Dim) is changed in place. Returns the share of the length or area whose
   /// vertices are held back because sheets would touch.

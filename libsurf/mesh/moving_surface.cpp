@@ -39,9 +39,6 @@ std::string MovingSurfaceOptions::error() const {
     return fmt::format("MovingSurfaceOptions::edge_length_mm = {} violates > 0", edge_length_mm);
   if (!(coarseness >= 1))
     return fmt::format("MovingSurfaceOptions::coarseness = {} violates >= 1", coarseness);
-  if (!(max_displacement > 0 && max_displacement <= 1))
-    return fmt::format("MovingSurfaceOptions::max_displacement = {} violates 0 < share <= 1",
-                       max_displacement);
   if (!(max_displacement_mm > 0))
     return fmt::format("MovingSurfaceOptions::max_displacement_mm = {} violates > 0",
                        max_displacement_mm);
@@ -65,18 +62,6 @@ MovingSurface::MovingSurface(const Triangles& initial, const MovingSurfaceOption
 fem::Geometry<3> MovingSurface::geometry() const { return {points(mesh_), elements(mesh_)}; }
 
 Triangles MovingSurface::triangles() const { return to_triangles(mesh_); }
-
-Eigen::VectorXd MovingSurface::displacement_limits() const {
-  Eigen::VectorXd limits(mesh_.n_vertices());
-  for (const auto vertex : mesh_.vertices()) {
-    double sum = 0;
-    for (const auto spoke : mesh_.voh_range(vertex)) sum += mesh_.calc_edge_length(spoke);
-    const double length = std::max(options_.edge_length_mm, sum / mesh_.valence(vertex));
-    limits[vertex.idx()] =
-        std::min(options_.max_displacement * length, options_.max_displacement_mm);
-  }
-  return limits;
-}
 
 void MovingSurface::set_edge_length(double edge_length_mm) {
   options_.edge_length_mm = edge_length_mm;

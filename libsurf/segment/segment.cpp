@@ -143,8 +143,7 @@ class Run {
     out.adaptivity.geometry_tolerance_mm =
         options_.geometry_tolerance_mm.value_or(model_.volume().voxel_size());
     out.adaptivity.integral_tolerance = options_.integral_tolerance;
-    out.max_displacement_mm =
-        std::max(kLargestStep * model_.volume().voxel_size(), out.max_displacement * edge_length);
+    out.max_displacement_mm = kLargestStep * model_.volume().voxel_size();
     out.box = volume_box(model_.volume());
     return out;
   }

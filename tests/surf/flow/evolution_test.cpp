@@ -20,9 +20,7 @@ class PlainShape : public MovingShape<Dim> {
   explicit PlainShape(const test::Arrays<Dim>& arrays) : shape_(arrays.X, arrays.T) {}
 
   fem::Geometry<Dim> geometry() const override { return shape_; }
-  Eigen::VectorXd displacement_limits() const override {
-    return Eigen::VectorXd::Constant(shape_.n_vertices(), longest);
-  }
+  double max_displacement() const override { return longest; }
   double restrict_move(Points<Dim>& to) override {
     if (!is_frozen) return 0;
     to = shape_.points();
