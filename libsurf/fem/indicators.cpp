@@ -18,40 +18,39 @@ double angle_between(const Vector<3>& a, const Vector<3>& b) {
   return std::atan2(a.cross(b).norm(), a.dot(b));
 }
 
-/// (m): sum over the nodes, each with the mean length of its two segments.
-Eigen::VectorXd variation(const Geometry<2>& shape) {
+/// Calls visit(t, other, h_S theta_S) for each node with its two segments, h_S their mean length.
+template <class Visit>
+void for_each_side(const Geometry<2>& shape, const Visit& visit) {
   const Elements<2>& T = shape.elements();
   std::vector<Eigen::Index> incoming(shape.n_vertices());
   for (Eigen::Index t = 0; t < T.rows(); ++t) incoming[T(t, 1)] = t;
-  Eigen::VectorXd eta = Eigen::VectorXd::Zero(T.rows());
   for (Eigen::Index t = 0; t < T.rows(); ++t) {
     const Eigen::Index other = incoming[T(t, 0)];
     const double h = (shape.measures()[t] + shape.measures()[other]) / 2;
-    const double at_node =
-        h * angle_between(Vector<2>(shape.normals().row(t)), Vector<2>(shape.normals().row(other)));
-    eta[t] += at_node;
-    eta[other] += at_node;
+    visit(t, other,
+          h * angle_between(Vector<2>(shape.normals().row(t)),
+                            Vector<2>(shape.normals().row(other))));
   }
-  return eta;
 }
 
-/// A directed edge belongs to one triangle, and its place in the matrix pattern names it: the
-/// neighbour across (a, b) owns (b, a).
-Eigen::VectorXd variation(const Geometry<3>& shape) {
+/// The same for each edge with its two triangles. A directed edge belongs to one triangle, and its
+/// place in the matrix pattern names it: the neighbour across (a, b) owns (b, a).
+template <class Visit>
+void for_each_side(const Geometry<3>& shape, const Visit& visit) {
   const Elements<3>& T = shape.elements();
   std::vector<Eigen::Index> owner(shape.topology().pattern().nonZeros(), -1);
   for (Eigen::Index t = 0; t < T.rows(); ++t)
     for (int i = 0; i < 3; ++i) owner[shape.topology().slot(t, i, (i + 1) % 3)] = t;
-  Eigen::VectorXd eta = Eigen::VectorXd::Zero(T.rows());
   for (Eigen::Index t = 0; t < T.rows(); ++t)
     for (int i = 0; i < 3; ++i) {
       const Eigen::Index other = owner[shape.topology().slot(t, (i + 1) % 3, i)];
       assert(other >= 0 && "the surface is not closed");
+      if (other < t) continue;
       const double h = (shape.points().row(T(t, (i + 1) % 3)) - shape.points().row(T(t, i))).norm();
-      eta[t] += h * angle_between(Vector<3>(shape.normals().row(t)),
-                                  Vector<3>(shape.normals().row(other)));
+      visit(t, other,
+            h * angle_between(Vector<3>(shape.normals().row(t)),
+                              Vector<3>(shape.normals().row(other))));
     }
-  return eta;
 }
 
 /// Values of f at the quadrature points, one column per element.
@@ -82,7 +81,21 @@ void allow_coarsening(std::vector<Mark>& marks, const Eigen::VectorXd& eta,
 
 template <int Dim>
 Eigen::VectorXd geometric_variation(const Geometry<Dim>& shape) {
-  return variation(shape);
+  Eigen::VectorXd eta = Eigen::VectorXd::Zero(shape.n_elements());
+  for_each_side(shape, [&](Eigen::Index t, Eigen::Index other, double at_side) {
+    eta[t] += at_side;
+    eta[other] += at_side;
+  });
+  return eta;
+}
+
+template <int Dim>
+double largest_side_variation(const Geometry<Dim>& shape) {
+  double largest = 0;
+  for_each_side(shape, [&](Eigen::Index, Eigen::Index, double at_side) {
+    largest = std::max(largest, at_side);
+  });
+  return largest;
 }
 
 template <int Dim>
@@ -146,6 +159,8 @@ void combine(std::vector<Mark>& marks, const std::vector<Mark>& others) {
 
 template Eigen::VectorXd geometric_variation<2>(const Geometry<2>&);
 template Eigen::VectorXd geometric_variation<3>(const Geometry<3>&);
+template double largest_side_variation<2>(const Geometry<2>&);
+template double largest_side_variation<3>(const Geometry<3>&);
 template Eigen::VectorXd quadrature_error<2>(const Geometry<2>&, const Field<2>&, int, int);
 template Eigen::VectorXd quadrature_error<3>(const Geometry<3>&, const Field<3>&, int, int);
 template Eigen::VectorXd interpolation_error<2>(const Geometry<2>&, const Field<2>&);

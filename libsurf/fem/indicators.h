@@ -19,6 +19,10 @@ namespace surf::fem {
 template <int Dim>
 Eigen::VectorXd geometric_variation(const Geometry<Dim>& shape);
 
+/// Largest h_S theta_S of a side [mm].
+template <int Dim>
+double largest_side_variation(const Geometry<Dim>& shape);
+
 /// Quadrature error of each element, 4.2.2: eta_T = |I~_f(T) - I_f(T)|, the difference of the
 /// integrals of f over T by two rules, (m) [unit of f * mm^(Dim-1)].
 /// @param order, higher_order  as quadrature(); order < higher_order

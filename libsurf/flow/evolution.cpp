@@ -66,7 +66,7 @@ class Stepper {
     const auto attempt = [&](double tau) {
       if (system.depends_on_step()) velocity_ = system.solve(tau);
       to_ = shape.points() + tau * velocity_.vector;
-      record.n_held = moving_.restrict_move(to_);
+      record.held_share = moving_.restrict_move(to_);
       const Points<Dim> moved = to_ - shape.points();
       const double expected = terms.derivative.cwiseProduct(moved).sum();
       return Trial{try_points(shape) - J, expected};

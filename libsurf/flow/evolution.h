@@ -42,7 +42,7 @@ struct StepRecord {
   int n_trials = 0;
   double enclosed = 0;  ///< enclosed area [mm^2] or volume [mm^3]
   Eigen::Index n_vertices = 0, n_elements = 0;
-  Eigen::Index n_held = 0;  ///< vertices held back
+  double held_share = 0;  ///< of the length or area: held back
 };
 
 struct FlowSummary {

@@ -16,12 +16,12 @@ class MovingShape {
 
   /// The current points and elements.
   virtual fem::Geometry<Dim> geometry() const = 0;
-  /// Largest displacement of a vertex in one step [mm].
+  /// Largest displacement of a vertex in one step [mm], may be infinite.
   virtual double max_displacement() const = 0;
   /// Takes back what may not move there (vertices at the volume's border, sheets about to
-  /// touch): `to` (n, Dim) is changed in place. Returns the number of
-  /// vertices held back because sheets would touch.
-  virtual Eigen::Index restrict_move(Points<Dim>& to) = 0;
+  /// touch): `to` (n, Dim) is changed in place. Returns the share of the length or area whose
+  /// vertices are held back because sheets would touch.
+  virtual double restrict_move(Points<Dim>& to) = 0;
   /// Moves the vertices.
   virtual void move_to(const Points<Dim>& to) = 0;
   /// Adapts and mends the mesh after a move; true if points or elements changed.

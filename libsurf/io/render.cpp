@@ -93,7 +93,7 @@ vtkNew<vtkPolyData> poly_data_of(const Triangles& surface) {
   return data;
 }
 
-vtkNew<vtkActor> actor_of(const Triangles& surface) {
+vtkNew<vtkActor> actor_of(const Triangles& surface, bool has_edges) {
   vtkNew<vtkPolyDataMapper> mapper;
   mapper->SetInputData(poly_data_of(surface));
   vtkNew<vtkActor> actor;
@@ -105,6 +105,8 @@ vtkNew<vtkActor> actor_of(const Triangles& surface) {
   look.SetDiffuse(0.85);
   look.SetSpecular(0.15);
   look.SetSpecularPower(20);
+  look.SetEdgeVisibility(has_edges);
+  look.SetEdgeColor(0.15, 0.15, 0.2);
   return actor;
 }
 
@@ -160,7 +162,7 @@ Picture render_surface(const Triangles& surface, const RenderOptions& options) {
   window->SetOffScreenRendering(1);
   window->SetMultiSamples(8);
   window->SetSize(options.width, options.height);
-  const vtkNew<vtkActor> actor = actor_of(surface);
+  const vtkNew<vtkActor> actor = actor_of(surface, options.has_edges);
   const double n_views = kCameras.size();
   for (std::size_t i = 0; i < kCameras.size(); ++i) {
     vtkNew<vtkRenderer> renderer;

@@ -9,6 +9,7 @@ namespace surf::io {
 struct RenderOptions {
   /// Size of the picture in pixels; two views share its width.
   int width = 1500, height = 750;
+  bool has_edges = false;  ///< draw the edges of the triangles
 };
 
 /// The surface with smooth shading from two sides: from the front, its right and above, and

@@ -23,8 +23,7 @@ AngleWidthReport control_angle_width(TriMesh& mesh, const AngleWidthOptions& opt
   AngleWidthReport report;
   auto wide = wide_faces(mesh, options.max_angle_deg);
   while (!wide.empty() && report.n_rounds < options.max_rounds) {
-    if (options.edges == RefinementEdges::kLongest) mark_longest_edges(mesh);
-    report.n_new_vertices += bisect(mesh, wide, hook);
+    report.n_new_vertices += bisect_at_longest_edges(mesh, wide, hook);
     smooth(mesh, {.n_sweeps = options.n_smoothing_sweeps});
     ++report.n_rounds;
     wide = wide_faces(mesh, options.max_angle_deg);

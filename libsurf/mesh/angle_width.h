@@ -12,11 +12,6 @@ struct AngleWidthOptions {
   /// The loop as printed need not end: bisection leaves the angles of the closure's triangles, and
   /// smoothing may widen others. More rounds than these would only add triangles in one place.
   int max_rounds = 10;
-  /// Bisection at the longest edge cuts the wide angle at once. At the newest vertex it may take
-  /// two bisections more and leaves thinner triangles; called in each step of the growth of
-  /// bisection.h it did not settle (650 000 triangles at half of the way, 28 000 with kLongest at
-  /// its end).
-  RefinementEdges edges = RefinementEdges::kLongest;
 };
 
 struct AngleWidthReport {
@@ -25,7 +20,8 @@ struct AngleWidthReport {
   int n_wide = 0;  ///< triangles still wider than the bound: > 0 only if max_rounds was reached
 };
 
-/// Bisects each triangle with an angle wider than the bound, then smooths (smoothing.h), until
+/// Bisects each triangle with an angle wider than the bound at its longest edge, which cuts that
+/// angle at once (bisect_at_longest_edges()), then smooths (smoothing.h), until
 /// there is none or the limit on rounds is reached. Keeps the volume.
 AngleWidthReport control_angle_width(TriMesh& mesh, const AngleWidthOptions& options = {},
                                      const BisectionHook& hook = {});

@@ -1,4 +1,4 @@
-// Newest-vertex bisection with conforming closure.
+// Newest-vertex bisection with conforming closure, and its inverse.
 //
 // Each face carries its refinement edge. Bisecting a face halves that edge; the two children
 // get the edges opposite the new vertex as theirs. A neighbour across the refinement edge whose
@@ -7,12 +7,20 @@
 // no angle gets smaller than half the smallest of the initial triangle when that one is marked at
 // its longest edge.
 //
-// Why it ends: follow from each face the neighbour across its refinement edge. If those paths have
-// no cycle but pairs of faces that share their refinement edge, a bisection makes none: children
-// are refined at old edges, so no face leads into a child's new edges. mark_longest_edges() gives
-// such a start since along a path edges only get longer.
+// Why it ends: the closure walks from a face across refinement edges, to a face that it has not
+// passed yet, so the walk is finite. It ends in two faces that share their refinement edge, or it
+// comes back to a face it has passed. After mark_longest_edges() it cannot come back since along a
+// walk edges only get longer, but marks that were chosen locally may have such cycles, of three
+// faces or more. Then the longest edge that the cycle crosses, ties by the pair of vertex
+// indices, becomes the refinement edge of both of its faces. In either case two faces share
+// theirs and are bisected, and so is the rest of the walk, one face after the other, for a child of
+// the next face has the edge between them as its refinement edge.
+//
+// The inverse: each new vertex remembers the edge it halved and how its parents' rows began. While
+// its star is the four children, it can be removed, and the parents are what they were.
 #pragma once
 
+#include <array>
 #include <functional>
 #include <span>
 
@@ -26,7 +34,13 @@ using BisectionHook = std::function<void(OpenMesh::VertexHandle new_vertex,
                                          OpenMesh::VertexHandle a, OpenMesh::VertexHandle b)>;
 
 /// Makes the longest edge of each face its refinement edge, ties by the pair of vertex indices.
+/// No bisection before this can be undone.
 void mark_longest_edges(TriMesh& mesh);
+
+/// The same for some faces, after their connectivity has changed or where vertices have moved far:
+/// no bisection that made one of their vertices can be undone, others can.
+/// @pre has_refinement_edges(mesh)
+void mark_longest_edges(TriMesh& mesh, std::span<const OpenMesh::FaceHandle> faces);
 
 /// Whether the faces carry refinement edges.
 bool has_refinement_edges(const TriMesh& mesh);
@@ -35,45 +49,75 @@ bool has_refinement_edges(const TriMesh& mesh);
 /// @pre has_refinement_edges(mesh)
 OpenMesh::HalfedgeHandle refinement_edge(const TriMesh& mesh, OpenMesh::FaceHandle face);
 
-/// Removes the refinement edges; operations that change the connectivity otherwise do so first.
+/// Removes the refinement edges and the memory of bisections; operations that change the
+/// connectivity otherwise, and do not call mark_longest_edges() for the faces they touch, do so
+/// first.
 void clear_refinement_edges(TriMesh& mesh);
 
 /// Nothing if faces carry no refinement edges.
-/// @throws InvalidMesh  a refinement edge is not of its face, or bisection might not end
+/// @throws InvalidMesh  a refinement edge is not of its face, or a vertex names an edge's end that
+///                      is none as the place of its birth
 void check_refinement_edges(const TriMesh& mesh);
+
+/// mesh.garbage_collection() that renumbers refinement edges and the memory of bisections; handles
+/// in other properties are not. Where deleted elements are the last ones, the rest keeps its order.
+void collect_garbage(TriMesh& mesh);
 
 /// Bisects each marked face once, and what the closure needs; a face that the closure has
 /// bisected already is left alone, and so is one marked twice. Handles stay valid: a bisected
 /// face's handle is that of a child, new handles follow the old ones. Without refinement edges
-/// mark_longest_edges() comes first. Time is linear in the number of new vertices.
+/// mark_longest_edges() comes first. New faces, and halves of edges, get all properties of those
+/// they are a part of. Time is linear in the number of faces and new vertices.
 /// @return  number of new vertices; the faces grow by twice as many
 /// @pre     no garbage
 int bisect(TriMesh& mesh, std::span<const OpenMesh::FaceHandle> marked,
            const BisectionHook& hook = {});
 
-/// Which edges refine_long_edges() halves. Measured on a ball that is stretched in 100 small steps
-/// to the axes 1:3:1 while its area grows by 118, edges limited in each step:
-///
-///     chosen      triangles  smallest angle  under 25 degrees
-///     kKeep           39576            12.4              32 %
-///     kLongest        30976            14.1               7 %
-///
-/// With improve() (improve.h) after each step both end near 23 500 triangles and 30 degrees.
-enum class RefinementEdges {
-  /// Those that the faces carry: the history of bisections stays valid, so that they can be undone.
-  /// Where vertices have moved far since the edges were chosen, children are thin.
-  kKeep,
-  /// The longest of each face, chosen anew on the whole mesh before each round: safe, since that is
-  /// a start from which bisection ends. Better angles on a surface that has moved, at the
-  /// price of the history.
-  kLongest
-};
+/// Whether the bisection that made a vertex can be undone now: its star is the four children.
+bool is_removable(const TriMesh& mesh, OpenMesh::VertexHandle vertex);
 
-/// Bisects all faces with an edge longer than max_length until there is none.
+/// The ends of the edge that was halved at the vertex. @pre is_removable(mesh, vertex)
+std::array<OpenMesh::VertexHandle, 2> bisected_edge(const TriMesh& mesh,
+                                                    OpenMesh::VertexHandle vertex);
+
+/// Undoes bisections: removes each vertex whose star is the four children of its bisection, all of
+/// them marked. The parents get the handles, rows and refinement edges they had; they have the
+/// properties of a child. Where the closure of one call of bisect() bisected a face and then its
+/// children, one call undoes both: parents of marked children count as marked for vertices of the
+/// same call. So coarsening all faces as often as all were bisected before gives the same mesh
+/// again, bit for bit but for the places of vertices that were moved in between. A cycle that
+/// bisect() had to break stays broken.
+///
+/// Collects garbage: handles die. Time is linear in the number of faces.
+/// @param may_remove  asked once for each vertex that could go
+/// @return            number of removed vertices; the faces shrink by twice as many
+/// @pre               no garbage
+int coarsen(TriMesh& mesh, std::span<const OpenMesh::FaceHandle> marked,
+            const std::function<bool(OpenMesh::VertexHandle)>& may_remove = {});
+
+/// bisect() that halves longest edges where faces carry others: before a marked face, or one that
+/// the closure comes to, is bisected, the longest edge becomes its refinement edge. Where it
+/// was not so before, bisections that made its vertices cannot be undone any more. For surfaces
+/// that have moved far since their edges were chosen, where halving these leaves thin children.
+/// Measured on a ball that is stretched in 100 small steps to the axes 1:3:1 while its area grows
+/// by 118, edges limited in each step (refine_long_edges()), alone and with improve() (improve.h)
+/// after each step, which removes most of the history by itself:
+///
+///                                     alone                              with improve()
+///     halved               triangles  smallest angle  < 25 deg  triangles  smallest angle
+///     edges carried            39576            12.4      32 %      25816            29.4
+///     longest, all faces       30976            14.1       7 %      23508            30.1
+///     as here                  30976            14.1       7 %      23508            30.1
+///
+/// ("all faces": mark_longest_edges() for the whole surface each time, so without any history.)
+/// As here, the bisections of 33 % of the vertices can be undone at the end without improve().
+int bisect_at_longest_edges(TriMesh& mesh, std::span<const OpenMesh::FaceHandle> marked,
+                            const BisectionHook& hook = {});
+
+/// Bisects all faces with an edge longer than max_length by bisect_at_longest_edges() until there
+/// is none.
 /// @param max_length  [mm], > 0
 /// @return            number of new vertices
-int refine_long_edges(TriMesh& mesh, double max_length,
-                      RefinementEdges edges = RefinementEdges::kLongest,
-                      const BisectionHook& hook = {});
+int refine_long_edges(TriMesh& mesh, double max_length, const BisectionHook& hook = {});
 
 }  // namespace surf::mesh

@@ -89,12 +89,16 @@ bool turns_too_far(const Vector3d& before, const Vector3d& now) {
 class Improvement {
  public:
   Improvement(TriMesh& mesh, const ImproveOptions& options)
-      : mesh_(mesh), options_(options), witnesses_(mesh.n_faces()) {}
+      : mesh_(mesh),
+        options_(options),
+        witnesses_(mesh.n_faces()),
+        is_reconnected_(mesh.n_faces(), false) {}
 
   ImproveReport run() {
     for (int sweep = 0; sweep < options_.n_sweeps; ++sweep) {
       const int n_before = n_changes();
       collapse_short_edges();
+      if (sweep == 0 && !options_.may_coarsen.empty()) coarsen();
       flip_edges();
       mend_slivers();
       move_vertices();
@@ -129,6 +133,9 @@ class Improvement {
     const HalfedgeHandle h = mesh_.halfedge_handle(edge, 0);
     return (point(mesh_.to_vertex_handle(h)) - point(mesh_.from_vertex_handle(h))).norm();
   }
+
+  /// For sorting: lengths that differ by rounding alone, as on symmetric surfaces, are ties.
+  float rank(EdgeHandle edge) const { return static_cast<float>(length(edge)); }
 
   bool is_deleted(EdgeHandle edge) const { return mesh_.status(edge).deleted(); }
   bool is_deleted(FaceHandle face) const { return mesh_.status(face).deleted(); }
@@ -196,6 +203,7 @@ class Improvement {
     for (const FaceHandle face : faces) add_witnesses(face, witnesses);
     if (!are_witnesses_near(witnesses, patch)) return false;
     mesh_.flip(edge);
+    for (const FaceHandle face : faces) is_reconnected_[face.idx()] = true;
     // OpenMesh's flip leaves the side of b with the first half-edge's face or the other: ask.
     const bool is_first = has_corner(faces[0], v.b);
     hand_over(witnesses, patch, is_first ? faces : std::vector{faces[1], faces[0]});
@@ -312,10 +320,10 @@ class Improvement {
     return false;
   }
 
-  bool has_long_spoke() const {
-    const double limit = options_.max_length * options_.max_length;
-    return std::any_of(patch_.after.begin(), patch_.after.end(),
-                       [&](const Corners& t) { return (t[1] - t[0]).squaredNorm() > limit; });
+  static double longest_spoke(const std::vector<Corners>& star) {
+    double longest = 0;
+    for (const Corners& t : star) longest = std::max(longest, (t[1] - t[0]).norm());
+    return longest;
   }
 
   bool is_patch_near() const {
@@ -324,9 +332,9 @@ class Improvement {
   }
 
   /// The place with the largest smallest angle among those allowed, if its cosine is below the
-  /// bound.
+  /// bound and no spoke gets longer than max_spoke.
   std::optional<Vector3d> best_place(const std::vector<Vector3d>& places, double cos_bound,
-                                     bool is_length_limited) {
+                                     double max_spoke) {
     std::vector<std::pair<double, std::size_t>> by_angle;  // the checks of distance are dear
     for (std::size_t k = 0; k < places.size(); ++k) {
       set_place(places[k]);
@@ -336,7 +344,7 @@ class Improvement {
     std::sort(by_angle.begin(), by_angle.end());
     for (const auto& [unused, k] : by_angle) {
       set_place(places[k]);
-      if (is_length_limited && has_long_spoke()) continue;
+      if (longest_spoke(patch_.after) > max_spoke) continue;
       if (!has_turned() && is_patch_near()) return places[k];
     }
     return std::nullopt;
@@ -372,8 +380,12 @@ class Improvement {
            mesh_.valence(v.a) + mesh_.valence(v.b) >= 7;
   }
 
+  /// What a collapse is for: to remove a short edge, a sharp angle, or what is finer than it need
+  /// be.
+  enum class CollapseFor { kLength, kAngle, kCoarseness };
+
   /// Collapses the edge if the smallest angle of what is left has a cosine below the bound.
-  bool try_collapse(EdgeHandle edge, double cos_bound, bool must_improve) {
+  bool try_collapse(EdgeHandle edge, double cos_bound, CollapseFor aim) {
     const HalfedgeHandle halfedge = mesh_.halfedge_handle(edge, 0);
     if (!is_collapse_safe(halfedge)) return false;
     const VertexHandle removed = mesh_.from_vertex_handle(halfedge);
@@ -383,25 +395,95 @@ class Improvement {
     std::vector<Vector3d> places = {0.5 * (from + to), from, to};
     keep_volume(places);
     const double before = sharpest(patch_.before);
-    const double bound = must_improve ? before : std::max(before, cos_bound);
-    const auto best = best_place(places, bound, /*is_length_limited=*/true);
+    const double bound = aim == CollapseFor::kAngle    ? before
+                         : aim == CollapseFor::kLength ? std::max(before, cos_bound)
+                                                       : cos_bound;
+    const auto best = best_place(places, bound, options_.max_length);
     if (!best) return false;
+    if (aim == CollapseFor::kCoarseness) {
+      set_place(*best);
+      if (patch_variation() > options_.max_variation_mm) return false;
+    }
     mesh_.collapse(halfedge);
+    for (const FaceHandle face : patch_.faces) is_reconnected_[face.idx()] = true;
     apply(kept, *best);
     ++report_.n_collapsed;
     return true;
   }
 
+  /// Largest sum of h_S theta_S over the sides of a triangle of `after`.
+  double patch_variation() const {
+    std::vector<Vector3d> normals;
+    for (const Corners& t : patch_.after) normals.push_back(area_normal(t[0], t[1], t[2]));
+    double largest = 0;
+    for (std::size_t k = 0; k < patch_.after.size(); ++k) {
+      const Corners& t = patch_.after[k];
+      double sum = (t[2] - t[1]).norm() * angle_between(normals[k], normal_beyond_rim(k));
+      for (std::size_t other = 0; other < patch_.after.size(); ++other) {
+        const Corners& u = patch_.after[other];
+        if (u[1] == t[2]) sum += (t[2] - t[0]).norm() * angle_between(normals[k], normals[other]);
+        if (u[2] == t[1]) sum += (t[1] - t[0]).norm() * angle_between(normals[k], normals[other]);
+      }
+      largest = std::max(largest, sum);
+    }
+    return largest;
+  }
+
+  static double angle_between(const Vector3d& a, const Vector3d& b) {
+    return std::atan2(a.cross(b).norm(), a.dot(b));
+  }
+
+  /// Normal of the triangle across the rim's edge of a triangle that stays.
+  Vector3d normal_beyond_rim(std::size_t k) const {
+    for (const HalfedgeHandle h : mesh_.fh_range(patch_.faces[k])) {
+      if (point(mesh_.from_vertex_handle(h)) != patch_.kept[k][1] ||
+          point(mesh_.to_vertex_handle(h)) != patch_.kept[k][2])
+        continue;
+      const HalfedgeHandle beyond = mesh_.opposite_halfedge_handle(h);
+      const HalfedgeHandle next = mesh_.next_halfedge_handle(beyond);
+      return area_normal(point(mesh_.from_vertex_handle(beyond)),
+                         point(mesh_.to_vertex_handle(beyond)),
+                         point(mesh_.to_vertex_handle(next)));
+    }
+    return Vector3d::Zero();
+  }
+
   void collapse_short_edges() {
-    std::vector<std::pair<double, int>> edges;
+    std::vector<std::pair<float, int>> edges;
     for (const auto edge : mesh_.edges())
       if (!is_deleted(edge) && length(edge) < options_.min_length)
-        edges.emplace_back(length(edge), edge.idx());
+        edges.emplace_back(rank(edge), edge.idx());
     std::sort(edges.begin(), edges.end());
     for (const auto& [unused, index] : edges) {
       const EdgeHandle edge(index);
       if (!is_deleted(edge) && length(edge) < options_.min_length)
-        try_collapse(edge, cos_bound_, /*must_improve=*/false);
+        try_collapse(edge, cos_bound_, CollapseFor::kLength);
+    }
+  }
+
+  // ---- coarsening ----
+
+  bool is_star_flagged(const std::vector<char>& flags, VertexHandle vertex) const {
+    for (const FaceHandle face : mesh_.vf_range(vertex))
+      if (!flags[face.idx()]) return false;
+    return true;
+  }
+
+  void coarsen() {
+    std::vector<char> flags = options_.may_coarsen;
+    std::vector<std::pair<float, int>> edges;
+    for (const auto edge : mesh_.edges())
+      if (!is_deleted(edge)) edges.emplace_back(rank(edge), edge.idx());
+    std::sort(edges.begin(), edges.end());
+    for (const auto& [unused, index] : edges) {
+      const EdgeHandle edge(index);
+      if (is_deleted(edge)) continue;
+      const HalfedgeHandle h = mesh_.halfedge_handle(edge, 0);
+      const VertexHandle kept = mesh_.to_vertex_handle(h);
+      if (!is_star_flagged(flags, mesh_.from_vertex_handle(h)) || !is_star_flagged(flags, kept) ||
+          !try_collapse(edge, cos_move_, CollapseFor::kCoarseness))
+        continue;
+      for (const FaceHandle face : mesh_.vf_range(kept)) flags[face.idx()] = 0;
     }
   }
 
@@ -409,11 +491,11 @@ class Improvement {
 
   /// Faces with a smaller angle than the bound, the worst first.
   std::vector<FaceHandle> poor_faces(double cos_bound) const {
-    std::vector<std::pair<double, int>> found;
+    std::vector<std::pair<float, int>> found;
     for (const auto face : mesh_.faces()) {
       if (is_deleted(face)) continue;
       const double cosine = angle_cosines(mesh_, face).sharpest;
-      if (cosine > cos_bound) found.emplace_back(-cosine, face.idx());
+      if (cosine > cos_bound) found.emplace_back(static_cast<float>(-cosine), face.idx());
     }
     std::sort(found.begin(), found.end());
     std::vector<FaceHandle> faces;
@@ -427,7 +509,7 @@ class Improvement {
     std::array<EdgeHandle, 3> edges = {mesh_.edge_handle(h), mesh_.edge_handle(n),
                                        mesh_.edge_handle(mesh_.next_halfedge_handle(n))};
     std::sort(edges.begin(), edges.end(), [&](EdgeHandle left, EdgeHandle right) {
-      return std::pair(length(left), left.idx()) < std::pair(length(right), right.idx());
+      return std::pair(rank(left), left.idx()) < std::pair(rank(right), right.idx());
     });
     return edges;
   }
@@ -438,7 +520,7 @@ class Improvement {
       const auto edges = edges_by_length(face);
       if (try_flip(edges[2])) continue;
       for (const EdgeHandle edge : edges)
-        if (try_collapse(edge, cos_bound_, /*must_improve=*/true)) break;
+        if (try_collapse(edge, cos_bound_, CollapseFor::kAngle)) break;
     }
   }
 
@@ -471,7 +553,7 @@ class Improvement {
     // By 1 % of the angle at least, so that sweeps end.
     const double angle = std::acos(std::min(1.0, sharpest(patch_.before)));
     const auto best = best_place(places_in_plane(point(vertex)), std::cos(1.01 * angle),
-                                 /*is_length_limited=*/false);
+                                 std::max(options_.max_length, longest_spoke(patch_.before)));
     if (!best) return;
     apply(vertex, *best);
     ++report_.n_moved;
@@ -488,11 +570,19 @@ class Improvement {
 
   // ---- end ----
 
+  /// Each vertex whose star has changed is in one of these faces: flips and collapses leave the
+  /// vertices of all faces they change in faces they have changed.
+  void mark_reconnected_faces() {
+    if (!has_refinement_edges(mesh_)) return;
+    std::vector<FaceHandle> faces;
+    for (int j = 0; j < static_cast<int>(is_reconnected_.size()); ++j)
+      if (is_reconnected_[j] && !is_deleted(FaceHandle(j))) faces.emplace_back(j);
+    mark_longest_edges(mesh_, faces);
+  }
+
   void finish() {
-    if (report_.n_collapsed > 0) mesh_.garbage_collection();
-    if (report_.n_collapsed + report_.n_flipped + report_.n_moved > 0 &&
-        has_refinement_edges(mesh_))
-      mark_longest_edges(mesh_);
+    mark_reconnected_faces();
+    if (report_.n_collapsed > 0) collect_garbage(mesh_);
     double cosine = -1;
     for (int j = 0; j < static_cast<int>(mesh_.n_faces()); ++j) {
       const double sharp = angle_cosines(mesh_, FaceHandle(j)).sharpest;
@@ -507,6 +597,7 @@ class Improvement {
   const double cos_bound_ = cos_deg(options_.min_angle_deg);
   const double cos_move_ = cos_deg(options_.min_angle_deg + 10);
   std::vector<std::optional<std::vector<Vector3d>>> witnesses_;  // of each face that was touched
+  std::vector<bool> is_reconnected_;  // faces that a flip or a collapse has changed
   Patch patch_;
   ImproveReport report_;
 };

@@ -2,7 +2,9 @@
 // keep the surface within a tolerance.
 #pragma once
 
+#include <limits>
 #include <string>
+#include <vector>
 
 #include "libsurf/mesh/triangle_mesh.h"
 
@@ -17,6 +19,11 @@ struct ImproveOptions {
   /// Triangles with a smaller angle are flipped or collapsed away; the vertices of those below
   /// this + 10 degrees are moved along the surface. In (0, 50).
   double min_angle_deg = 20;
+  /// One flag per face; edges whose two stars hold flagged faces only are collapsed too, each face
+  /// at most once, if angles stay above min_angle_deg + 10 degrees and the geometric variation of
+  /// the new triangles (fem/indicators.h) below max_variation_mm. Empty = none.
+  std::vector<char> may_coarsen = {};
+  double max_variation_mm = std::numeric_limits<double>::infinity();
   /// Rounds of collapses, flips and moves; ends earlier when nothing is left to do.
   int n_sweeps = 5;
   /// Empty if valid, else field, value and constraint.
@@ -32,8 +39,9 @@ struct ImproveReport {
 };
 
 /// Improves the triangles of a closed surface:
-/// - collapses edges shorter than min_length, and edges of triangles with a small angle if that
-///   removes it; the vertex that is left is put where the enclosed volume does not change;
+/// - collapses edges shorter than min_length, edges within what may be coarsened (where bisections
+///   cannot be undone any more, see adaptivity.h), and edges of triangles with a small angle if
+///   that removes it; the vertex that is left is put where the enclosed volume does not change;
 /// - flips edges whose opposite angles sum to more than 190 degrees, and those of caps;
 /// - moves vertices of thin triangles in the tangent plane that keeps the volume (smoothing.h).
 ///
@@ -48,7 +56,9 @@ struct ImproveReport {
 /// not meet is not looked at.
 ///
 /// Deterministic. Collects garbage when something was collapsed: handles die then and
-/// properties are renumbered with them. Refinement edges, if there are any, are chosen anew.
+/// properties are renumbered with them. Where faces carry refinement edges, those that a flip or a
+/// collapse has changed get their longest edge, and the bisections that made their vertices
+/// cannot be undone any more; the others keep theirs, even where vertices were moved.
 /// @throws std::invalid_argument  options.error() is not empty
 ImproveReport improve(TriMesh& mesh, const ImproveOptions& options);
 

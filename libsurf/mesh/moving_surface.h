@@ -4,9 +4,11 @@
 
 #include <Eigen/Geometry>
 #include <array>
+#include <limits>
 #include <optional>
 
 #include "libsurf/flow/moving_shape.h"
+#include "libsurf/mesh/adaptivity.h"
 #include "libsurf/mesh/triangle_mesh.h"
 
 namespace surf::mesh {
@@ -19,13 +21,18 @@ struct VolumeBox {
 };
 
 struct MovingSurfaceOptions {
-  /// Wanted edge length [mm]: edges are bisected above 4/3 of it and collapsed below 0.4 of it.
+  /// Wanted edge length where the surface is finest [mm]: edges are bisected above 4/3 of it, if
+  /// the indicators ask for it, and collapsed below 0.4 of it.
   double edge_length_mm = 1;
-  /// Largest displacement of a vertex in a step, as a share of the edge length.
-  double max_displacement = 0.5;
-  /// Sheets that face each other are held apart at this share of the edge length. Above the
-  /// largest approach in one step (twice max_displacement) less itself, so that no crossing is
-  /// missed.
+  /// Edges may be this many times longer where all indicators allow; 1 = uniform.
+  double coarseness = 1;
+  /// The indicators and their tolerances; the limits on lengths follow from the fields above.
+  AdaptivityOptions adaptivity = {};
+  /// Largest displacement of a vertex in a step [mm]: no more than what the image's edges are wide,
+  /// so that none is jumped over. The mesh itself asks for no such bound: Alg. 3 and the guards see
+  /// to it that triangles stay triangles.
+  double max_displacement_mm = std::numeric_limits<double>::infinity();
+  /// Sheets that face each other are held apart at this share of edge_length_mm.
   double sheet_distance = 0.7;
   /// Vertices may not leave this box; none = the surface moves freely.
   std::optional<VolumeBox> box;
@@ -45,8 +52,8 @@ class MovingSurface : public flow::MovingShape<3> {
   MovingSurface(const Triangles& initial, const MovingSurfaceOptions& options);
 
   fem::Geometry<3> geometry() const override;
-  double max_displacement() const override;
-  Eigen::Index restrict_move(Points<3>& to) override;
+  double max_displacement() const override { return options_.max_displacement_mm; }
+  double restrict_move(Points<3>& to) override;
   void move_to(const Points<3>& to) override;
   bool mend() override;
   std::string obstacle() const override;
@@ -56,8 +63,14 @@ class MovingSurface : public flow::MovingShape<3> {
   double border_share() const;
   /// Changes the wanted edge length; the mesh follows with the next mend.
   void set_edge_length(double edge_length_mm);
+  /// Changes what Alg. 7 looks at.
+  void set_integrands(std::vector<std::shared_ptr<const Field<3>>> integrands);
 
  private:
+  AdaptivityOptions adaptivity() const;
+  void keep_in_box(Points<3>& to) const;
+  bool mend(int max_rounds);
+
   TriMesh mesh_;
   MovingSurfaceOptions options_;
 };

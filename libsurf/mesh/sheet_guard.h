@@ -9,10 +9,18 @@ namespace surf::mesh {
 
 /// Vertices that a step would bring into contact: those of every pair of triangles without a
 /// common vertex that face each other (normals more than about 100 degrees apart), whose centroids
-/// come closer than `distance` [mm] and closer than they were. A hash grid over the centroids:
-/// linear time.
+/// come closer than `distance` [mm] and closer than they were. A sweep along a grid
+/// (close_pairs.h): linear time.
 /// @return  one flag per vertex
 std::vector<char> vertices_in_contact(const Points<3>& from, const Points<3>& to,
                                       const Elements<3>& elements, double distance);
+
+/// Takes back what a step may not do: vertices of triangles of `to` that intersect, that have no
+/// area or whose normal turned by 90 degrees or more are set to where they were, round after round;
+/// after a few rounds with growing neighbourhoods, at last all of them. What `from` has already is
+/// let be, so that a later step may undo it; a surface free of intersections stays so.
+/// Each round looks at triangles that changed only.
+/// @return  number of vertices set back
+Eigen::Index hold_intersecting(const Points<3>& from, Points<3>& to, const Elements<3>& elements);
 
 }  // namespace surf::mesh

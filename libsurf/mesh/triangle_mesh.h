@@ -54,7 +54,7 @@ void set_points(TriMesh& mesh, const Points<3>& points);
 
 /// All invariants of an evolving surface: no garbage, half-edges that agree with each other,
 /// everything to_mesh() asks for (so no hanging node either), and, where faces carry
-/// refinement edges (bisection.h), each is an edge of its face and bisection ends.
+/// refinement edges (bisection.h), each is an edge of its face.
 /// O(n log n): for tests and assertions.
 /// @throws InvalidMesh  with the first place that breaks an invariant
 void check_mesh(const TriMesh& mesh);

@@ -19,8 +19,9 @@ constexpr double kExplosion = 1.4;      // ln of the growth in volume that count
 constexpr double kLargestGrowth = 1.4;  // growth_out of a rung before a leak
 constexpr double kLeastVolume = 113;    // voxels; a ball of radius 3: smaller is not judged
 constexpr double kLeakFrom = 20000;     // voxels; growth of what is smaller is no leak
+constexpr double kCalmFrom = 20000;  // voxels; a rung of more ends where the next is rough
 constexpr double kLargestContact =
-    0.05;  // share of vertices held: the front meets itself round holes
+    0.05;  // share of the area held: the front meets itself round holes
 constexpr double kLeastSphericity = 0.2;  // rougher surfaces percolate through noise
 
 /// Histograms of intensities just inside and just outside, overlap sum min(p, q).
@@ -133,6 +134,8 @@ class Climb {
                          stages_.back().name});
         break;
       }
+      // Rough after a calm rung of some size: it leaks through its noise.
+      if (end == RungEnd::kRough && !rungs.empty() && is_judged(rungs.back(), kCalmFrom)) break;
       if (end == RungEnd::kVanished || end == RungEnd::kRough) {  // try wider from the seed
         if (end == RungEnd::kRough) ++q;  // the scale of the noise is far below: twice as wide
         restart();
@@ -176,25 +179,22 @@ class Climb {
     return {{"window", 1, {{"mean", seed_.mean}, {"half-width", half_width}}}, {"area", beta_, {}}};
   }
 
-  void restart() { surface_ = std::make_unique<mesh::MovingSurface>(start_, surface_options()); }
+  void restart() {
+    mesh::MovingSurfaceOptions surface = options_.surface;
+    surface.box = volume_box(model_.volume());
+    surface_ = std::make_unique<mesh::MovingSurface>(start_, surface);
+  }
 
   /// Large objects get longer edges, up to twice the first: their necks are wider too.
   void adapt_edge_length(double volume_mm3) {
     const double radius = std::cbrt(volume_mm3 * 3 / (4 * std::numbers::pi));
-    surface_->set_edge_length(
-        std::clamp(radius / 20, options_.edge_length_mm, 2 * options_.edge_length_mm));
-  }
-
-  mesh::MovingSurfaceOptions surface_options() const {
-    mesh::MovingSurfaceOptions out;
-    out.edge_length_mm = options_.edge_length_mm;
-    const auto& volume = model_.volume();
-    out.box = mesh::VolumeBox{volume.world_to_index(), volume.index_to_world(), volume.size()};
-    return out;
+    surface_->set_edge_length(std::clamp(radius / 20, options_.surface.edge_length_mm,
+                                         2 * options_.surface.edge_length_mm));
   }
 
   RungEnd grow(double half_width, double volume_before, int q) {
     const auto energy = model_.energy(terms(half_width));
+    surface_->set_integrands(model_.integrands(terms(half_width)));
     const std::string stage = fmt::format("ladder r={:.3g} rung {}", 2 * beta_, q - 1);
     const double start_volume = fem::Geometry<3>(start_.points, start_.elements).enclosed();
     // A tiny first rung may fill a whole plateau at once.
@@ -211,7 +211,7 @@ class Climb {
         return false;
       }
       adapt_edge_length(record.enclosed);
-      const bool meets_itself = record.n_held > kLargestContact * double(record.n_vertices);
+      const bool meets_itself = record.held_share > kLargestContact;
       if (meets_itself ||
           (record.k % 10 == 0 && sphericity(surface_->geometry()) < kLeastSphericity)) {
         end = RungEnd::kRough;
@@ -221,7 +221,7 @@ class Climb {
     };
     StageReport report;
     report.name = stage;
-    report.edge_length_mm = options_.edge_length_mm;
+    report.edge_length_mm = options_.surface.edge_length_mm;
     report.flow = flow::evolve<3>(*surface_, *energy, options_.flow, on_step);
     report.seconds =
         std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();

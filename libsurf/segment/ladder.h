@@ -21,7 +21,8 @@ struct RungFeatures {
 };
 
 struct LadderOptions {
-  double edge_length_mm = 1;
+  mesh::MovingSurfaceOptions
+      surface;  ///< edge length of small objects; box and integrands are set here
   /// Neck radii r [voxels]: the weight of the area is r / 2, so that a front does not pass a neck
   /// of smaller radius.
   std::vector<double> neck_radii = {1, 2, 4};

@@ -67,6 +67,10 @@ void check_terms(std::span<const EnergyTerm> terms) {
   }
 }
 
+mesh::VolumeBox volume_box(const volume::Volume& volume) {
+  return {volume.world_to_index(), volume.index_to_world(), volume.size()};
+}
+
 ImageModel::ImageModel(const volume::Volume& volume, const volume::SmoothingOptions& smoothing,
                        volume::DerivativeFilter filter)
     : volume_(volume),
@@ -82,6 +86,21 @@ std::shared_ptr<const Field<3>> ImageModel::edge_indicator(double lambda) {
 
 energy::DomainIntegralOptions ImageModel::domain_options() const {
   return {.quadrature_order = 2, .ray_spacing_mm = volume_.voxel_size()};
+}
+
+std::shared_ptr<const Field<3>> ImageModel::window(const EnergyTerm& term) const {
+  return energy::mapped_field<3>(
+      intensity_, energy::intensity_window(parameter(term, "mean"), parameter(term, "half-width")));
+}
+
+std::vector<std::shared_ptr<const Field<3>>> ImageModel::integrands(
+    std::span<const EnergyTerm> terms) {
+  std::vector<std::shared_ptr<const Field<3>>> out;
+  for (const EnergyTerm& term : terms) {
+    if (term.name == "minimal-surface") out.push_back(edge_indicator(parameter(term, "lambda")));
+    if (term.name == "window") out.push_back(window(term));
+  }
+  return out;
 }
 
 std::unique_ptr<energy::EnergySum<3>> ImageModel::energy(std::span<const EnergyTerm> terms) {
@@ -101,10 +120,8 @@ std::unique_ptr<energy::EnergySum<3>> ImageModel::energy(std::span<const EnergyT
       options.intensity_scale = std::sqrt(std::max(variance, 1e-300));
       sum->add(term.weight, std::make_unique<energy::ChanVese<3>>(intensity_, totals, options));
     } else if (term.name == "window") {
-      const auto window = energy::mapped_field<3>(
-          intensity_,
-          energy::intensity_window(parameter(term, "mean"), parameter(term, "half-width")));
-      sum->add(term.weight, std::make_unique<energy::DomainIntegral<3>>(window, domain_options()));
+      sum->add(term.weight,
+               std::make_unique<energy::DomainIntegral<3>>(window(term), domain_options()));
     } else {
       sum->add(term.weight,
                std::make_unique<energy::BoundaryIntegral<3>>(energy::constant_field<3>(1)));

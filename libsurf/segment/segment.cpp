@@ -10,6 +10,7 @@
 #include "libsurf/mesh/moving_surface.h"
 #include "libsurf/mesh/primitives.h"
 #include "libsurf/mesh/self_intersections.h"
+#include "libsurf/mesh/sheet_guard.h"
 #include "libsurf/segment/edge_offset.h"
 #include "libsurf/segment/ladder.h"
 #include "libsurf/segment/model.h"
@@ -18,6 +19,7 @@
 namespace surf::segment {
 namespace {
 
+constexpr double kLargestStep = 2;  // voxels: an edge is wider
 constexpr int kSettleSteps = 8;
 constexpr double kSettleStep = 0.25;  // voxels, largest move in a step
 
@@ -137,15 +139,21 @@ class Run {
   mesh::MovingSurfaceOptions surface_options(double edge_length) const {
     mesh::MovingSurfaceOptions out;
     out.edge_length_mm = edge_length;
-    const auto& volume = model_.volume();
-    out.box = mesh::VolumeBox{volume.world_to_index(), volume.index_to_world(), volume.size()};
+    out.coarseness = options_.coarseness;
+    out.adaptivity.geometry_tolerance_mm =
+        options_.geometry_tolerance_mm.value_or(model_.volume().voxel_size());
+    out.adaptivity.integral_tolerance = options_.integral_tolerance;
+    out.max_displacement_mm = kLargestStep * model_.volume().voxel_size();
+    out.box = volume_box(model_.volume());
     return out;
   }
 
   /// False if the caller asked to stop.
   bool run_ladder() {
     LadderOptions ladder;
-    ladder.edge_length_mm = std::max(result_.edge_length_mm, 2 * model_.volume().voxel_size());
+    ladder.surface = surface_options(result_.edge_length_mm);
+    ladder.surface.edge_length_mm =
+        std::max(result_.edge_length_mm, 2 * model_.volume().voxel_size());
     ladder.flow = options_.flow;
     ladder.flow.energy_tol = std::max(ladder.flow.energy_tol, 3e-3);
     const double voxel = model_.volume().voxel_size();
@@ -153,8 +161,8 @@ class Run {
       const double radius = std::max(result_.seed_radius_mm, 1.4 * neck_radius * voxel);
       if (options_.initial_surface || radius == result_.seed_radius_mm) return start_;
       std::vector<std::string> notes;
-      return seed_balls(options_.seeds_ras_mm, radius, std::min(ladder.edge_length_mm, radius / 2),
-                        notes);
+      return seed_balls(options_.seeds_ras_mm, radius,
+                        std::min(ladder.surface.edge_length_mm, radius / 2), notes);
     };
     result_.candidates = climb(model_, seed_model_, starts, ladder, result_.stages, progress_);
     if (result_.candidates.empty()) {
@@ -208,8 +216,9 @@ class Run {
 
   bool evolve(const std::string& stage, const std::vector<EnergyTerm>& terms,
               const Triangles& start, const flow::FlowOptions& flow,
-              const mesh::MovingSurfaceOptions& surface_options) {
+              mesh::MovingSurfaceOptions surface_options) {
     const auto begin = std::chrono::steady_clock::now();
+    surface_options.adaptivity.integrands = model_.integrands(terms);
     mesh::MovingSurface surface(start, surface_options);
     const auto energy = model_.energy(terms);
     bool go_on = true;
@@ -250,16 +259,17 @@ class Run {
     flow.max_steps = std::min(flow.max_steps, kSettleSteps);
     const double voxel = model_.volume().voxel_size();
     mesh::MovingSurfaceOptions surface = surface_options(result_.edge_length_mm);
-    surface.max_displacement =
-        std::min(surface.max_displacement, kSettleStep * voxel / result_.edge_length_mm);
+    surface.max_displacement_mm = kSettleStep * voxel;
     const std::vector<EnergyTerm> terms = {
         {"minimal-surface", 1, {{"gamma0", 1}, {"gamma", 0}, {"lambda", lambda}}}};
     const Triangles start = result_.surface;
     const bool go_on = evolve("settle", terms, start, flow, surface);
-    if (go_on)
-      result_.surface.points =
-          moved_to_edge(result_.surface, *model_.edge_indicator(lambda), kSettleStep * voxel);
-    return go_on;
+    if (!go_on) return false;
+    Triangles& settled = result_.surface;
+    Points<3> to = moved_to_edge(settled, *model_.edge_indicator(lambda), kSettleStep * voxel);
+    mesh::hold_intersecting(settled.points, to, settled.elements);
+    settled.points = to;
+    return true;
   }
 
   const SegmentOptions& options_;
@@ -283,6 +293,13 @@ std::string SegmentOptions::error() const {
     return fmt::format("SegmentOptions::edge_length_mm = {} violates > 0", *edge_length_mm);
   if (energies.empty() && initial_surface && seeds_ras_mm.empty())
     return "an initial surface without seeds needs an explicit energy";
+  if (!(coarseness >= 1))
+    return fmt::format("SegmentOptions::coarseness = {} violates >= 1", coarseness);
+  if (geometry_tolerance_mm && !(*geometry_tolerance_mm > 0))
+    return fmt::format("SegmentOptions::geometry_tolerance_mm = {} violates > 0",
+                       *geometry_tolerance_mm);
+  if (!(integral_tolerance >= 0))
+    return fmt::format("SegmentOptions::integral_tolerance = {} violates >= 0", integral_tolerance);
   return flow.error();
 }
 

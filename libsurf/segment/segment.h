@@ -42,8 +42,15 @@ struct SegmentOptions {
   double selective_sigma_mm = 0, selective_threshold = 0;
   volume::DerivativeFilter derivative_filter = volume::DerivativeFilter::kBSpline;
 
-  /// Wanted edge length of the result [mm]; none = 1.5 voxels.
+  /// Wanted edge length of the result where it is finest [mm]; none = 1.5 voxels.
   std::optional<double> edge_length_mm;
+  /// Space adaptivity (mesh/adaptivity.h): edges may be this many times longer where geometry and
+  /// data allow; 1 = uniform.
+  double coarseness = 4;
+  /// epsilon_geom of Alg. 6 [mm]; none = 1 voxel: triangles lie within about an eighth of it.
+  std::optional<double> geometry_tolerance_mm;
+  /// epsilon_int of Alg. 7 per area, for the integrands on the surface; 0 = not used.
+  double integral_tolerance = 0.016;
   flow::FlowOptions flow;
   /// Settle the surface on the edges it has found: a last stage with the edge indicator alone.
   bool settle = true;

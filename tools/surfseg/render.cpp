@@ -30,6 +30,7 @@ struct Request {
   std::optional<std::string> at;
   std::vector<double> window;
   int frame_index = 0, width = 1500;
+  bool has_edges = false;
 };
 
 surf::io::Picture draw_slices(const Request& request, const surf::Triangles& surface) {
@@ -51,13 +52,16 @@ void run(const Request& request) {
     throw surf::UsageError(fmt::format("--output: '{}' must end in .png", request.output));
   if (request.volume.empty() && (request.at || !request.window.empty()))
     throw surf::UsageError("--at, --window: they belong to slices; give --volume too");
+  if (!request.volume.empty() && request.has_edges)
+    throw surf::UsageError("--edges: it belongs to the surface alone; leave out --volume");
   const surf::Triangles surface = surf::io::read_surface(
       request.surface,
       {request.unstated_space == "ras" ? surf::io::Space::kRas : surf::io::Space::kLps});
-  surf::io::write_png(request.output,
-                      request.volume.empty()
-                          ? surf::io::render_surface(surface, {request.width, request.width / 2})
-                          : draw_slices(request, surface));
+  surf::io::write_png(
+      request.output,
+      request.volume.empty()
+          ? surf::io::render_surface(surface, {request.width, request.width / 2, request.has_edges})
+          : draw_slices(request, surface));
 }
 
 }  // namespace
@@ -82,6 +86,7 @@ void add_render_command(CLI::App& app, ExitCode&) {
       ->delimiter(',');
   command->add_option("--width", request->width, "Width of the picture in pixels")
       ->capture_default_str();
+  command->add_flag("--edges", request->has_edges, "Draw the edges of the triangles");
   command
       ->add_option("--unstated-space", request->unstated_space,
                    "Space of surface files that state none: ras or lps")

@@ -39,7 +39,7 @@ struct Arguments {
   int frame_index = 0;
   std::vector<std::string> seeds;
   std::string space = "ras";
-  std::string radius, sigma, selective_sigma, edge_length;
+  std::string radius, sigma, selective_sigma, edge_length, geometry_tolerance;
   InitialArguments initial;
   double selective_threshold = 0;
   std::string derivatives = "bspline";
@@ -48,6 +48,7 @@ struct Arguments {
   double gamma = 0, gamma0 = 1;
   std::string flow = "h1", scheme = "auto", step_rule = "line-search";
   int max_iterations = 500;
+  double coarseness = 4, integral_tolerance = 0.016;
   double tolerance = 1e-4;
   bool no_settle = false;
   int threads = 0;
@@ -167,6 +168,12 @@ class SegmentCommand {
       throw surf::UsageError(
           fmt::format("--tolerance: expected a number from 0 to below 1, such as 1e-4; got {}",
                       arguments_.tolerance));
+    if (!(arguments_.coarseness >= 1 && arguments_.coarseness <= 1000))
+      throw surf::UsageError(fmt::format("--coarseness: expected a number from 1 to 1000; got {}",
+                                         arguments_.coarseness));
+    if (!(arguments_.integral_tolerance >= 0))
+      throw surf::UsageError(fmt::format("--integral-tolerance: expected 0 or more; got {}",
+                                         arguments_.integral_tolerance));
     if (!(arguments_.selective_threshold >= 0))
       throw surf::UsageError(fmt::format("--selective-threshold: expected 0 or more; got {}",
                                          arguments_.selective_threshold));
@@ -174,8 +181,9 @@ class SegmentCommand {
     for (const auto& [option, text] : {std::pair{"--sigma", arguments_.sigma},
                                        {"--selective-sigma", arguments_.selective_sigma}})
       if (!text.empty()) parse_length(option, text);
-    for (const auto& [option, text] :
-         {std::pair{"--radius", arguments_.radius}, {"--edge-length", arguments_.edge_length}})
+    for (const auto& [option, text] : {std::pair{"--radius", arguments_.radius},
+                                       {"--edge-length", arguments_.edge_length},
+                                       {"--geometry-tolerance", arguments_.geometry_tolerance}})
       if (!text.empty()) parse_positive_length(option, text);
     arguments_.initial.check();
     surf::segment::check_terms(energies());
@@ -209,6 +217,9 @@ class SegmentCommand {
     out.selective_sigma_mm = length("--selective-sigma", arguments_.selective_sigma).value_or(0);
     out.selective_threshold = arguments_.selective_threshold;
     out.edge_length_mm = length("--edge-length", arguments_.edge_length);
+    out.coarseness = arguments_.coarseness;
+    out.geometry_tolerance_mm = length("--geometry-tolerance", arguments_.geometry_tolerance);
+    out.integral_tolerance = arguments_.integral_tolerance;
     if (arguments_.derivatives == "scharr")
       out.derivative_filter = surf::volume::DerivativeFilter::kScharr;
     if (arguments_.initial.any()) set_initial_surface(out, space, volume);
@@ -454,8 +465,27 @@ void add_options(CLI::App& command, Arguments& a) {
       ->group(energy);
 
   const std::string flow = "Flow";
-  command.add_option("--edge-length", a.edge_length, "Edges of the result, such as 2mm [1.5vox]")
-      ->group(flow);
+  const std::string mesh = "Mesh";
+  command
+      .add_option("--edge-length", a.edge_length,
+                  "Edges of the result where it is finest, such as 2mm [1.5vox]")
+      ->group(mesh);
+  command
+      .add_option("--coarseness", a.coarseness,
+                  "Edges may be this many times longer where the surface is flat; 1: all the same")
+      ->capture_default_str()
+      ->group(mesh);
+  command
+      .add_option("--geometry-tolerance", a.geometry_tolerance,
+                  "Bound on edge length times angle between triangles: they lie within an eighth "
+                  "of it [1vox]")
+      ->group(mesh);
+  command
+      .add_option("--integral-tolerance", a.integral_tolerance,
+                  "Quadrature error of the energy per area above which triangles are refined; 0: "
+                  "do not look")
+      ->capture_default_str()
+      ->group(mesh);
   command.add_option("--flow", a.flow, "Scalar product: h1 (weighted, inexact Newton) or l2")
       ->check(CLI::IsMember({"h1", "l2"}))
       ->capture_default_str()

@@ -21,10 +21,10 @@ class PlainShape : public MovingShape<Dim> {
 
   fem::Geometry<Dim> geometry() const override { return shape_; }
   double max_displacement() const override { return longest; }
-  Eigen::Index restrict_move(Points<Dim>& to) override {
+  double restrict_move(Points<Dim>& to) override {
     if (!is_frozen) return 0;
     to = shape_.points();
-    return to.rows();
+    return 1;
   }
   void move_to(const Points<Dim>& to) override { shape_ = shape_.moved_to(to); }
   bool mend() override { return false; }

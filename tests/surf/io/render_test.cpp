@@ -28,6 +28,18 @@ TEST(Render, ShowsABallInBothViewsAndWhiteRoundIt) {
   EXPECT_EQ(picture.at(200, 100), kWhite);
 }
 
+TEST(Render, DrawsTheEdgesIfAsked) {
+  RenderOptions options{.width = 400, .height = 200};
+  const Triangles ball = mesh::ball({0, 0, 0}, 12, 6);
+  const Picture plain = render_surface(ball, options);
+  options.has_edges = true;
+  const Picture edged = render_surface(ball, options);
+  int n_darker = 0;
+  for (int y = 0; y < 200; ++y)
+    for (int x = 0; x < 400; ++x) n_darker += edged.at(x, y)[0] + 60 < plain.at(x, y)[0];
+  EXPECT_GT(n_darker, 500);
+}
+
 TEST(Render, RefusesNoTrianglesAndSizesOutOfRange) {
   EXPECT_THROW(render_surface({}), InvalidMesh);
   EXPECT_THROW(render_surface(mesh::ball({0, 0, 0}, 1, 1), {.width = 20}), UsageError);

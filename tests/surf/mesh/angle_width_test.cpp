@@ -30,11 +30,12 @@ int n_wider_than(const TriMesh& mesh, double degrees) {
 TEST(AngleWidth, LeavesNoWideAngleOrSaysThatTheLimitWasReached) {
   std::mt19937 random(1);
   for (int kind = 0; kind < 4; ++kind)
-    for (const auto edges : {RefinementEdges::kLongest, RefinementEdges::kKeep}) {
+    for (const bool is_refined_before : {false, true}) {
       TriMesh mesh = surface_with_wide_angles(kind, random);
-      ASSERT_GT(n_wider_than(mesh, 120), 0);
       const double volume = enclosed_volume(mesh);
-      const AngleWidthOptions options{.edges = edges};
+      if (is_refined_before) refine_long_edges(mesh, 0.3);
+      ASSERT_GT(n_wider_than(mesh, 120), 0);
+      const AngleWidthOptions options;
       const AngleWidthReport report = control_angle_width(mesh, options);
       check_mesh(mesh);
       EXPECT_EQ(n_wider_than(mesh, 120), report.n_wide);

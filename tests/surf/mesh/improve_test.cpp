@@ -249,20 +249,66 @@ TEST(ImproveRun, OfABallInAWavyFlowHasGoodTriangles) {
   expect_good_triangles(mesh);
 }
 
-// What the comment of RefinementEdges says: without improve(), longest edges chosen anew give
-// better angles than those of the start.
-TEST(ImproveRun, WithoutImproveLongestEdgesChosenAnewGiveTheBetterAngles) {
-  const auto grown = [](RefinementEdges edges) {
-    TriMesh mesh = to_mesh(ball(Vector3d::Zero(), 1, kEdge));
-    constexpr int kSteps = 100;
-    const double across = std::pow(7.0, 1.0 / kSteps), along = std::pow(21.0, 1.0 / kSteps);
-    for (int step = 0; step < kSteps; ++step) {
-      scale(mesh, Vector3d(across, along, across));
-      refine_long_edges(mesh, 1.5 * kEdge, edges);
+void bisect_until_short(TriMesh& mesh, double max_length) {
+  while (true) {
+    std::vector<OpenMesh::FaceHandle> marked;
+    for (const auto face : mesh.faces())
+      for (const auto edge : mesh.fe_range(face))
+        if (mesh.calc_edge_length(edge) > max_length) marked.push_back(face);
+    if (marked.empty()) return;
+    bisect(mesh, marked);
+  }
+}
+
+// What the comment of bisect_at_longest_edges() says: without improve(), longest edges give
+// better angles than those that faces carry, and most bisections can be undone.
+TEST(ImproveRun, WithoutImproveHalvingLongestEdgesGivesTheBetterAnglesAndKeepsHistory) {
+  TriMesh longest = to_mesh(ball(Vector3d::Zero(), 1, kEdge)), carried = longest;
+  constexpr int kSteps = 100;
+  const Vector3d factors(std::pow(7.0, 1.0 / kSteps), std::pow(21.0, 1.0 / kSteps),
+                         std::pow(7.0, 1.0 / kSteps));
+  for (int step = 0; step < kSteps; ++step) {
+    scale(longest, factors);
+    scale(carried, factors);
+    refine_long_edges(longest, 1.5 * kEdge);
+    bisect_until_short(carried, 1.5 * kEdge);
+  }
+  check_mesh(longest);
+  EXPECT_GT(share_of_angles_above(longest, 25), share_of_angles_above(carried, 25) + 0.1);
+  int n_removable = 0;
+  for (const auto vertex : longest.vertices()) n_removable += is_removable(longest, vertex);
+  EXPECT_GT(4 * n_removable, static_cast<int>(longest.n_vertices()));
+}
+
+// A poor place is mended; bisections elsewhere can be undone, and what is left is what was there.
+TEST(Improve, ForgetsBisectionsOnlyWhereItFlipsOrCollapses) {
+  TriMesh mesh = to_mesh(ball(Vector3d::Zero(), 1, 0.3));
+  std::vector<OpenMesh::FaceHandle> all;
+  for (const auto face : mesh.faces()) all.push_back(face);
+  const auto n_start = static_cast<int>(mesh.n_vertices());
+  const int n_new = bisect(mesh, all);
+  for (const auto edge : mesh.edges())  // one edge shrinks to a fifth
+    if (edge.v0().idx() >= n_start || edge.v1().idx() >= n_start) {
+      const Vector3d middle = 0.5 * (mesh.point(edge.v0()) + mesh.point(edge.v1()));
+      for (const auto end : {edge.v0(), edge.v1()})
+        mesh.set_point(end, 0.2 * mesh.point(end) + 0.8 * middle);
+      break;
     }
-    return share_of_angles_above(mesh, 25);
-  };
-  EXPECT_GT(grown(RefinementEdges::kLongest), grown(RefinementEdges::kKeep) + 0.1);
+  const ImproveReport report =
+      improve(mesh, {.min_length = 0.06, .max_length = 0.5, .tolerance_mm = 0.05});
+  check_mesh(mesh);
+  EXPECT_GE(report.n_collapsed, 1);
+  int n_removed = 0, n_layer = 0;
+  do {
+    std::vector<OpenMesh::FaceHandle> faces;
+    for (const auto face : mesh.faces()) faces.push_back(face);
+    n_removed += n_layer = coarsen(mesh, faces);
+    check_mesh(mesh);
+    EXPECT_EQ(euler_number(mesh), 2);
+  } while (n_layer > 0);
+  EXPECT_LT(n_removed, n_new);
+  EXPECT_GT(2 * n_removed, n_new);
+  EXPECT_GT(min_angle_deg(mesh), 5);
 }
 
 TEST(Improve, TimeOnTwentyThousandTrianglesIsPrinted) {

@@ -5,6 +5,7 @@
 #include "libsurf/base/error.h"
 #include "libsurf/mesh/measure.h"
 #include "libsurf/mesh/primitives.h"
+#include "libsurf/mesh/self_intersections.h"
 #include "libsurf/mesh/verify.h"
 #include "tests/surf/mesh/surfaces.h"
 
@@ -19,12 +20,12 @@ VolumeBox some_box() {
 }
 
 /// One step along `velocity`, as a flow makes it.
-Eigen::Index step(MovingSurface& surface, const Points<3>& displacement) {
+double step(MovingSurface& surface, const Points<3>& displacement) {
   Points<3> to = surface.geometry().points() + displacement;
-  const Eigen::Index n_held = surface.restrict_move(to);
+  const double held_share = surface.restrict_move(to);
   surface.move_to(to);
   surface.mend();
-  return n_held;
+  return held_share;
 }
 
 Points<3> normals(const MovingSurface& surface) {
@@ -57,12 +58,9 @@ TEST(MovingSurface, CoarsensAsItShrinks) {
   EXPECT_LT(surface.geometry().n_elements(), n_before / 4);
 }
 
-TEST(MovingSurface, MayMoveByAShareOfItsEdgeLengthInAStep) {
-  MovingSurface surface(ball({0, 0, 0}, 2, 0.5),
-                        {.edge_length_mm = 0.5, .max_displacement = 0.3, .box = {}});
-  EXPECT_DOUBLE_EQ(surface.max_displacement(), 0.15);
+TEST(MovingSurface, FollowsAnotherEdgeLengthWithTheNextMend) {
+  MovingSurface surface(ball({0, 0, 0}, 2, 0.5), {.edge_length_mm = 0.5, .box = {}});
   surface.set_edge_length(0.3);
-  EXPECT_DOUBLE_EQ(surface.max_displacement(), 0.09);
   EXPECT_TRUE(surface.mend());
   EXPECT_LE(quality(surface.triangles()).max_edge_mm, 0.3 * 4 / 3 * 1.001);
 }
@@ -114,20 +112,83 @@ TEST(MovingSurface, HoldsSheetsApartThatWouldTouch) {
                  Elements<3>(two.elements.rows() + other.elements.rows(), 3)};
   both.points << two.points, other.points;
   both.elements << two.elements, (other.elements.array() + n).matrix();
-  MovingSurface surface(both, {.edge_length_mm = 0.3, .max_displacement = 0.3, .box = {}});
-  Eigen::Index n_held = 0;
+  MovingSurface surface(both, {.edge_length_mm = 0.3, .box = {}});
+  double held = 0;
   for (int k = 0; k < 12; ++k) {
-    n_held += step(surface, 0.08 * normals(surface));
+    held += step(surface, 0.08 * normals(surface));
     ASSERT_TRUE(verify(surface.triangles()).passed()) << "step " << k;
   }
-  EXPECT_GT(n_held, 0);
+  EXPECT_GT(held, 0);
   EXPECT_EQ(measure_components(surface.triangles()).size(), 2u);
+}
+
+/// Sum of plane waves with lengths from about 1 to 6.
+Points<3> random_field(const Points<3>& X, unsigned seed, double amplitude) {
+  std::mt19937 random(seed);
+  Points<3> out = Points<3>::Zero(X.rows(), 3);
+  for (int wave = 0; wave < 4; ++wave) {
+    const WavyField field(random, amplitude / 2);
+    for (Eigen::Index i = 0; i < X.rows(); ++i) out.row(i) += field(X.row(i).transpose());
+  }
+  return out;
+}
+
+// Fields that tear, fold and press together; a new one every tenth step.
+TEST(MovingSurface, DoesNotIntersectItselfInRandomFields) {
+  for (unsigned seed = 1; seed <= 4; ++seed) {
+    const Triangles start = seed % 2 ? ball({0, 0, 0}, 1.2, 0.35) : torus(1.2, 0.5, 24, 10);
+    MovingSurfaceOptions options{.edge_length_mm = 0.35, .box = {}};
+    options.box = VolumeBox{Eigen::Affine3d(Eigen::Translation3d(2, 2, 2)),
+                            Eigen::Affine3d(Eigen::Translation3d(-2, -2, -2)),
+                            {5, 5, 5}};
+    MovingSurface surface(start, options);
+    double travelled = 0;
+    for (int k = 0; k < 100; ++k) {
+      const Points<3> X = surface.geometry().points();
+      Points<3> to = X + random_field(X, 100 * seed + k / 10, 0.08);
+      surface.restrict_move(to);
+      travelled += (to - X).rowwise().norm().mean();
+      surface.move_to(to);
+      ASSERT_TRUE(self_intersections(surface.triangles()).empty()) << seed << ", step " << k;
+      surface.mend();
+      ASSERT_TRUE(self_intersections(surface.triangles()).empty()) << seed << ", mended " << k;
+    }
+    EXPECT_GT(travelled, 1) << seed;  // [mm], of about 10 that the fields ask for
+  }
+}
+
+// Vertices that jitter by as much as a step allows: every triangle may fold onto a neighbour.
+TEST(MovingSurface, DoesNotFoldUnderNoise) {
+  for (unsigned seed = 1; seed <= 4; ++seed) {
+    MovingSurface surface(ball({0, 0, 0}, 1, 0.25), {.edge_length_mm = 0.25, .box = {}});
+    std::srand(seed);
+    for (int k = 0; k < 25; ++k) {
+      const Eigen::Index n = surface.geometry().n_vertices();
+      step(surface, 0.12 * Points<3>::Random(n, 3));
+      ASSERT_TRUE(self_intersections(surface.triangles()).empty()) << seed << ", step " << k;
+    }
+  }
+}
+
+// A ball pressed flat onto the border: what is clamped stays a surface.
+TEST(MovingSurface, DoesNotIntersectItselfAtTheBorderOfTheVolume) {
+  MovingSurfaceOptions options{.edge_length_mm = 0.6, .box = {}};
+  options.box = some_box();
+  MovingSurface surface(ball({0, 0, 0}, 3, 0.6), options);
+  for (int k = 0; k < 40; ++k) {
+    const Points<3> X = surface.geometry().points();
+    Points<3> towards = 0.2 * normals(surface);
+    towards.rowwise() += Eigen::RowVector3d(0.1, 0.25, 0.05);
+    step(surface, towards + random_field(X, 7 + k / 5, 0.1));
+    ASSERT_TRUE(self_intersections(surface.triangles()).empty()) << "step " << k;
+  }
+  EXPECT_GT(surface.border_share(), 0.2);  // of the vertices: flat parts have fewer
 }
 
 TEST(MovingSurface, RefusesOptionsAndSurfacesThatAreWrong) {
   const Triangles start = ball({0, 0, 0}, 1, 0.5);
   EXPECT_THROW(MovingSurface(start, {.edge_length_mm = 0, .box = {}}), UsageError);
-  EXPECT_THROW(MovingSurface(start, {.max_displacement = 2, .box = {}}), UsageError);
+  EXPECT_THROW(MovingSurface(start, {.max_displacement_mm = -2, .box = {}}), UsageError);
   EXPECT_THROW(MovingSurface(start, {.sheet_distance = -1, .box = {}}), UsageError);
   Triangles open = start;
   open.elements.conservativeResize(open.elements.rows() - 1, 3);

@@ -6,6 +6,7 @@
 #include <random>
 
 #include "libsurf/mesh/primitives.h"
+#include "libsurf/mesh/self_intersections.h"
 #include "tests/surf/mesh/surfaces.h"
 
 namespace surf::mesh {
@@ -33,6 +34,13 @@ Triangles plates(double gap) {
         }
       }
   }
+  return out;
+}
+
+Triangles single_triangle() {
+  Triangles out{Points<3>(3, 3), Elements<3>(1, 3)};
+  out.points << 0, 0, 0, 1, 0, 0, 0, 1, 0;
+  out.elements << 0, 1, 2;
   return out;
 }
 
@@ -122,6 +130,96 @@ TEST(SheetGuard, AgreesWithBruteForceOnRandomSoups) {
     }
   }
   EXPECT_GT(n_touched, 1000);
+}
+
+TEST(SheetGuard, FindsPairsOnSurfacesFarApart) {
+  Triangles from = plates(1.0), to = plates(0.5);
+  const Eigen::RowVector3d far(1e5, 2e6, -3e6);
+  for (Triangles* surface : {&from, &to}) surface->points.bottomRows(1).rowwise() += far;
+  EXPECT_EQ(count(vertices_in_contact(from.points, to.points, from.elements, 0.7)), 2 * 49 - 2);
+}
+
+/// Number of vertices held; what is left has no intersection, and no vertex is elsewhere than at
+/// one of its two places.
+int held(const Triangles& from, Points<3> to) {
+  const Points<3> wanted = to;
+  const auto n_held = static_cast<int>(hold_intersecting(from.points, to, from.elements));
+  EXPECT_TRUE(self_intersections(Triangles{to, from.elements}).empty());
+  int n_back = 0;
+  for (Eigen::Index i = 0; i < to.rows(); ++i) {
+    if (to.row(i) == wanted.row(i)) continue;
+    EXPECT_EQ(to.row(i), from.points.row(i)) << i;
+    ++n_back;
+  }
+  EXPECT_EQ(n_back, n_held);
+  return n_held;
+}
+
+TEST(HoldIntersecting, LetsAStepBeThatKeepsTheSurfaceEmbedded) {
+  for (int kind = 0; kind < 4; ++kind) {
+    const Triangles surface = some_surface(kind);
+    std::mt19937 random(kind);
+    const WavyField field(random, 0.05);
+    Points<3> to = surface.points;
+    for (Eigen::Index i = 0; i < to.rows(); ++i) to.row(i) += field(to.row(i).transpose());
+    EXPECT_EQ(held(surface, to), 0) << kind;
+  }
+}
+
+TEST(HoldIntersecting, HoldsPlatesPushedThroughEachOtherInOneStep) {
+  const Triangles from = plates(1);
+  Points<3> to = from.points;
+  for (Eigen::Index i = 0; i < to.rows(); ++i) {  // the middle of the lower plate, by three gaps
+    const double r2 = (to.row(i).head<2>() - Eigen::RowVector2d(3, 3)).squaredNorm();
+    if (to(i, 2) < 0) to(i, 2) += 3 * std::exp(-r2);
+  }
+  const int n_held = held(from, to);
+  EXPECT_GT(n_held, 0);
+  EXPECT_LT(n_held, 40);  // the rest of the plate moves
+}
+
+TEST(HoldIntersecting, HoldsAVertexThatFoldsItsStar) {
+  const Triangles from = plates(5);
+  Points<3> to = from.points;
+  to.row(24) += Eigen::RowVector3d(1.8, 0.3, 0);  // beyond its neighbours, in the plane
+  EXPECT_EQ(held(from, to), 1);
+  to = from.points;
+  to.row(24) += Eigen::RowVector3d(0.4, 0.3, 0);
+  EXPECT_EQ(held(from, to), 0);
+}
+
+TEST(HoldIntersecting, HoldsTrianglesThatLoseTheirAreaOrTurn) {
+  const Triangles from = single_triangle();
+  Points<3> to = from.points;
+  to.row(2) << 0.5, 0, 0;
+  EXPECT_EQ(held(from, to), 1);
+  to.row(2) << 0, -1, 0;
+  EXPECT_EQ(held(from, to), 1);
+  to.row(2) << 0, 0.1, 1;
+  EXPECT_EQ(held(from, to), 0);
+}
+
+TEST(HoldIntersecting, KeepsASurfaceEmbeddedWhateverTheStep) {
+  for (unsigned seed = 1; seed <= 20; ++seed) {
+    const Triangles from = some_surface(static_cast<int>(seed));
+    std::srand(seed);
+    for (const double amplitude : {0.3, 1.0, 5.0})
+      EXPECT_GT(held(from, from.points + amplitude * Points<3>::Random(from.points.rows(), 3)), 0)
+          << seed;
+    EXPECT_GT(held(from, Points<3>::Zero(from.points.rows(), 3)), 0);
+  }
+}
+
+// Else it could never be undone.
+TEST(HoldIntersecting, LetsWhatIntersectedBeforeMoveApart) {
+  Triangles crossed = plates(1);
+  crossed.points.topRows(49).col(2).array() += 0.3;
+  const Eigen::Matrix3d turn = Eigen::AngleAxisd(0.3, Eigen::Vector3d::UnitX()).matrix();
+  crossed.points.topRows(49) *= turn.transpose();
+  ASSERT_FALSE(self_intersections(crossed).empty());
+  Points<3> to = crossed.points;
+  to.bottomRows(49).col(2).array() += 5;
+  EXPECT_EQ(held(crossed, to), 0);
 }
 
 }  // namespace

@@ -32,7 +32,7 @@ struct Scene {
   LadderOptions options;
   std::vector<StageReport> stages;
 
-  Scene() { options.edge_length_mm = 2 * volume.voxel_size(); }
+  Scene() { options.surface.edge_length_mm = 2 * volume.voxel_size(); }
 
   std::vector<Candidate> climb(const Progress& progress = {}) {
     const auto start = [&](double neck_radius) {

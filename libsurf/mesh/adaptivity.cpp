@@ -1,0 +1,221 @@
+#include "libsurf/mesh/adaptivity.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+
+#include "libsurf/base/error.h"
+#include "libsurf/mesh/bisection.h"
+
+namespace surf::mesh {
+namespace {
+
+using fem::Mark;
+using OpenMesh::FaceHandle;
+using OpenMesh::HalfedgeHandle;
+using OpenMesh::VertexHandle;
+
+/// Undoing one bisection makes edges up to twice as long: an error of order 3 grows by 8.
+constexpr double kGrowthOfQuadratureError = 8;
+
+Eigen::VectorXd longest_edges(const fem::Geometry<3>& shape) {
+  const Elements<3>& T = shape.elements();
+  Eigen::VectorXd out(T.rows());
+  for (Eigen::Index t = 0; t < T.rows(); ++t) {
+    const Vector<3> a = shape.points().row(T(t, 0)), b = shape.points().row(T(t, 1)),
+                    c = shape.points().row(T(t, 2));
+    out[t] =
+        std::sqrt(std::max({(b - a).squaredNorm(), (c - b).squaredNorm(), (a - c).squaredNorm()}));
+  }
+  return out;
+}
+
+/// The mark of a face; bisection hands it on to both children, coarsening back to the parent.
+class FaceMarks {
+ public:
+  FaceMarks(TriMesh& mesh, const std::vector<Mark>& marks) : mesh_(mesh) {
+    mesh_.add_property(property_);
+    for (int j = 0; j < static_cast<int>(marks.size()); ++j)
+      mesh_.property(property_, FaceHandle(j)) = marks[j];
+  }
+  ~FaceMarks() { mesh_.remove_property(property_); }
+  FaceMarks(const FaceMarks&) = delete;
+  FaceMarks& operator=(const FaceMarks&) = delete;
+
+  std::vector<FaceHandle> faces(Mark mark) const {
+    std::vector<FaceHandle> out;
+    for (int j = 0; j < static_cast<int>(mesh_.n_faces()); ++j)
+      if (mesh_.property(property_, FaceHandle(j)) == mark) out.emplace_back(j);
+    return out;
+  }
+
+  std::vector<char> flags(Mark mark) const {
+    std::vector<char> out(mesh_.n_faces());
+    for (int j = 0; j < static_cast<int>(out.size()); ++j)
+      out[j] = mesh_.property(property_, FaceHandle(j)) == mark;
+    return out;
+  }
+
+ private:
+  TriMesh& mesh_;
+  OpenMesh::FPropHandleT<Mark> property_;
+};
+
+/// One call of adapt().
+class Adaptation {
+ public:
+  Adaptation(TriMesh& mesh, const AdaptivityOptions& options) : mesh_(mesh), options_(options) {}
+
+  AdaptivityReport run(int max_rounds) {
+    for (; report_.n_rounds < max_rounds; ++report_.n_rounds) {
+      const fem::Geometry<3> shape(points(mesh_), elements(mesh_));
+      const FaceMarks marks(mesh_, adaptivity_marks(shape, options_));
+      const int n_changes = refine(marks) + coarsen(marks);
+      report_.may_coarsen = marks.flags(Mark::kCoarsen);
+      if (n_changes > 0) continue;
+      report_.is_settled = true;
+      break;
+    }
+    return report_;
+  }
+
+ private:
+  double longest_edge(FaceHandle face) const {
+    double longest = 0;
+    for (const HalfedgeHandle h : mesh_.fh_range(face))
+      longest = std::max(longest, mesh_.calc_edge_vector(h).norm());
+    return longest;
+  }
+
+  int refine(const FaceMarks& marks) {
+    int n_new = 0;
+    for (int pass = 0; pass < 2; ++pass) {  // d - 1 bisections
+      std::vector<FaceHandle> faces = marks.faces(Mark::kRefine);
+      std::erase_if(faces,
+                    [&](FaceHandle face) { return longest_edge(face) <= options_.min_length_mm; });
+      if (static_cast<Eigen::Index>(mesh_.n_faces() + 2 * faces.size()) > options_.max_elements) {
+        report_.is_limited = !faces.empty();
+        break;
+      }
+      n_new += bisect(mesh_, faces);
+    }
+    report_.n_refined += n_new;
+    return n_new;
+  }
+
+  int coarsen(const FaceMarks& marks) {
+    int n_removed = 0;
+    for (int pass = 0; pass < 2; ++pass)
+      n_removed += mesh::coarsen(mesh_, marks.faces(Mark::kCoarsen),
+                                 [this](VertexHandle vertex) { return may_remove(vertex); });
+    report_.n_coarsened += n_removed;
+    return n_removed;
+  }
+
+  /// Whether the two faces that come back when the bisection of `vertex` is undone stay within what
+  /// would be refined again.
+  bool may_remove(VertexHandle vertex) const {
+    const auto [a, b] = bisected_edge(mesh_, vertex);
+    // Neighbours in counter-clockwise order, from a on: a, c, b, d.
+    std::vector<VertexHandle> ring;
+    std::vector<HalfedgeHandle> rim;  // rim[k] from ring[k] to ring[k + 1]
+    for (const HalfedgeHandle spoke : mesh_.voh_ccw_range(vertex)) {
+      ring.push_back(mesh_.to_vertex_handle(spoke));
+      rim.push_back(mesh_.next_halfedge_handle(spoke));
+    }
+    const auto first = std::find(ring.begin(), ring.end(), a) - ring.begin();
+    std::rotate(rim.begin(), rim.begin() + first, rim.end());
+    std::rotate(ring.begin(), ring.begin() + first, ring.end());
+    const Eigen::Vector3d A = mesh_.point(a), B = mesh_.point(b), C = mesh_.point(ring[1]),
+                          D = mesh_.point(ring[3]);
+    const double length = (B - A).norm();
+    if (length > options_.max_length_mm) return false;
+    if (options_.geometry_tolerance_mm == 0) return true;
+    const Eigen::Vector3d left = (C - A).cross(B - A), right = (B - A).cross(D - A);
+    if (!(left.squaredNorm() > 0 && right.squaredNorm() > 0)) return false;
+    const double between = length * angle(left, right);
+    const double eta_left = between + side(rim[0], left) + side(rim[1], left);
+    const double eta_right = between + side(rim[2], right) + side(rim[3], right);
+    return std::max(eta_left, eta_right) <= options_.gamma_refine * options_.geometry_tolerance_mm;
+  }
+
+  static double angle(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
+    return std::atan2(a.cross(b).norm(), a.dot(b));
+  }
+
+  /// h_S theta_S of the edge of a half-edge whose face would have this normal.
+  double side(HalfedgeHandle halfedge, const Eigen::Vector3d& normal) const {
+    const HalfedgeHandle other = mesh_.opposite_halfedge_handle(halfedge);
+    const Eigen::Vector3d from = mesh_.point(mesh_.from_vertex_handle(other));
+    const Eigen::Vector3d to = mesh_.point(mesh_.to_vertex_handle(other));
+    const Eigen::Vector3d apex =
+        mesh_.point(mesh_.to_vertex_handle(mesh_.next_halfedge_handle(other)));
+    return (to - from).norm() * angle(normal, (to - from).cross(apex - from));
+  }
+
+  TriMesh& mesh_;
+  const AdaptivityOptions& options_;
+  AdaptivityReport report_;
+};
+
+}  // namespace
+
+std::string AdaptivityOptions::error() const {
+  const auto message = [](const char* field, double value, const char* constraint) {
+    return fmt::format("AdaptivityOptions::{} = {} violates {}", field, value, constraint);
+  };
+  if (!(geometry_tolerance_mm >= 0))
+    return message("geometry_tolerance_mm", geometry_tolerance_mm, ">= 0");
+  if (!(integral_tolerance >= 0)) return message("integral_tolerance", integral_tolerance, ">= 0");
+  if (!(function_tolerance >= 0)) return message("function_tolerance", function_tolerance, ">= 0");
+  if (!(gamma_refine > 0 && gamma_refine <= 1))
+    return message("gamma_refine", gamma_refine, "in (0, 1]");
+  if (!(gamma_coarsen >= 0 && gamma_coarsen < gamma_refine))
+    return message("gamma_coarsen", gamma_coarsen, "in [0, gamma_refine)");
+  if (!(min_length_mm >= 0)) return message("min_length_mm", min_length_mm, ">= 0");
+  if (!(max_length_mm >= min_length_mm && max_length_mm > 0))
+    return message("max_length_mm", max_length_mm, ">= min_length_mm and > 0");
+  return {};
+}
+
+std::vector<fem::Mark> adaptivity_marks(const fem::Geometry<3>& shape,
+                                        const AdaptivityOptions& options) {
+  std::vector<Mark> marks(shape.n_elements(),
+                          options.gamma_coarsen > 0 ? Mark::kCoarsen : Mark::kKeep);
+  fem::MarkingOptions marking{.gamma_refine = options.gamma_refine,
+                              .gamma_coarsen = options.gamma_coarsen};
+  if (options.geometry_tolerance_mm > 0) {
+    marking.tolerance = options.geometry_tolerance_mm;
+    fem::combine(marks, fem::mark_geometry(fem::geometric_variation(shape), marking));
+  }
+  if (options.integral_tolerance > 0)
+    for (const auto& f : options.integrands) {
+      marking.tolerance = options.integral_tolerance * shape.measure();
+      marking.gamma_coarsen = std::min(options.gamma_coarsen, 1 / kGrowthOfQuadratureError);
+      fem::combine(marks,
+                   fem::mark_integral(fem::quadrature_error(shape, *f), shape.measures(), marking));
+    }
+  if (options.function_tolerance > 0)
+    for (const auto& f : options.functions) {
+      marking.tolerance = options.function_tolerance * shape.measure();
+      fem::combine(marks, fem::mark_function(fem::interpolation_error(shape, *f), shape.measures(),
+                                             marking));
+    }
+  const Eigen::VectorXd longest = longest_edges(shape);
+  for (Eigen::Index t = 0; t < longest.size(); ++t) {
+    if (longest[t] > options.max_length_mm) marks[t] = Mark::kRefine;
+    if (longest[t] > options.max_length_mm / 2 && marks[t] == Mark::kCoarsen)
+      marks[t] = Mark::kKeep;  // it may become twice as long
+    if (longest[t] <= options.min_length_mm && marks[t] == Mark::kRefine) marks[t] = Mark::kKeep;
+  }
+  return marks;
+}
+
+AdaptivityReport adapt(TriMesh& mesh, const AdaptivityOptions& options, int max_rounds) {
+  if (const std::string error = options.error(); !error.empty()) throw UsageError(error);
+  return Adaptation(mesh, options).run(max_rounds);
+}
+
+}  // namespace surf::mesh

@@ -1,0 +1,272 @@
+// The experiments of thesis 5.1.3, and what adaptivity is worth: the tables and pictures of
+// docs/adaptivity.md.
+//
+//   adaptivity_study [DIRECTORY]     writes surfaces (.vtp), pictures (.png, with a display) and
+//   the
+//                                    plot (.svg) into it
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <vector>
+
+#include "libsurf/base/error.h"
+#include "libsurf/fem/indicators.h"
+#include "libsurf/io/render.h"
+#include "libsurf/io/write_surface.h"
+#include "libsurf/mesh/distance.h"
+#include "libsurf/mesh/measure.h"
+#include "libsurf/mesh/primitives.h"
+#include "libsurf/mesh/verify.h"
+#include "libsurf/segment/segment.h"
+#include "libsurf/volume/phantom.h"
+
+namespace {
+
+using namespace surf;
+
+constexpr int kSize = 128;
+constexpr double kTolerance = 0.02;  // epsilon_geom of 5.1
+
+volume::PhantomOptions phantom_of(volume::PhantomKind kind) {
+  volume::PhantomOptions phantom;
+  phantom.kind = kind;
+  phantom.size = {kSize, kSize, kSize};
+  return phantom;
+}
+
+/// Weighted H1 flow of (5.1) with gamma = 0 from a coarse sphere of radius 1.
+segment::SegmentOptions options_of_thesis(double voxel_mm) {
+  segment::SegmentOptions options;
+  options.initial_surface = mesh::ball({0, 0, 0}, 1, 0.4);
+  options.energies = {{"minimal-surface", 1, {{"gamma", 0}, {"lambda", 4}}}};
+  options.edge_length_mm = 0.75 * voxel_mm;
+  options.coarseness = 24;
+  options.geometry_tolerance_mm = kTolerance;
+  return options;
+}
+
+struct Sample {
+  int k;
+  double energy_of_thesis;
+};
+
+struct Lengths {
+  double near = 0, far = 0;  // medians of the edges' lengths
+};
+
+/// Edges whose midpoint lies within / beyond given distances of the sharp parts of the body.
+Lengths edge_lengths(const Triangles& surface, volume::PhantomKind kind) {
+  std::vector<double> near, far;
+  for (Eigen::Index t = 0; t < surface.elements.rows(); ++t)
+    for (int i = 0; i < 3; ++i) {
+      const Vector<3> a = surface.points.row(surface.elements(t, i));
+      const Vector<3> b = surface.points.row(surface.elements(t, (i + 1) % 3));
+      const Vector<3> middle = (a + b) / 2;
+      double sharp = 0;  // distance to the cusp, or to the nearest edge of the prism
+      if (kind == volume::PhantomKind::kTwoBalls) {
+        sharp = middle.norm();
+      } else {
+        std::array<double, 3> to_face = {0.6 - std::abs(middle[0]), 0.4 - std::abs(middle[1]),
+                                         0.3 - std::abs(middle[2])};
+        std::sort(to_face.begin(), to_face.end());
+        sharp = to_face[1];
+      }
+      if (sharp < 0.05) near.push_back((b - a).norm());
+      if (sharp > 0.15) far.push_back((b - a).norm());
+    }
+  const auto median = [](std::vector<double>& v) {
+    if (v.empty()) return 0.0;
+    std::nth_element(v.begin(), v.begin() + v.size() / 2, v.end());
+    return v[v.size() / 2];
+  };
+  return {median(near), median(far)};
+}
+
+/// Largest h_S theta_S of a side.
+double largest_side(const Triangles& surface) {
+  const fem::Geometry<3> shape(surface.points, surface.elements);
+  return fem::largest_side_variation(shape);
+}
+
+void draw(const std::filesystem::path& directory, const std::string& name,
+          const Triangles& surface) {
+  if (directory.empty()) return;
+  io::write_surface((directory / (name + ".vtp")).string(), surface);
+  try {
+    io::write_png((directory / (name + ".png")).string(),
+                  io::render_surface(surface, {.width = 1200, .height = 600, .has_edges = true}));
+  } catch (const OutputError& error) {
+    fmt::print(stderr, "{}.png: not drawn: {}\n", name, error.what());
+  }
+}
+
+void experiment(const std::string& name, volume::PhantomKind kind,
+                const std::vector<Sample>& samples, const std::filesystem::path& directory) {
+  const volume::Volume image = volume::make_phantom(phantom_of(kind));
+  const segment::SegmentOptions options = options_of_thesis(image.voxel_size());
+  fmt::print("\n{}\n\n| k | J of the thesis | J | triangles |\n|---|---|---|---|\n", name);
+  std::vector<flow::StepRecord> records;
+  const auto result = segment::segment(
+      image, options,
+      [&](const std::string& stage, const flow::StepRecord& record, const auto& surface) {
+        if (stage != "evolve") return true;
+        records.push_back(record);
+        for (const Sample& sample : samples)
+          if (record.k == sample.k)
+            draw(directory, fmt::format("{}-k{}", name, record.k), surface());
+        return true;
+      });
+  for (const Sample& sample : samples) {
+    const auto& at = records[std::min<std::size_t>(sample.k, records.size()) - 1];
+    fmt::print("| {}{} | {} | {:.3f} | {} |\n", sample.k,
+               at.k < sample.k ? fmt::format(" (ended at {})", at.k) : "", sample.energy_of_thesis,
+               at.energy, at.n_elements);
+  }
+  const double target = samples.back().energy_of_thesis;
+  const auto reached = std::find_if(records.begin(), records.end(),
+                                    [&](const auto& record) { return record.energy <= target; });
+  const Triangles& end = result.surface;
+  const auto distance = mesh::distances_from(end, [&](const Eigen::Vector3d& x) {
+    return volume::phantom_distance_mm(phantom_of(kind), x);
+  });
+  const Lengths lengths = edge_lengths(end, kind);
+  const mesh::Quality quality = mesh::quality(end);
+  fmt::print(
+      "\nJ <= {} first at k = {}. End: k = {} ({}), J = {:.4f}. Settled: {} triangles, {}; mean "
+      "distance "
+      "{:.3f} voxel; smallest angle {:.1f} degrees, {:.1f} % of triangles above 25; median edge "
+      "{:.4f} mm at the sharp parts, {:.4f} mm away from them: {:.1f} times; largest h_S theta_S "
+      "{:.4f} mm (tolerance {}).\n",
+      target, reached == records.end() ? 0 : reached->k, records.back().k,
+      flow::to_string(result.main_stage().flow.termination), records.back().energy,
+      end.elements.rows(), mesh::verify(end).passed() ? "verified" : "NOT VERIFIED",
+      distance.mean_mm / image.voxel_size(), quality.min_angle_deg,
+      100 * quality.share_above_25_deg, lengths.near, lengths.far, lengths.far / lengths.near,
+      largest_side(end), kTolerance);
+  draw(directory, name + "-end", end);
+  std::fflush(stdout);
+}
+
+struct Point {
+  double n_triangles, error;
+};
+
+Triangles prism(const volume::Volume& image, double edge_voxels, double coarseness,
+                double tolerance_voxels) {
+  segment::SegmentOptions options = options_of_thesis(image.voxel_size());
+  options.initial_surface = mesh::ball({0, 0, 0}, 1, 0.2);
+  options.edge_length_mm = edge_voxels * image.voxel_size();
+  options.coarseness = coarseness;
+  options.geometry_tolerance_mm = tolerance_voxels * image.voxel_size();
+  return segment::segment(image, options).surface;
+}
+
+/// The error of the discretisation: distance to the minimiser on a very fine mesh. (The distance to
+/// the prism itself is that of its edges, which the edge's width rounds; it hardly depends on
+/// the mesh.)
+Point prism_error(const volume::Volume& image, const Triangles& reference, double edge_voxels,
+                  double coarseness, double tolerance_voxels) {
+  const auto start = std::chrono::steady_clock::now();
+  const Triangles surface = prism(image, edge_voxels, coarseness, tolerance_voxels);
+  const double seconds =
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  const auto distance = mesh::surface_distances(surface, reference);
+  const auto to_prism = mesh::distances_from(surface, [&](const Eigen::Vector3d& x) {
+    return volume::phantom_distance_mm(phantom_of(volume::PhantomKind::kBox), x);
+  });
+  const double voxel = image.voxel_size();
+  fmt::print("| {} | {} | {} | {} | {:.4f} / {:.3f} | {:.3f} | {:.2f} |\n",
+             coarseness > 1 ? "adaptive" : "uniform", edge_voxels,
+             coarseness > 1 ? fmt::format("{}", tolerance_voxels) : "-", surface.elements.rows(),
+             distance.mean_mm / voxel, distance.max_mm / voxel, to_prism.mean_mm / voxel, seconds);
+  std::fflush(stdout);
+  return {double(surface.elements.rows()), distance.mean_mm / voxel};
+}
+
+/// Both series over logarithmic axes.
+void plot(const std::filesystem::path& path, const std::vector<Point>& uniform,
+          const std::vector<Point>& adaptive) {
+  constexpr double kWidth = 640, kHeight = 420, kMargin = 60;
+  constexpr double kLeft = 2, kRight = 5, kBottom = -2.3, kTop = 0;  // log10
+  const auto x = [&](double n) {
+    return kMargin + (std::log10(n) - kLeft) / (kRight - kLeft) * (kWidth - 2 * kMargin);
+  };
+  const auto y = [&](double e) {
+    return kHeight - kMargin -
+           (std::log10(e) - kBottom) / (kTop - kBottom) * (kHeight - 2 * kMargin);
+  };
+  std::ofstream out(path);
+  out << fmt::format(
+      "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{0}\" height=\"{1}\" "
+      "font-family=\"sans-serif\" font-size=\"13\">\n<rect width=\"{0}\" height=\"{1}\" "
+      "fill=\"white\"/>\n",
+      kWidth, kHeight);
+  const auto text = [&](double at_x, double at_y, const std::string& anchor,
+                        const std::string& words) {
+    out << fmt::format("<text x=\"{:.0f}\" y=\"{:.0f}\" text-anchor=\"{}\">{}</text>\n", at_x, at_y,
+                       anchor, words);
+  };
+  for (const double n : {100.0, 1000.0, 10000.0, 100000.0}) {
+    out << fmt::format("<path d=\"M{0:.1f} {1} V{2}\" stroke=\"#ddd\"/>\n", x(n), kMargin,
+                       kHeight - kMargin);
+    text(x(n), kHeight - kMargin + 18, "middle", fmt::format("{}", n));
+  }
+  for (const double e : {0.01, 0.02, 0.05, 0.1, 0.2, 0.5}) {
+    out << fmt::format("<path d=\"M{0} {1:.1f} H{2}\" stroke=\"#ddd\"/>\n", kMargin, y(e),
+                       kWidth - kMargin);
+    text(kMargin - 6, y(e) + 4, "end", fmt::format("{}", e));
+  }
+  text(kWidth / 2, kHeight - 18, "middle", "triangles");
+  text(kMargin, kMargin - 14, "start", "mean distance to the minimiser on a fine mesh [voxel]");
+  const auto series = [&](const std::vector<Point>& points, const char* color, const char* name,
+                          double legend) {
+    std::string path_data;
+    for (const Point& p : points) {
+      path_data += fmt::format("{}{:.1f} {:.1f} ", path_data.empty() ? "M" : "L", x(p.n_triangles),
+                               y(p.error));
+      out << fmt::format("<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"4\" fill=\"{}\"/>\n",
+                         x(p.n_triangles), y(p.error), color);
+    }
+    out << fmt::format("<path d=\"{}\" fill=\"none\" stroke=\"{}\" stroke-width=\"2\"/>\n",
+                       path_data, color);
+    out << fmt::format("<circle cx=\"{}\" cy=\"{}\" r=\"4\" fill=\"{}\"/>\n", kWidth - 160, legend,
+                       color);
+    text(kWidth - 150, legend + 4, "start", name);
+  };
+  series(uniform, "#b5523b", "uniform", kMargin + 10);
+  series(adaptive, "#2f6db5", "adaptive", kMargin + 30);
+  out << "</svg>\n";
+}
+
+void accuracy_against_triangles(const std::filesystem::path& directory) {
+  const volume::Volume image = volume::make_phantom(phantom_of(volume::PhantomKind::kBox));
+  const Triangles reference = prism(image, 0.7, 8, 0.1);
+  fmt::print("\nReference: {} triangles\n", reference.elements.rows());
+  fmt::print(
+      "\n| mesh | finest edge voxel | tolerance voxel | triangles | distance to the reference mean "
+      "/ max voxel | to the prism mean voxel | time s |\n|---|---|---|---|---|---|---|\n");
+  std::vector<Point> uniform, adaptive;
+  for (const double edge : {12.0, 8.0, 6.0, 4.0, 3.0, 2.0, 1.5})
+    uniform.push_back(prism_error(image, reference, edge, 1, 1));
+  for (const double tolerance : {16.0, 8.0, 4.0, 2.0, 1.0, 0.5})
+    adaptive.push_back(prism_error(image, reference, 1, 24, tolerance));
+  if (!directory.empty()) plot(directory / "accuracy-triangles.svg", uniform, adaptive);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  const std::filesystem::path directory = argc > 1 ? argv[1] : "";
+  if (!directory.empty()) std::filesystem::create_directories(directory);
+  experiment("two-balls", volume::PhantomKind::kTwoBalls,
+             {{12, 1.802}, {20, 0.926}, {25, 0.590}, {30, 0.407}, {35, 0.317}, {59, 0.278}},
+             directory);
+  experiment("prism", volume::PhantomKind::kBox,
+             {{5, 10.831}, {50, 4.441}, {85, 2.780}, {125, 1.517}, {160, 0.500}}, directory);
+  accuracy_against_triangles(directory);
+}
