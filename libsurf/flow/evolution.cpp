@@ -99,7 +99,7 @@ class Stepper {
   double largest_step(const fem::Geometry<Dim>& shape) const {
     const double speed = velocity_.vector.rowwise().norm().maxCoeff();
     if (!(speed > 0) || !std::isfinite(speed)) return 0;
-    double tau = moving_.max_displacement() / speed;
+    double tau = std::min(moving_.max_displacement(), shape.radius()) / speed;
     const double gradient = max_velocity_gradient<Dim>(shape, velocity_.vector);
     if (gradient > 0) tau = std::min(tau, options_.step.epsilon_tau / gradient);
     return tau;

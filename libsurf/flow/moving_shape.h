@@ -16,11 +16,11 @@ class MovingShape {
 
   /// The current points and elements.
   virtual fem::Geometry<Dim> geometry() const = 0;
-  /// Largest displacement of a vertex in one step [mm], may be infinite.
+  /// Largest displacement of a vertex in one step [mm]; never more than the shape's radius is used.
   virtual double max_displacement() const = 0;
   /// Takes back what may not move there (vertices at the volume's border, sheets about to
   /// touch): `to` (n, Dim) is changed in place. Returns the share of the length or area whose
-  /// vertices are held back because sheets would touch.
+  /// vertices are held back because sheets would touch or triangles intersect or turn over.
   virtual double restrict_move(Points<Dim>& to) = 0;
   /// Moves the vertices.
   virtual void move_to(const Points<Dim>& to) = 0;

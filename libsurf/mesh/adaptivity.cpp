@@ -5,9 +5,11 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "libsurf/base/error.h"
 #include "libsurf/mesh/bisection.h"
+#include "libsurf/mesh/triangle_shape.h"
 
 namespace surf::mesh {
 namespace {
@@ -17,8 +19,10 @@ using OpenMesh::FaceHandle;
 using OpenMesh::HalfedgeHandle;
 using OpenMesh::VertexHandle;
 
-/// Undoing one bisection makes edges up to twice as long: an error of order 3 grows by 8.
-constexpr double kGrowthOfQuadratureError = 8;
+constexpr double kLargestTurn = 60;  // degrees, of a face when a bisection is undone
+/// Undoing one bisection makes edges up to twice as long: an error of order 3 grows by 8, the
+/// square of one of order 2 by 16.
+constexpr double kGrowthOfQuadratureError = 8, kGrowthOfInterpolationError = 16;
 
 Eigen::VectorXd longest_edges(const fem::Geometry<3>& shape) {
   const Elements<3>& T = shape.elements();
@@ -132,27 +136,30 @@ class Adaptation {
                           D = mesh_.point(ring[3]);
     const double length = (B - A).norm();
     if (length > options_.max_length_mm) return false;
-    if (options_.geometry_tolerance_mm == 0) return true;
     const Eigen::Vector3d left = (C - A).cross(B - A), right = (B - A).cross(D - A);
+    const double turn = kLargestTurn * std::numbers::pi / 180;
     if (!(left.squaredNorm() > 0 && right.squaredNorm() > 0)) return false;
-    const double between = length * angle(left, right);
+    for (int k = 0; k < 4; ++k)
+      if (angle_between(normal(rim[k]), k < 2 ? left : right) > turn) return false;
+    if (options_.geometry_tolerance_mm == 0) return true;
+    const double between = length * angle_between(left, right);
     const double eta_left = between + side(rim[0], left) + side(rim[1], left);
     const double eta_right = between + side(rim[2], right) + side(rim[3], right);
     return std::max(eta_left, eta_right) <= options_.gamma_refine * options_.geometry_tolerance_mm;
   }
 
-  static double angle(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
-    return std::atan2(a.cross(b).norm(), a.dot(b));
+  /// Of the face of a half-edge, not normalised.
+  Eigen::Vector3d normal(HalfedgeHandle halfedge) const {
+    const HalfedgeHandle next = mesh_.next_halfedge_handle(halfedge);
+    return area_normal(mesh_.point(mesh_.from_vertex_handle(halfedge)),
+                       mesh_.point(mesh_.to_vertex_handle(halfedge)),
+                       mesh_.point(mesh_.to_vertex_handle(next)));
   }
 
   /// h_S theta_S of the edge of a half-edge whose face would have this normal.
-  double side(HalfedgeHandle halfedge, const Eigen::Vector3d& normal) const {
+  double side(HalfedgeHandle halfedge, const Eigen::Vector3d& of_face) const {
     const HalfedgeHandle other = mesh_.opposite_halfedge_handle(halfedge);
-    const Eigen::Vector3d from = mesh_.point(mesh_.from_vertex_handle(other));
-    const Eigen::Vector3d to = mesh_.point(mesh_.to_vertex_handle(other));
-    const Eigen::Vector3d apex =
-        mesh_.point(mesh_.to_vertex_handle(mesh_.next_halfedge_handle(other)));
-    return (to - from).norm() * angle(normal, (to - from).cross(apex - from));
+    return mesh_.calc_edge_length(other) * angle_between(of_face, normal(other));
   }
 
   TriMesh& mesh_;
@@ -184,25 +191,24 @@ std::vector<fem::Mark> adaptivity_marks(const fem::Geometry<3>& shape,
                                         const AdaptivityOptions& options) {
   std::vector<Mark> marks(shape.n_elements(),
                           options.gamma_coarsen > 0 ? Mark::kCoarsen : Mark::kKeep);
-  fem::MarkingOptions marking{.gamma_refine = options.gamma_refine,
-                              .gamma_coarsen = options.gamma_coarsen};
-  if (options.geometry_tolerance_mm > 0) {
-    marking.tolerance = options.geometry_tolerance_mm;
-    fem::combine(marks, fem::mark_geometry(fem::geometric_variation(shape), marking));
-  }
+  const auto marking = [&](double tolerance, double growth) {
+    return fem::MarkingOptions{.tolerance = tolerance,
+                               .gamma_refine = options.gamma_refine,
+                               .gamma_coarsen = std::min(options.gamma_coarsen, 1 / growth)};
+  };
+  if (options.geometry_tolerance_mm > 0)
+    fem::combine(marks, fem::mark_geometry(fem::geometric_variation(shape),
+                                           marking(options.geometry_tolerance_mm, 1)));
   if (options.integral_tolerance > 0)
-    for (const auto& f : options.integrands) {
-      marking.tolerance = options.integral_tolerance * shape.measure();
-      marking.gamma_coarsen = std::min(options.gamma_coarsen, 1 / kGrowthOfQuadratureError);
-      fem::combine(marks,
-                   fem::mark_integral(fem::quadrature_error(shape, *f), shape.measures(), marking));
-    }
+    for (const auto& f : options.integrands)
+      fem::combine(marks, fem::mark_integral(fem::quadrature_error(shape, *f), shape.measures(),
+                                             marking(options.integral_tolerance * shape.measure(),
+                                                     kGrowthOfQuadratureError)));
   if (options.function_tolerance > 0)
-    for (const auto& f : options.functions) {
-      marking.tolerance = options.function_tolerance * shape.measure();
+    for (const auto& f : options.functions)
       fem::combine(marks, fem::mark_function(fem::interpolation_error(shape, *f), shape.measures(),
-                                             marking));
-    }
+                                             marking(options.function_tolerance * shape.measure(),
+                                                     kGrowthOfInterpolationError)));
   const Eigen::VectorXd longest = longest_edges(shape);
   for (Eigen::Index t = 0; t < longest.size(); ++t) {
     if (longest[t] > options.max_length_mm) marks[t] = Mark::kRefine;

@@ -29,7 +29,8 @@ struct AdaptivityOptions {
 
   /// Triangles with a longer edge are refined whatever the indicators say [mm], > 0.
   double max_length_mm = 0;
-  /// Triangles without a longer edge are never refined [mm], 0 <= min_length_mm <= max_length_mm.
+  /// Triangles without a longer edge are refined by the closure only [mm], 0 <= min_length_mm <=
+  /// max_length_mm.
   double min_length_mm = 0;
   Eigen::Index max_elements = 2'000'000;
 
@@ -47,7 +48,7 @@ struct AdaptivityReport {
   int n_coarsened = 0;      ///< removed vertices
   bool is_settled = false;  ///< the last round found nothing to change
   bool is_limited = false;  ///< max_elements kept something from being refined
-  /// Faces that may be coarsened but hold no bisection that can be undone, one flag per face: what
+  /// Faces still marked for coarsening after bisections were undone, one flag per face: what
   /// ImproveOptions::may_coarsen takes.
   std::vector<char> may_coarsen;
 };
@@ -60,7 +61,7 @@ struct AdaptivityReport {
 /// error of a quadrature is taken to grow by 8 at most.
 ///
 /// Vertices stay where they are and new ones stand at midpoints; the surface is changed by the
-/// undone bisections alone, by less than geometry_tolerance_mm / 8.
+/// undone bisections alone, of which none turns a face by more than 60 degrees.
 AdaptivityReport adapt(TriMesh& mesh, const AdaptivityOptions& options, int max_rounds = 30);
 
 }  // namespace surf::mesh

@@ -44,7 +44,9 @@ RowGrid::RowGrid(const std::vector<BoundingBall>& balls, double reach)
   const auto [lower, upper] = extent(balls);
   const double width = upper[1] - lower[1], height = upper[2] - lower[2];
   const double most_rows = 4.0 * double(balls.size()) + 1000;
-  double side = reach_ > 0 ? reach_ : 1;  // of the rows; wider where points are so far apart that most are empty
+  double side = reach_ > 0
+                    ? reach_
+                    : 1;  // of the rows; wider where points are so far apart that most are empty
   while ((width / side + 1) * (height / side + 1) > most_rows) side *= 2;
   n_y_ = static_cast<int>(width / side) + 1;
   n_z_ = static_cast<int>(height / side) + 1;

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cassert>
 #include <cmath>
 #include <initializer_list>
 #include <limits>
@@ -429,10 +430,6 @@ class Improvement {
     return largest;
   }
 
-  static double angle_between(const Vector3d& a, const Vector3d& b) {
-    return std::atan2(a.cross(b).norm(), a.dot(b));
-  }
-
   /// Normal of the triangle across the rim's edge of a triangle that stays.
   Vector3d normal_beyond_rim(std::size_t k) const {
     for (const HalfedgeHandle h : mesh_.fh_range(patch_.faces[k])) {
@@ -470,6 +467,7 @@ class Improvement {
   }
 
   void coarsen() {
+    assert(options_.may_coarsen.size() == witnesses_.size() && "one flag per face");
     std::vector<char> flags = options_.may_coarsen;
     std::vector<std::pair<float, int>> edges;
     for (const auto edge : mesh_.edges())

@@ -51,11 +51,11 @@ MovingSurface::MovingSurface(const Triangles& initial, const MovingSurfaceOption
     : mesh_(to_mesh(initial)), options_(options) {
   if (const std::string error = options.error(); !error.empty()) throw UsageError(error);
   mend(kRoundsAtTheStart);
-  // A collapse at each place and round: until few are left.
-  auto n_before = mesh_.n_faces() + 1;
-  for (int round = 0; round < kRoundsAtTheStart && mesh_.n_faces() < 0.99 * n_before; ++round) {
-    n_before = mesh_.n_faces();
+  // A round collapses once at each place: until few are left.
+  for (int round = 0; round < kRoundsAtTheStart; ++round) {
+    const auto n_before = mesh_.n_faces();
     mend();
+    if (mesh_.n_faces() > 0.99 * double(n_before)) break;
   }
 }
 
@@ -142,7 +142,7 @@ std::string MovingSurface::obstacle() const {
     return fmt::format("the object vanished: its volume fell to {:.3g} mm^3", shape.enclosed());
   const double share = border_share();
   if (share > options_.max_border_share)
-    return fmt::format("the surface meets the volume's border with {:.0f} % of its vertices",
+    return fmt::format("the surface meets the volume's border with {:.0f} % of its area",
                        100 * share);
   return {};
 }
@@ -151,13 +151,12 @@ double MovingSurface::border_share() const {
   if (!options_.box) return 0;
   constexpr double kNear = 1e-6;  // voxels
   const VolumeBox& box = *options_.box;
-  Eigen::Index n_border = 0;
-  for (const auto vertex : mesh_.vertices()) {
-    const Eigen::Array3d index = (box.world_to_index * mesh_.point(vertex)).array();
-    const Eigen::Array3d last(box.size[0] - 1, box.size[1] - 1, box.size[2] - 1);
-    n_border += (index <= kNear).any() || (index >= last - kNear).any();
-  }
-  return double(n_border) / double(mesh_.n_vertices());
+  const Eigen::Array3d last(box.size[0] - 1, box.size[1] - 1, box.size[2] - 1);
+  const Points<3> X = points(mesh_);
+  return share_of_area(X, elements(mesh_), [&](int i) {
+    const Eigen::Array3d index = (box.world_to_index * X.row(i).transpose()).array();
+    return (index <= kNear).any() || (index >= last - kNear).any();
+  });
 }
 
 }  // namespace surf::mesh

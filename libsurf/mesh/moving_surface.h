@@ -36,7 +36,7 @@ struct MovingSurfaceOptions {
   double sheet_distance = 0.7;
   /// Vertices may not leave this box; none = the surface moves freely.
   std::optional<VolumeBox> box;
-  /// The run ends when more than this share of the vertices lies on the box's border.
+  /// The run ends when more than this share of the area lies on the box's border.
   double max_border_share = 0.5;
   /// The object has vanished when its radius (of the ball of equal volume) is below this share of
   /// the edge length.
@@ -59,7 +59,7 @@ class MovingSurface : public flow::MovingShape<3> {
   std::string obstacle() const override;
 
   Triangles triangles() const;
-  /// Share of the vertices on the box's border.
+  /// Share of the area whose vertices lie on the box's border.
   double border_share() const;
   /// Changes the wanted edge length; the mesh follows with the next mend.
   void set_edge_length(double edge_length_mm);

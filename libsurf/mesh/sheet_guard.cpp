@@ -94,12 +94,15 @@ class Holding {
       if (active[t] && has_turned(t)) mark_corners(t);
     for (const auto& [a, b] : self_intersections(to_, T_, active)) {
       if (!has_moved(a) && !has_moved(b)) continue;
-      if (do_intersect(from_, T_, a, b)) continue;
+      if (has_area(a) && has_area(b) && do_intersect(from_, T_, a, b)) continue;
       mark_corners(a);
       mark_corners(b);
     }
     return is_any;
   }
+
+  /// Before the step; do_intersect() asks for it.
+  bool has_area(Eigen::Index t) const { return area_normal(from_, T_, t) != Vector<3>::Zero(); }
 
   bool has_turned(Eigen::Index t) const {
     const Vector<3> before = area_normal(from_, T_, t);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Dense>
+#include <cmath>
 
 #include "libsurf/mesh/triangle_mesh.h"
 
@@ -11,6 +12,11 @@ namespace surf::mesh {
 inline Eigen::Vector3d area_normal(const Eigen::Vector3d& a, const Eigen::Vector3d& b,
                                    const Eigen::Vector3d& c) {
   return (b - a).cross(c - a);
+}
+
+/// Angle between two vectors, 0 to pi; exact near 0, where acos is not.
+inline double angle_between(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
+  return std::atan2(a.cross(b).norm(), a.dot(b));
 }
 
 /// Cosines of the largest and of the smallest angle of a triangle. Comparing cosines spares

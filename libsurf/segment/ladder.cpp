@@ -19,7 +19,7 @@ constexpr double kExplosion = 1.4;      // ln of the growth in volume that count
 constexpr double kLargestGrowth = 1.4;  // growth_out of a rung before a leak
 constexpr double kLeastVolume = 113;    // voxels; a ball of radius 3: smaller is not judged
 constexpr double kLeakFrom = 20000;     // voxels; growth of what is smaller is no leak
-constexpr double kCalmFrom = 20000;  // voxels; a rung of more ends where the next is rough
+constexpr double kCalmFrom = 20000;     // voxels; a rung of more ends where the next is rough
 constexpr double kLargestContact =
     0.05;  // share of the area held: the front meets itself round holes
 constexpr double kLeastSphericity = 0.2;  // rougher surfaces percolate through noise
@@ -182,6 +182,7 @@ class Climb {
   void restart() {
     mesh::MovingSurfaceOptions surface = options_.surface;
     surface.box = volume_box(model_.volume());
+    surface.adaptivity.integrands = model_.integrands(terms(seed_.deviation));
     surface_ = std::make_unique<mesh::MovingSurface>(start_, surface);
   }
 

@@ -21,7 +21,8 @@ class ImageModel {
   std::shared_ptr<const Field<3>> edge_indicator(double lambda);
 
   /// The fields that are integrated over the surface, or whose integral over the domain it bounds,
-  /// dimensionless and of order 1: what its resolution has to follow. Not thread-safe.
+  /// dimensionless and of order 1: what its resolution has to follow. Those of chan-vese, whose
+  /// means change with every step, are not among them. Not thread-safe.
   std::vector<std::shared_ptr<const Field<3>>> integrands(std::span<const EnergyTerm> terms);
   /// @param terms  every parameter filled in
   std::unique_ptr<energy::EnergySum<3>> energy(std::span<const EnergyTerm> terms);

@@ -19,7 +19,9 @@
 namespace surf::segment {
 namespace {
 
-constexpr double kLargestStep = 2;  // voxels: an edge is wider
+// Of a step, by the deviation of the blur: an edge is about three times as wide.
+constexpr double kStepPerBlur = 1.2;
+constexpr double kCoarseTolerance = 30;  // of the flow on coarser levels, times that of the last
 constexpr int kSettleSteps = 8;
 constexpr double kSettleStep = 0.25;  // voxels, largest move in a step
 
@@ -141,11 +143,17 @@ class Run {
     out.edge_length_mm = edge_length;
     out.coarseness = options_.coarseness;
     out.adaptivity.geometry_tolerance_mm =
-        options_.geometry_tolerance_mm.value_or(model_.volume().voxel_size());
+        options_.geometry_tolerance_mm.value_or(0.5 * model_.volume().voxel_size());
     out.adaptivity.integral_tolerance = options_.integral_tolerance;
-    out.max_displacement_mm = kLargestStep * model_.volume().voxel_size();
+    out.max_displacement_mm = kStepPerBlur * blur(result_.sigma_mm);
     out.box = volume_box(model_.volume());
     return out;
+  }
+
+  /// Standard deviation of the fields' blur [mm]: the Gaussian's and the spline's.
+  double blur(double sigma_mm) const {
+    const double voxel = model_.volume().voxel_size();
+    return std::sqrt(sigma_mm * sigma_mm + voxel * voxel / 3);
   }
 
   /// False if the caller asked to stop.
@@ -154,6 +162,7 @@ class Run {
     ladder.surface = surface_options(result_.edge_length_mm);
     ladder.surface.edge_length_mm =
         std::max(result_.edge_length_mm, 2 * model_.volume().voxel_size());
+    ladder.surface.max_displacement_mm = 0.6 * ladder.surface.edge_length_mm;
     ladder.flow = options_.flow;
     ladder.flow.energy_tol = std::max(ladder.flow.energy_tol, 3e-3);
     const double voxel = model_.volume().voxel_size();
@@ -181,8 +190,39 @@ class Run {
   bool run_energies() {
     result_.energies = options_.energies;
     for (EnergyTerm& term : result_.energies) complete(term);
-    return evolve("evolve", result_.energies, start_, options_.flow,
+    Triangles start = start_;
+    for (int level = options_.n_levels - 1; level > 0; --level) {
+      if (run_level(level, start)) {
+        start = result_.surface;
+      } else if (is_stopped_) {
+        return false;
+      } else {  // what is too small for the level's blur is found on the next one
+        result_.notes.push_back(fmt::format("level {}: {}; the next one starts where it did", level,
+                                            result_.stages.back().flow.message));
+      }
+    }
+    return evolve("evolve", model_, result_.energies, start, options_.flow,
                   surface_options(result_.edge_length_mm));
+  }
+
+  /// Lengths are 2^level times those of the result, and the tolerances of the flow kCoarseTolerance
+  /// times: far from the optimum neither pays.
+  bool run_level(int level, const Triangles& start) {
+    const double scale = std::pow(2.0, level);
+    volume::SmoothingOptions smoothing = Run::smoothing(model_.volume(), options_);
+    smoothing.sigma_mm *= scale;
+    ImageModel model(model_.volume(), smoothing, options_.derivative_filter);
+    mesh::MovingSurfaceOptions surface = surface_options(scale * result_.edge_length_mm);
+    surface.adaptivity.geometry_tolerance_mm *= scale;
+    surface.max_displacement_mm = kStepPerBlur * blur(smoothing.sigma_mm);
+    std::vector<EnergyTerm> terms = result_.energies;
+    for (EnergyTerm& term : terms)  // the gradient at a step falls as the blur widens
+      if (term.name == "minimal-surface")
+        term.parameters["lambda"] *= blur(result_.sigma_mm) / blur(smoothing.sigma_mm);
+    flow::FlowOptions flow = options_.flow;
+    flow.rel_tol = std::min(0.5, kCoarseTolerance * flow.rel_tol);
+    flow.energy_tol = std::min(0.5, kCoarseTolerance * flow.energy_tol);
+    return evolve(fmt::format("level {}", level), model, terms, start, flow, surface);
   }
 
   /// Fills in what is not given.
@@ -214,17 +254,17 @@ class Run {
     return {start_.points.colwise().mean().transpose()};
   }
 
-  bool evolve(const std::string& stage, const std::vector<EnergyTerm>& terms,
+  bool evolve(const std::string& stage, ImageModel& model, const std::vector<EnergyTerm>& terms,
               const Triangles& start, const flow::FlowOptions& flow,
               mesh::MovingSurfaceOptions surface_options) {
     const auto begin = std::chrono::steady_clock::now();
-    surface_options.adaptivity.integrands = model_.integrands(terms);
+    surface_options.adaptivity.integrands = model.integrands(terms);
     mesh::MovingSurface surface(start, surface_options);
-    const auto energy = model_.energy(terms);
+    const auto energy = model.energy(terms);
     bool go_on = true;
     StageReport report;
     report.name = stage;
-    report.edge_length_mm = result_.edge_length_mm;
+    report.edge_length_mm = surface_options.edge_length_mm;
     report.flow = flow::evolve<3>(surface, *energy, flow, [&](const flow::StepRecord& record) {
       go_on = !progress_ || progress_(stage, record, [&] { return surface.triangles(); });
       return go_on;
@@ -263,7 +303,7 @@ class Run {
     const std::vector<EnergyTerm> terms = {
         {"minimal-surface", 1, {{"gamma0", 1}, {"gamma", 0}, {"lambda", lambda}}}};
     const Triangles start = result_.surface;
-    const bool go_on = evolve("settle", terms, start, flow, surface);
+    const bool go_on = evolve("settle", model_, terms, start, flow, surface);
     if (!go_on) return false;
     Triangles& settled = result_.surface;
     Points<3> to = moved_to_edge(settled, *model_.edge_indicator(lambda), kSettleStep * voxel);
@@ -293,6 +333,8 @@ std::string SegmentOptions::error() const {
     return fmt::format("SegmentOptions::edge_length_mm = {} violates > 0", *edge_length_mm);
   if (energies.empty() && initial_surface && seeds_ras_mm.empty())
     return "an initial surface without seeds needs an explicit energy";
+  if (n_levels < 1 || n_levels > 6)
+    return fmt::format("SegmentOptions::n_levels = {} violates 1 to 6", n_levels);
   if (!(coarseness >= 1))
     return fmt::format("SegmentOptions::coarseness = {} violates >= 1", coarseness);
   if (geometry_tolerance_mm && !(*geometry_tolerance_mm > 0))

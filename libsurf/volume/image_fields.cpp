@@ -33,6 +33,7 @@ Index3 widened(Index3 index, const Index3& by, int sign) {
 }
 
 constexpr double kSigmaPerNode = 0.7;        // of the Gaussian, in spacings of the field's grid
+constexpr int kMostVoxels = 4;               // per node and axis: a tile reads the cube of it
 constexpr double kSplineVariance = 1.0 / 3;  // of the cubic B-spline, in spacings squared
 
 /// Half of a symmetric kernel, centre first.
@@ -100,7 +101,8 @@ class Smoother {
     Eigen::Vector3d scale;
     for (int axis = 0; axis < 3; ++axis) {
       const int last = volume_.size()[axis] - 1;
-      factor_[axis] = std::clamp(static_cast<int>(sigma[axis] / kSigmaPerNode + 1e-9), 1, last);
+      factor_[axis] = std::clamp(static_cast<int>(sigma[axis] / kSigmaPerNode + 1e-9), 1,
+                                 std::min(last, kMostVoxels));
       grid_.size[axis] = (last + factor_[axis] - 1) / factor_[axis] + 1;
       scale[axis] = factor_[axis];
       // The wider spline takes over a part of the Gaussian's variance.

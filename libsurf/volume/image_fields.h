@@ -17,9 +17,10 @@ enum class DerivativeFilter {
 
 struct SmoothingOptions {
   /// Standard deviation of the Gaussian [mm]; 0 = none. Truncated at 3 sigma and normalised.
-  /// The fields' grid has its nodes at every n-th voxel along an axis where sigma is at least
-  /// 0.7 n voxels, where finer nodes would hold nothing new (and 8 times the tiles at n = 2). The
-  /// Gaussian is narrowed by what the wider spline adds, so that the blur is the same.
+  /// The fields' grid has its nodes at every n-th voxel, n <= 4, along an axis where sigma is at
+  /// least 0.7 n voxels: as fine, compared with the blur, as the voxels are by default, and an
+  /// eighth of the tiles at n = 2. The Gaussian is narrowed by what the wider spline adds, so that
+  /// the intensities' blur is the same.
   double sigma_mm = 0;
   /// Selective Gaussian blur before it (thesis 5.1.2): each voxel becomes the Gaussian mean,
   /// radius 2 sigma, of those neighbours that differ from it by at most the threshold.
@@ -36,7 +37,7 @@ std::shared_ptr<const TiledField> intensity_field(const Volume& volume,
                                                   const SmoothingOptions& smoothing);
 
 /// Edge indicator H = 1 / (1 + |grad I|^2 / lambda^2), thesis (5.1), as a C^2 field: H is
-/// computed at the voxels from the smoothed intensities and then approximated by one cubic
+/// computed at the grid's nodes from the smoothed intensities and then approximated by one cubic
 /// B-spline, whose own derivatives are grad H and D2H.
 /// @param lambda  edge strength [intensity / mm], > 0
 std::shared_ptr<const TiledField> edge_indicator(

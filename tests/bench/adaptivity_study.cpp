@@ -44,6 +44,7 @@ segment::SegmentOptions options_of_thesis(double voxel_mm) {
   segment::SegmentOptions options;
   options.initial_surface = mesh::ball({0, 0, 0}, 1, 0.4);
   options.energies = {{"minimal-surface", 1, {{"gamma", 0}, {"lambda", 4}}}};
+  options.sigma_mm = 1.5 * voxel_mm;  // half the half-width of the edges
   options.edge_length_mm = 0.75 * voxel_mm;
   options.coarseness = 24;
   options.geometry_tolerance_mm = kTolerance;
@@ -258,6 +259,35 @@ void accuracy_against_triangles(const std::filesystem::path& directory) {
   if (!directory.empty()) plot(directory / "accuracy-triangles.svg", uniform, adaptive);
 }
 
+/// Steps on each level, and time, for the prism and the two balls.
+void multi_resolution() {
+  fmt::print(
+      "\n| phantom | levels | steps, coarsest level first | triangles | to the body mean voxel | "
+      "time "
+      "s |\n|---|---|---|---|---|---|\n");
+  for (const auto& [name, kind] : {std::pair{"two-balls", volume::PhantomKind::kTwoBalls},
+                                   {"prism", volume::PhantomKind::kBox}})
+    for (const int n_levels : {1, 2, 3}) {
+      const volume::Volume image = volume::make_phantom(phantom_of(kind));
+      segment::SegmentOptions options = options_of_thesis(image.voxel_size());
+      options.n_levels = n_levels;
+      const auto start = std::chrono::steady_clock::now();
+      const auto result = segment::segment(image, options);
+      const double seconds =
+          std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+      std::string steps;
+      for (const auto& stage : result.stages)
+        steps += fmt::format("{}{}", steps.empty() ? "" : " + ", stage.flow.steps.size());
+      const auto distance =
+          mesh::distances_from(result.surface, [&, body = kind](const Eigen::Vector3d& x) {
+            return volume::phantom_distance_mm(phantom_of(body), x);
+          });
+      fmt::print("| {} | {} | {} | {} | {:.3f} | {:.2f} |\n", name, n_levels, steps,
+                 result.surface.elements.rows(), distance.mean_mm / image.voxel_size(), seconds);
+      std::fflush(stdout);
+    }
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -268,5 +298,6 @@ int main(int argc, char** argv) {
              directory);
   experiment("prism", volume::PhantomKind::kBox,
              {{5, 10.831}, {50, 4.441}, {85, 2.780}, {125, 1.517}, {160, 0.500}}, directory);
+  multi_resolution();
   accuracy_against_triangles(directory);
 }

@@ -107,6 +107,7 @@ const std::vector<Row> kRows = {
     {"RadiusNegative", segment({"--radius", "-3mm"}), 2, "cannot be negative; got '-3mm'"},
     {"RadiusZero", segment({"--radius", "0mm"}), 2, "--radius: a length must be positive"},
     {"RadiusInCm", segment({"--radius", "2cm"}), 2, "got '2cm'"},
+    {"LevelsZero", segment({"--levels", "0"}), 2, "--levels: expected"},
     {"CoarsenessBelowOne", segment({"--coarseness", "0.5"}), 2, "--coarseness: expected"},
     {"GeometryToleranceZero", segment({"--geometry-tolerance", "0mm"}), 2,
      "--geometry-tolerance: a length must be"},

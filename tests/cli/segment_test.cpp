@@ -170,6 +170,7 @@ TEST_F(Segment, ConfigTakesEveryOption) {
                                  {"no-settle", true},
                                  {"edge-length", "2vox"},
                                  {"coarseness", 3},
+                                 {"levels", 2},
                                  {"geometry-tolerance", "0.5vox"},
                                  {"integral-tolerance", 0.02},
                                  {"flow", "l2"},

@@ -49,6 +49,7 @@ struct Arguments {
   std::string flow = "h1", scheme = "auto", step_rule = "line-search";
   int max_iterations = 500;
   double coarseness = 4, integral_tolerance = 0.016;
+  int levels = 1;
   double tolerance = 1e-4;
   bool no_settle = false;
   int threads = 0;
@@ -168,6 +169,9 @@ class SegmentCommand {
       throw surf::UsageError(
           fmt::format("--tolerance: expected a number from 0 to below 1, such as 1e-4; got {}",
                       arguments_.tolerance));
+    if (arguments_.levels < 1 || arguments_.levels > 6)
+      throw surf::UsageError(
+          fmt::format("--levels: expected a number from 1 to 6; got {}", arguments_.levels));
     if (!(arguments_.coarseness >= 1 && arguments_.coarseness <= 1000))
       throw surf::UsageError(fmt::format("--coarseness: expected a number from 1 to 1000; got {}",
                                          arguments_.coarseness));
@@ -218,6 +222,7 @@ class SegmentCommand {
     out.selective_threshold = arguments_.selective_threshold;
     out.edge_length_mm = length("--edge-length", arguments_.edge_length);
     out.coarseness = arguments_.coarseness;
+    out.n_levels = arguments_.levels;
     out.geometry_tolerance_mm = length("--geometry-tolerance", arguments_.geometry_tolerance);
     out.integral_tolerance = arguments_.integral_tolerance;
     if (arguments_.derivatives == "scharr")
@@ -465,6 +470,12 @@ void add_options(CLI::App& command, Arguments& a) {
       ->group(energy);
 
   const std::string flow = "Flow";
+  command
+      .add_option("--levels", a.levels,
+                  "Begin with coarser surfaces in an image that is smoothed more: each level "
+                  "doubles sigma and edges")
+      ->capture_default_str()
+      ->group(flow);
   const std::string mesh = "Mesh";
   command
       .add_option("--edge-length", a.edge_length,
@@ -477,13 +488,13 @@ void add_options(CLI::App& command, Arguments& a) {
       ->group(mesh);
   command
       .add_option("--geometry-tolerance", a.geometry_tolerance,
-                  "Bound on edge length times angle between triangles: they lie within an eighth "
-                  "of it [1vox]")
+                  "Bound on edge length times angle to the neighbours, summed over a triangle's "
+                  "sides; the finest edges may exceed it [0.5vox]")
       ->group(mesh);
   command
       .add_option("--integral-tolerance", a.integral_tolerance,
-                  "Quadrature error of the energy per area above which triangles are refined; 0: "
-                  "do not look")
+                  "Quadrature error of H, or of the window, per area above which triangles are "
+                  "refined; 0: do not look")
       ->capture_default_str()
       ->group(mesh);
   command.add_option("--flow", a.flow, "Scalar product: h1 (weighted, inexact Newton) or l2")

@@ -107,6 +107,19 @@ TEST(Adaptivity, NeitherRefinesNorCoarsensForEver) {
     }
 }
 
+TEST(Adaptivity, ByAFunctionNeitherRefinesNorCoarsensForEver) {
+  TriMesh mesh = to_mesh(ball({0, 0, 0}, 1, 0.35));
+  AdaptivityOptions options;
+  options.functions = {std::make_shared<Spot>(Eigen::Vector3d(0, 1, 0), 0.1)};
+  options.max_length_mm = 1;
+  options.function_tolerance = 1e-8;  // finer than what follows needs
+  adapt(mesh, options);
+  for (double tolerance = 1e-7; tolerance < 1e-3; tolerance *= 4) {
+    options.function_tolerance = tolerance;
+    EXPECT_TRUE(adapt(mesh, options).is_settled) << tolerance;
+  }
+}
+
 TEST(Adaptivity, ByAnIntegralRefinesWhereTheIntegrandChanges) {
   TriMesh mesh = to_mesh(ball({0, 0, 0}, 1, 0.35));
   const Eigen::Vector3d place(1, 0, 0);

@@ -7,6 +7,7 @@
 #include <random>
 #include <stdexcept>
 
+#include "libsurf/fem/indicators.h"
 #include "libsurf/mesh/bisection.h"
 #include "tests/surf/mesh/surfaces.h"
 
@@ -331,6 +332,45 @@ TEST(Improve, TimeOnTwentyThousandTrianglesIsPrinted) {
         mesh.n_faces(), 100 * (1 - share), time.count(), report.n_flipped, report.n_collapsed,
         report.n_moved);
   }
+}
+
+ImproveOptions coarsening(const TriMesh& mesh, double variation) {
+  ImproveOptions options;
+  options.max_length = 2;
+  options.tolerance_mm = 0.1;
+  options.max_variation_mm = variation;
+  options.may_coarsen.assign(mesh.n_faces(), 1);
+  return options;
+}
+
+TEST(ImproveCoarsening, CollapsesWhatMayBeCoarserWithinTheVariation) {
+  constexpr double kVariation = 0.2;
+  TriMesh mesh = to_mesh(ball({0, 0, 0}, 1, 0.1));
+  const double volume = enclosed_volume(mesh);
+  const auto n_before = mesh.n_faces();
+  for (int round = 0; round < 10; ++round) improve(mesh, coarsening(mesh, kVariation));
+  EXPECT_LT(mesh.n_faces(), n_before / 3);
+  const fem::Geometry<3> shape(points(mesh), elements(mesh));
+  // The triangles beyond the rim of a collapse are not looked at: their sides change by half.
+  EXPECT_LT(fem::geometric_variation(shape).maxCoeff(), 1.5 * kVariation);
+  EXPECT_GT(angles_deg(mesh).minCoeff(), 25);
+  EXPECT_NEAR(enclosed_volume(mesh), volume, 0.01 * volume);
+  check_mesh(mesh);
+}
+
+TEST(ImproveCoarsening, LeavesFacesWithoutAFlagAlone) {
+  TriMesh mesh = to_mesh(ball({0, 0, 0}, 1, 0.1));
+  ImproveOptions options = coarsening(mesh, 0.2);
+  for (const auto face : mesh.faces())
+    options.may_coarsen[face.idx()] = mesh.calc_face_centroid(face)[0] > 0;
+  const auto n_left = [&] {
+    int n = 0;
+    for (const auto face : mesh.faces()) n += mesh.calc_face_centroid(face)[0] < -0.1;
+    return n;
+  };
+  const int before = n_left();
+  EXPECT_GT(improve(mesh, options).n_collapsed, 0);
+  EXPECT_EQ(n_left(), before);
 }
 
 }  // namespace

@@ -58,6 +58,16 @@ TEST(MovingSurface, CoarsensAsItShrinks) {
   EXPECT_LT(surface.geometry().n_elements(), n_before / 4);
 }
 
+TEST(MovingSurface, BeginsAsCoarseAsGeometryAllows) {
+  MovingSurfaceOptions options{.edge_length_mm = 0.1, .coarseness = 4, .box = {}};
+  options.adaptivity.geometry_tolerance_mm = 0.3;
+  const Triangles fine = ball({0, 0, 0}, 2, 0.1);
+  const MovingSurface surface(fine, options);
+  EXPECT_LT(surface.geometry().n_elements(), fine.elements.rows() / 4);
+  EXPECT_NEAR(surface.geometry().radius(), 2, 0.02);
+  EXPECT_TRUE(verify(surface.triangles()).passed());
+}
+
 TEST(MovingSurface, FollowsAnotherEdgeLengthWithTheNextMend) {
   MovingSurface surface(ball({0, 0, 0}, 2, 0.5), {.edge_length_mm = 0.5, .box = {}});
   surface.set_edge_length(0.3);
@@ -182,7 +192,7 @@ TEST(MovingSurface, DoesNotIntersectItselfAtTheBorderOfTheVolume) {
     step(surface, towards + random_field(X, 7 + k / 5, 0.1));
     ASSERT_TRUE(self_intersections(surface.triangles()).empty()) << "step " << k;
   }
-  EXPECT_GT(surface.border_share(), 0.2);  // of the vertices: flat parts have fewer
+  EXPECT_GT(surface.border_share(), 0.2);
 }
 
 TEST(MovingSurface, RefusesOptionsAndSurfacesThatAreWrong) {

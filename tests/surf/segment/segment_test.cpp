@@ -199,5 +199,39 @@ TEST(Segment, RefusesOptionsThatAreWrong) {
   EXPECT_THROW(segment(volume, unknown), UsageError);
 }
 
+SegmentOptions from_outside(int n_levels) {
+  SegmentOptions options;
+  options.initial_surface = mesh::ball(Vector3d::Zero(), 0.9, 0.15);
+  options.energies = {{"minimal-surface", 1, {{"gamma", 0}, {"lambda", 4}}}};
+  options.n_levels = n_levels;
+  return options;
+}
+
+TEST(Segment, LevelsEndAtTheSameSurfaceWithFewerStepsOnTheLast) {
+  const auto scene = phantom(PhantomKind::kBox, 0.05);
+  const volume::Volume image = volume::make_phantom(scene);
+  const SegmentResult one = segment(image, from_outside(1));
+  const SegmentResult two = segment(image, from_outside(2));
+  ASSERT_EQ(two.stages.size(), 3u);  // a level, the last, and the settling
+  EXPECT_EQ(two.stages[0].name, "level 1");
+  EXPECT_EQ(two.stages[0].edge_length_mm, 2 * two.edge_length_mm);
+  EXPECT_EQ(two.main_stage().name, "evolve");
+  EXPECT_LT(two.main_stage().flow.steps.size(), one.main_stage().flow.steps.size());
+  expect_found(one, scene, 0.2, "box, 1 level");
+  expect_found(two, scene, 0.2, "box, 2 levels");
+  const double voxel = image.voxel_size();
+  EXPECT_LT(mesh::surface_distances(one.surface, two.surface).mean_mm, 0.1 * voxel);
+}
+
+TEST(Segment, ALevelTooCoarseForItsStartIsPassedOver) {
+  const auto scene = phantom(PhantomKind::kBall);
+  SegmentOptions options = minimal_surface(PhantomKind::kBall);
+  options.n_levels = 4;  // edges of 12 voxels on the first; the seed ball's radius is 4.7 voxels
+  const SegmentResult result = segment(volume::make_phantom(scene), options);
+  ASSERT_FALSE(result.notes.empty());
+  EXPECT_NE(result.notes.front().find("level 3"), std::string::npos) << result.notes.front();
+  expect_found(result, scene, 0.1, "ball, 4 levels");
+}
+
 }  // namespace
 }  // namespace surf::segment

@@ -16,7 +16,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-/// A volume of zeros that only gives size and affine.
 Grid grid(const std::array<int, 3>& size, const Eigen::Affine3d& affine) { return {size, affine}; }
 
 Eigen::Affine3d scaled(double spacing) { return Eigen::Affine3d(Eigen::Scaling(spacing)); }
