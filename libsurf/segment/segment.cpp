@@ -143,7 +143,7 @@ class Run {
     out.edge_length_mm = edge_length;
     out.coarseness = options_.coarseness;
     out.adaptivity.geometry_tolerance_mm =
-        options_.geometry_tolerance_mm.value_or(0.5 * model_.volume().voxel_size());
+        options_.geometry_tolerance_mm.value_or(model_.volume().voxel_size());
     out.adaptivity.integral_tolerance = options_.integral_tolerance;
     out.max_displacement_mm = kStepPerBlur * blur(result_.sigma_mm);
     out.box = volume_box(model_.volume());

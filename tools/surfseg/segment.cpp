@@ -489,7 +489,7 @@ void add_options(CLI::App& command, Arguments& a) {
   command
       .add_option("--geometry-tolerance", a.geometry_tolerance,
                   "Bound on edge length times angle to the neighbours, summed over a triangle's "
-                  "sides; the finest edges may exceed it [0.5vox]")
+                  "sides; the finest edges may exceed it [1vox]")
       ->group(mesh);
   command
       .add_option("--integral-tolerance", a.integral_tolerance,
