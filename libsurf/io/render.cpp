@@ -21,9 +21,11 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <cstdlib>
 #include <cstring>
 #include <memory>
+#include <thread>
 
 #include "libsurf/base/error.h"
 
@@ -58,7 +60,17 @@ class DisplayProbe {
   struct Close {
     void operator()(Display* display) const { XCloseDisplay(display); }
   };
-  std::unique_ptr<Display, Close> display_{XOpenDisplay(nullptr)};
+  /// A server whose last client has just gone begins anew (xvfb-run's does) and refuses
+  /// connections for a moment.
+  static Display* open() {
+    for (int attempt = 0;; ++attempt) {
+      Display* display = XOpenDisplay(nullptr);
+      if (display != nullptr || attempt == 5 || std::getenv("DISPLAY") == nullptr) return display;
+      std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    }
+  }
+
+  std::unique_ptr<Display, Close> display_{open()};
 };
 
 /// Normals at the vertices, weighted by area.
