@@ -10,6 +10,7 @@
 #include <limits>
 #include <map>
 #include <optional>
+#include <set>
 #include <span>
 #include <unordered_map>
 
@@ -732,7 +733,7 @@ class Surgery {
       if (!plan(surface, is_event)) break;
       if (join_overlapping(surface)) continue;
       if (!enlarge_intersecting(surface)) {
-        for (Cluster& cluster : clusters_) report.regions.push_back(describe(surface, cluster));
+        describe(surface, report.regions);
         apply(surface);
         return report;
       }
@@ -990,31 +991,99 @@ class Surgery {
     return is_any;
   }
 
-  RebuiltRegion describe(const Connected& surface, const Cluster& cluster) const {
-    RebuiltRegion region;
-    region.place = Eigen::Vector3d::Zero();
-    for (const int t : cluster.events) region.place += centroid_of(surface.triangles, t);
-    region.place /= double(cluster.events.size());
-    region.n_events = static_cast<int>(cluster.events.size());
-    region.n_removed = static_cast<int>(cluster.patch.removed.size());
-    region.n_added = static_cast<int>(cluster.patch.triangles.size());
-    region.is_whole = std::isinf(reach(cluster));
-    // Both parts have the same rim, so the reference point does not matter.
-    const auto point = [&](int v) -> Vector<3> {
-      const auto n_old = surface.triangles.points.rows();
-      return (v < n_old ? Vector<3>(surface.triangles.points.row(v))
-                        : cluster.patch.points[std::size_t(v - n_old)]) -
-             region.place;
-    };
-    const auto volume = [&](int a, int b, int c) {
-      return point(a).cross(point(b)).dot(point(c)) / 6;
-    };
-    const Elements<3>& T = surface.triangles.elements;
-    for (const auto& t : cluster.patch.triangles)
-      region.volume_change_mm3 += volume(t[0], t[1], t[2]);
-    for (const int t : cluster.patch.removed)
-      region.volume_change_mm3 -= volume(T(t, 0), T(t, 1), T(t, 2));
-    return region;
+  void describe(const Connected& surface, std::vector<RebuiltRegion>& regions) const {
+    const Patched all = patched(surface);
+    Shells before(surface.triangles.points, surface.triangles.elements);
+    Shells after(all.points, all.elements);
+    std::vector<std::vector<int>> added(clusters_.size());
+    for (int t = 0; t < static_cast<int>(all.owner.size()); ++t)
+      if (all.owner[t] >= 0) added[all.owner[t]].push_back(t);
+    for (std::size_t c = 0; c < clusters_.size(); ++c) {
+      const Cluster& cluster = clusters_[c];
+      RebuiltRegion& region = regions.emplace_back();
+      region.place = Eigen::Vector3d::Zero();
+      for (const int t : cluster.events) region.place += centroid_of(surface.triangles, t);
+      region.place /= double(cluster.events.size());
+      region.n_events = static_cast<int>(cluster.events.size());
+      region.n_removed = static_cast<int>(cluster.patch.removed.size());
+      region.n_added = static_cast<int>(cluster.patch.triangles.size());
+      region.is_whole = std::isinf(reach(cluster));
+      // Both parts have the same rim, so the reference point does not matter.
+      region.volume_change_mm3 = enclosed(all.points, all.elements, added[c], region.place) -
+                                 enclosed(surface.triangles.points, surface.triangles.elements,
+                                          cluster.patch.removed, region.place);
+      region.change =
+          change(surface, cluster, before.of(cluster.patch.removed), after.of(added[c]), after);
+    }
+  }
+
+  /// Components of a surface, and the volume of each.
+  class Shells {
+   public:
+    Shells(const Points<3>& points, const Elements<3>& elements)
+        : elements_(elements), sets_(points.rows()), volume_(points.rows(), 0.0) {
+      for (const auto t : elements.rowwise()) {
+        sets_.join(t[0], t[1]);
+        sets_.join(t[0], t[2]);
+      }
+      for (Eigen::Index t = 0; t < elements.rows(); ++t) {
+        const Vector<3> a = points.row(elements(t, 0)), b = points.row(elements(t, 1)),
+                        c = points.row(elements(t, 2));
+        volume_[sets_.find(elements(t, 0))] += a.cross(b).dot(c) / 6;
+      }
+    }
+    /// Those of some triangles.
+    std::set<int> of(const std::vector<int>& triangles) {
+      std::set<int> out;
+      for (const int t : triangles) out.insert(sets_.find(elements_(t, 0)));
+      return out;
+    }
+    double volume(int shell) const { return volume_[shell]; }
+
+   private:
+    const Elements<3>& elements_;
+    DisjointSets sets_;
+    std::vector<double> volume_;
+  };
+
+  static double enclosed(const Points<3>& points, const Elements<3>& elements,
+                         const std::vector<int>& triangles, const Vector<3>& reference) {
+    double volume = 0;
+    for (const int t : triangles) {
+      const Vector<3> a = points.row(elements(t, 0)).transpose() - reference,
+                      b = points.row(elements(t, 1)).transpose() - reference,
+                      c = points.row(elements(t, 2)).transpose() - reference;
+      volume += a.cross(b).dot(c) / 6;
+    }
+    return volume;
+  }
+
+  static TopologyChange change(const Connected& surface, const Cluster& cluster,
+                               const std::set<int>& before, const std::set<int>& now,
+                               const Shells& after) {
+    if (now.empty()) return TopologyChange::kVanishing;
+    if (now.size() > before.size()) {
+      const bool has_cavity =
+          std::any_of(now.begin(), now.end(), [&](int shell) { return after.volume(shell) < 0; });
+      return has_cavity ? TopologyChange::kInsideOpening : TopologyChange::kSplitting;
+    }
+    if (now.size() < before.size()) return TopologyChange::kMerging;
+    const int euler = euler_change(surface, cluster);
+    if (euler == 0) return TopologyChange::kUntangling;
+    return euler < 0 ? TopologyChange::kSelfMerging : TopologyChange::kHandleClosing;
+  }
+
+  /// Change of V - E + F. The rim stays, so that two more sides of triangles are one edge more.
+  static int euler_change(const Connected& surface, const Cluster& cluster) {
+    const Patch& patch = cluster.patch;
+    std::unordered_map<int, int> n_removed;  // of each vertex
+    for (const int t : patch.removed)
+      for (int i = 0; i < 3; ++i) ++n_removed[surface.triangles.elements(t, i)];
+    const auto n_gone = std::count_if(n_removed.begin(), n_removed.end(), [&](const auto& entry) {
+      return std::size_t(entry.second) == surface.stars[entry.first].size();
+    });
+    const int new_faces = int(patch.triangles.size()) - int(patch.removed.size());
+    return int(patch.points.size()) - int(n_gone) - new_faces / 2;
   }
 
   void apply(const Connected& surface) {
@@ -1053,6 +1122,26 @@ std::string SurgeryOptions::error() const {
   if (max_attempts < 1)
     return fmt::format("SurgeryOptions::max_attempts = {} violates >= 1", max_attempts);
   return {};
+}
+
+std::string to_string(TopologyChange change) {
+  switch (change) {
+    case TopologyChange::kUntangling:
+      return "untangling";
+    case TopologyChange::kMerging:
+      return "merging";
+    case TopologyChange::kSelfMerging:
+      return "self-merging";
+    case TopologyChange::kHandleClosing:
+      return "handle-closing";
+    case TopologyChange::kSplitting:
+      return "splitting";
+    case TopologyChange::kInsideOpening:
+      return "inside-opening";
+    case TopologyChange::kVanishing:
+      break;
+  }
+  return "vanishing";
 }
 
 SurgeryReport operate(TriMesh& mesh, std::vector<char> events, const SurgeryOptions& options) {

@@ -20,8 +20,22 @@ struct SurgeryOptions {
   std::string error() const;  ///< empty if valid
 };
 
+/// What a surgery did to the surface's shells (thesis Fig. 4.3 in three dimensions).
+enum class TopologyChange {
+  kUntangling,     ///< none: a fold was taken out
+  kMerging,        ///< several shells became fewer
+  kSelfMerging,    ///< a shell met itself: it has one handle more, or several
+  kHandleClosing,  ///< a handle less: its hole was filled, or it was cut
+  kSplitting,      ///< a shell came apart
+  kInsideOpening,  ///< a shell met itself all round: it has a cavity more
+  kVanishing       ///< nothing is left of some shells
+};
+/// "merging", "self-merging", "handle-closing", ...
+std::string to_string(TopologyChange change);
+
 /// One rebuilt region of a surface.
 struct RebuiltRegion {
+  TopologyChange change = TopologyChange::kUntangling;
   Eigen::Vector3d place;  ///< centre of the triangles that asked for it [mm]
   int n_events = 0;       ///< these triangles
   int n_removed = 0;      ///< triangles of the old surface

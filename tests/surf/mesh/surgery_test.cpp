@@ -78,6 +78,9 @@ TEST(Surgery, MakesOneSurfaceOfTwoBallsThatOverlap) {
   EXPECT_NEAR(volume_mm3(out.surface), 2 * 4 * std::numbers::pi / 3 - lens,
               patch_tolerance(out) + 0.01 * 8);
   EXPECT_TRUE(verify(out.surface).passed()) << verify(out.surface).message();
+  ASSERT_EQ(out.report.regions.size(), 1u);
+  EXPECT_EQ(out.report.regions[0].change, TopologyChange::kMerging);
+  EXPECT_FALSE(out.report.regions[0].is_whole);
 }
 
 TEST(Surgery, LeavesTheRestOfTheSurfaceBitForBit) {
@@ -132,6 +135,7 @@ TEST(Surgery, ClosesTheHoleOfATorusThatIsThinnerThanTheResolution) {
   const Outcome out = resolved(surface, events);
   ASSERT_EQ(out.parts.size(), 1u);
   EXPECT_EQ(out.parts[0].genus(), 0);
+  EXPECT_EQ(out.report.regions.at(0).change, TopologyChange::kHandleClosing);
 }
 
 /// An ellipsoid with a neck at x = 0: radii across are multiplied by 1 - depth there.
@@ -147,6 +151,7 @@ Triangles dumbbell(double depth_y, double depth_z) {
 
 void expect_two_balls(const Outcome& out) {
   ASSERT_EQ(out.parts.size(), 2u);
+  EXPECT_EQ(out.report.regions.at(0).change, TopologyChange::kSplitting);
   for (const auto& part : out.parts) {
     EXPECT_EQ(part.genus(), 0);
     EXPECT_GT(part.volume_mm3, 0.5);
