@@ -179,6 +179,7 @@ FlowSummary evolve(MovingShape<Dim>& shape, energy::ShapeEnergy<Dim>& energy,
       return finish(Termination::kStalled, "no step decreases the energy any further");
     shape.move_to(stepper.destination());
     const bool is_remeshed = shape.mend();
+    record.events = shape.take_events();
     geometry = shape.geometry();
     if (is_remeshed) energy.remesh(geometry);
     record.enclosed = geometry.enclosed();

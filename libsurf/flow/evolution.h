@@ -43,6 +43,7 @@ struct StepRecord {
   double enclosed = 0;  ///< enclosed area [mm^2] or volume [mm^3]
   Eigen::Index n_vertices = 0, n_elements = 0;
   double held_share = 0;  ///< of the length or area: held back
+  std::vector<TopologyEvent> events;
 };
 
 struct FlowSummary {

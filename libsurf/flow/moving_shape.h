@@ -2,10 +2,18 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "libsurf/fem/geometry.h"
 
 namespace surf::flow {
+
+/// A change of the shape's topology, as it happened after a step.
+struct TopologyEvent {
+  std::string kind;  ///< "merging", "splitting", ...
+  Eigen::Vector3d place = Eigen::Vector3d::Zero();  ///< [mm]; in the plane the third is 0
+  double enclosed_change = 0;                       ///< of the enclosed area or volume
+};
 
 /// A curve or surface that a flow moves. The flow sees arrays only; bisection, smoothing and
 /// guards against self-intersection are behind mend and admissible.
@@ -29,6 +37,8 @@ class MovingShape {
   /// A reason to end the run ("the object vanished", "the surface meets the volume's
   /// border"), else empty.
   virtual std::string obstacle() const = 0;
+  /// What happened since the last call.
+  virtual std::vector<TopologyEvent> take_events() { return {}; }
 };
 
 }  // namespace surf::flow

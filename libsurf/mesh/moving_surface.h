@@ -20,6 +20,19 @@ struct VolumeBox {
   std::array<int, 3> size;
 };
 
+enum class Topology {
+  kFree,   ///< sheets that meet are rebuilt: shells merge, split, get handles and cavities
+  kFixed,  ///< sheets are held apart: the topology of the initial surface stays
+  kGenus0  ///< free, but what would leave a shell with a handle is held apart
+};
+
+/// How far a step goes that brings sheets together (thesis Alg. 10).
+enum class StepAdjustment {
+  kNone,         ///< as far as it goes; all events are resolved then
+  kCatchFirst,   ///< to just before the first event
+  kResolveFirst  ///< to just after the first event, which is resolved then
+};
+
 struct MovingSurfaceOptions {
   /// Wanted edge length where the surface is finest [mm]: edges are bisected above 4/3 of it, if
   /// the indicators ask for it, and collapsed below 0.4 of it.
@@ -32,7 +45,12 @@ struct MovingSurfaceOptions {
   /// so that none is jumped over. The mesh itself asks for no such bound: Alg. 3 and the guards see
   /// to it that triangles stay triangles.
   double max_displacement_mm = std::numeric_limits<double>::infinity();
-  /// Sheets that face each other are held apart at this share of edge_length_mm.
+  Topology topology = Topology::kFixed;
+  /// Unless the topology is fixed: spacing of the grid of a surgery (surgery.h) [mm]; sheets that
+  /// face each other and come closer than 0.9 of it are rebuilt. 0 = half of edge_length_mm.
+  double topology_resolution_mm = 0;
+  StepAdjustment step_adjustment = StepAdjustment::kNone;
+  /// Sheets that have to stay apart are held at this share of edge_length_mm.
   double sheet_distance = 0.7;
   /// Vertices may not leave this box; none = the surface moves freely.
   std::optional<VolumeBox> box;
@@ -57,6 +75,7 @@ class MovingSurface : public flow::MovingShape<3> {
   void move_to(const Points<3>& to) override;
   bool mend() override;
   std::string obstacle() const override;
+  std::vector<flow::TopologyEvent> take_events() override;
 
   Triangles triangles() const;
   /// Share of the area whose vertices lie on the box's border.
@@ -70,9 +89,18 @@ class MovingSurface : public flow::MovingShape<3> {
   AdaptivityOptions adaptivity() const;
   void keep_in_box(Points<3>& to) const;
   bool mend(int max_rounds);
+  double topology_resolution() const;
+  void hold_sheets_apart(const Points<3>& from, Points<3>& to, const Elements<3>& T) const;
+  void adjust_step(const Points<3>& from, Points<3>& to, const Elements<3>& T) const;
+  std::vector<char> event_triangles() const;
+  bool resolve_events();
+  void hold_refused(const std::vector<char>& refused);
+  bool remove_phantoms_and_crumbs();
 
   TriMesh mesh_;
   MovingSurfaceOptions options_;
+  OpenMesh::VPropHandleT<Eigen::Vector3d> origin_;  ///< before the last move
+  std::vector<flow::TopologyEvent> events_;
 };
 
 }  // namespace surf::mesh

@@ -32,22 +32,30 @@ bool share_vertex(const Elements<3>& T, int a, int b) {
 
 }  // namespace
 
-std::vector<char> vertices_in_contact(const Points<3>& from, const Points<3>& to,
-                                      const Elements<3>& elements, double distance) {
+std::vector<std::pair<int, int>> triangles_in_contact(const Points<3>& from, const Points<3>& to,
+                                                      const Elements<3>& elements,
+                                                      double distance) {
   const Points<3> after = centroids(to, elements), before = centroids(from, elements);
-  std::vector<char> touched(from.rows(), 0);
-  const auto hold_back = [&](int s, int t) {
+  std::vector<std::pair<int, int>> pairs;
+  const auto test = [&](int s, int t) {
     const double gap = (after.row(s) - after.row(t)).squaredNorm();
     if (gap >= distance * distance || gap >= (before.row(s) - before.row(t)).squaredNorm()) return;
     if (share_vertex(elements, s, t)) return;
     const Vector<3> n = area_normal(to, elements, s), m = area_normal(to, elements, t);
-    if (n.dot(m) >= kFacing * n.norm() * m.norm()) return;
-    for (int i = 0; i < 3; ++i) touched[elements(s, i)] = touched[elements(t, i)] = 1;
+    if (n.dot(m) < kFacing * n.norm() * m.norm()) pairs.emplace_back(std::min(s, t), std::max(s, t));
   };
   std::vector<BoundingBall> balls(elements.rows());
   for (std::size_t t = 0; t < balls.size(); ++t) balls[t] = {after.row(t), distance / 2};
   const RowGrid grid(balls, distance);
-  for (int row = 0; row < grid.n_rows(); ++row) grid.for_each_pair(row, hold_back);
+  for (int row = 0; row < grid.n_rows(); ++row) grid.for_each_pair(row, test);
+  return pairs;
+}
+
+std::vector<char> vertices_in_contact(const Points<3>& from, const Points<3>& to,
+                                      const Elements<3>& elements, double distance) {
+  std::vector<char> touched(from.rows(), 0);
+  for (const auto& [s, t] : triangles_in_contact(from, to, elements, distance))
+    for (int i = 0; i < 3; ++i) touched[elements(s, i)] = touched[elements(t, i)] = 1;
   return touched;
 }
 
@@ -59,8 +67,8 @@ constexpr int kRoundsGrowing = 6;  // 1, 2, 4, .. rings of them, before all are
 /// A step whose destination is made free of intersections.
 class Holding {
  public:
-  Holding(const Points<3>& from, Points<3>& to, const Elements<3>& T)
-      : from_(from), to_(to), T_(T), is_marked_(from.rows(), 0) {}
+  Holding(const Points<3>& from, Points<3>& to, const Elements<3>& T, HeldPairs pairs)
+      : from_(from), to_(to), T_(T), pairs_(pairs), is_marked_(from.rows(), 0) {}
 
   Eigen::Index run() {
     std::vector<char> active(T_.rows());
@@ -94,6 +102,7 @@ class Holding {
       if (active[t] && has_turned(t)) mark_corners(t);
     for (const auto& [a, b] : self_intersections(to_, T_, active)) {
       if (!has_moved(a) && !has_moved(b)) continue;
+      if (pairs_ == HeldPairs::kNeighbours && !share_vertex(T_, a, b)) continue;
       if (has_area(a) && has_area(b) && do_intersect(from_, T_, a, b)) continue;
       mark_corners(a);
       mark_corners(b);
@@ -135,13 +144,15 @@ class Holding {
   const Points<3>& from_;
   Points<3>& to_;
   const Elements<3>& T_;
+  HeldPairs pairs_;
   std::vector<char> is_marked_;  // vertices
 };
 
 }  // namespace
 
-Eigen::Index hold_intersecting(const Points<3>& from, Points<3>& to, const Elements<3>& elements) {
-  return Holding(from, to, elements).run();
+Eigen::Index hold_intersecting(const Points<3>& from, Points<3>& to, const Elements<3>& elements,
+                               HeldPairs pairs) {
+  return Holding(from, to, elements, pairs).run();
 }
 
 }  // namespace surf::mesh

@@ -1,6 +1,7 @@
 // Keeps sheets of a moving surface apart.
 #pragma once
 
+#include <utility>
 #include <vector>
 
 #include "libsurf/base/types.h"
@@ -15,12 +16,23 @@ namespace surf::mesh {
 std::vector<char> vertices_in_contact(const Points<3>& from, const Points<3>& to,
                                       const Elements<3>& elements, double distance);
 
+/// The pairs of triangles (first < second) that are in contact in this sense.
+std::vector<std::pair<int, int>> triangles_in_contact(const Points<3>& from, const Points<3>& to,
+                                                      const Elements<3>& elements,
+                                                      double distance);
+
+enum class HeldPairs {
+  kAll,        ///< intersecting triangles
+  kNeighbours  ///< intersecting triangles with a common vertex: folds
+};
+
 /// Takes back what a step may not do: vertices of triangles of `to` that intersect, that have no
 /// area or whose normal turned by 90 degrees or more are set to where they were, round after round;
 /// after a few rounds with growing neighbourhoods, at last all of them. What `from` has already is
 /// let be, so that a later step may undo it; a surface free of intersections stays so.
 /// Each round looks at triangles that changed only.
 /// @return  number of vertices set back
-Eigen::Index hold_intersecting(const Points<3>& from, Points<3>& to, const Elements<3>& elements);
+Eigen::Index hold_intersecting(const Points<3>& from, Points<3>& to, const Elements<3>& elements,
+                               HeldPairs pairs = HeldPairs::kAll);
 
 }  // namespace surf::mesh

@@ -19,6 +19,7 @@
 #include "libsurf/mesh/bisection.h"
 #include "libsurf/mesh/edge_uses.h"
 #include "libsurf/mesh/marching_cubes.h"
+#include "libsurf/mesh/measure.h"
 #include "libsurf/mesh/self_intersections.h"
 #include "libsurf/mesh/triangle_shape.h"
 #include "libsurf/mesh/winding_grid.h"
@@ -733,8 +734,10 @@ class Surgery {
       if (!plan(surface, is_event)) break;
       if (join_overlapping(surface)) continue;
       if (!enlarge_intersecting(surface)) {
+        const std::vector<Cluster> refused = refuse_handles(surface);
         describe(surface, report.regions);
         apply(surface);
+        if (!refused.empty()) report.refused = flags_of_events();
         return report;
       }
     }
@@ -991,6 +994,31 @@ class Surgery {
     return is_any;
   }
 
+  /// Takes out clusters after which a shell's genus would be larger than allowed, one by one.
+  std::vector<Cluster> refuse_handles(const Connected& surface) {
+    std::vector<Cluster> all, refused;
+    if (options_.max_genus == std::numeric_limits<int>::max()) return refused;
+    all.swap(clusters_);
+    for (Cluster& cluster : all) {
+      clusters_.push_back(std::move(cluster));
+      const Patched now = patched(surface);
+      int genus = 0;
+      for (const ComponentMeasures& shell : measure_components({now.points, now.elements}))
+        genus = std::max(genus, shell.genus());
+      if (genus <= options_.max_genus) continue;
+      refused.push_back(std::move(clusters_.back()));
+      clusters_.pop_back();
+    }
+    return refused;
+  }
+
+  std::vector<char> flags_of_events() const {
+    std::vector<char> flags(mesh_.n_faces());
+    for (int t = 0; t < static_cast<int>(flags.size()); ++t)
+      flags[t] = mesh_.property(is_event_, FaceHandle(t));
+    return flags;
+  }
+
   void describe(const Connected& surface, std::vector<RebuiltRegion>& regions) const {
     const Patched all = patched(surface);
     Shells before(surface.triangles.points, surface.triangles.elements);
@@ -1098,6 +1126,7 @@ class Surgery {
         const auto handle = [&](int v) { return VertexHandle(v < n_old ? v : v - n_old + first); };
         const FaceHandle face = mesh_.add_face(handle(t[0]), handle(t[1]), handle(t[2]));
         if (!face.is_valid()) throw InvalidMesh("surgery: a patch is not a manifold");
+        mesh_.property(is_event_, face) = 0;
         added.push_back(face);
       }
     }

@@ -2,6 +2,7 @@
 // boundary of the domain round which it winds.
 #pragma once
 
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -16,6 +17,9 @@ struct SurgeryOptions {
   /// Patches that do not fit are tried again with 1.6 times the reach, and once more with the
   /// whole components.
   int max_attempts = 4;
+  /// Largest genus of a shell of the result: regions that would give one more handles are refused,
+  /// those before them in the list stand.
+  int max_genus = std::numeric_limits<int>::max();
 
   std::string error() const;  ///< empty if valid
 };
@@ -48,6 +52,9 @@ struct SurgeryReport {
   std::vector<RebuiltRegion> regions;
   /// Places where nothing fits, not even whole components; then nothing was rebuilt.
   int n_unresolved = 0;
+  /// Flags of the faces, as they are numbered now, whose events were refused because of max_genus;
+  /// empty if none.
+  std::vector<char> refused;
 };
 
 /// Rebuilds a closed surface near the faces flagged as events: triangles that intersect others,
