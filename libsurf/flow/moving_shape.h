@@ -10,7 +10,7 @@ namespace surf::flow {
 
 /// A change of the shape's topology, as it happened after a step.
 struct TopologyEvent {
-  std::string kind;  ///< "merging", "splitting", ...
+  std::string kind;                                 ///< "merging", "splitting", ...
   Eigen::Vector3d place = Eigen::Vector3d::Zero();  ///< [mm]; in the plane the third is 0
   double enclosed_change = 0;                       ///< of the enclosed area or volume
 };

@@ -71,27 +71,40 @@ Vector<3> centroid(const Triangles& surface) {
 
 std::vector<ComponentMeasures> measure_components(const Triangles& surface) {
   const std::vector<EdgeUse> uses = edge_uses(surface.elements);
-  const Components parts = components(uses, surface.elements.rows());
+  return measure_components(surface, uses, components(uses, surface.elements.rows()));
+}
+
+std::vector<ComponentMeasures> measure_components(const Triangles& surface,
+                                                  const std::vector<EdgeUse>& uses,
+                                                  const Components& parts) {
   std::vector<ComponentMeasures> result(parts.n);
   for_each_edge(uses, [&](std::span<const EdgeUse> edge) {
     ComponentMeasures& part = result[parts.of_element[edge[0].element]];
     ++part.n_edges;
     part.n_border_edges += edge.size() == 1;
   });
-  const Vector<3> base = base_point(surface);
+  std::vector<Vector<3>> bases(parts.n);      // its own, so that small parts lose no digits
   std::vector<std::pair<int, int>> vertices;  // (component, vertex): parts may share a vertex
   for (Eigen::Index row = 0; row < surface.elements.rows(); ++row) {
     const int number = parts.of_element[row];
     ComponentMeasures& part = result[number];
     const Corners at = corners(surface, row);
-    ++part.n_triangles;
-    part.area_mm2 += at.doubled_area().norm() / 2;
+    if (part.n_triangles++ == 0) bases[number] = at.a;
+    const Vector<3>& base = bases[number];
+    const double area = at.doubled_area().norm() / 2;
+    part.area_mm2 += area;
+    part.area_centroid_mm += area / 3 * (at.a + at.b + at.c - 3 * base);
     part.volume_mm3 += (at.a - base).dot((at.b - base).cross(at.c - base)) / 6;
     for (const int vertex : surface.elements.row(row)) vertices.emplace_back(number, vertex);
   }
   std::sort(vertices.begin(), vertices.end());
   vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
   for (const auto& [number, vertex] : vertices) ++result[number].n_vertices;
+  for (int number = 0; number < parts.n; ++number) {
+    ComponentMeasures& part = result[number];
+    if (part.area_mm2 > 0) part.area_centroid_mm /= part.area_mm2;
+    part.area_centroid_mm += bases[number];
+  }
   return result;
 }
 

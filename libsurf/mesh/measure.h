@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "libsurf/base/types.h"
+#include "libsurf/mesh/edge_uses.h"
 
 namespace surf::mesh {
 
@@ -25,6 +26,7 @@ struct ComponentMeasures {
   int n_border_edges = 0;  ///< edges of one triangle only
   double area_mm2 = 0;
   double volume_mm3 = 0;
+  Vector<3> area_centroid_mm = Vector<3>::Zero();  ///< RAS; lies among the triangles
 
   int euler_characteristic() const { return n_vertices - n_edges + n_triangles; }
   /// Handles of a closed orientable manifold: 0 for a sphere, 1 for a torus.
@@ -33,6 +35,10 @@ struct ComponentMeasures {
 
 /// Measures of each component, in the order of their first triangles.
 std::vector<ComponentMeasures> measure_components(const Triangles& surface);
+/// The same where the edges and components are known.
+std::vector<ComponentMeasures> measure_components(const Triangles& surface,
+                                                  const std::vector<EdgeUse>& uses,
+                                                  const Components& parts);
 
 /// Shape of the triangles.
 struct Quality {

@@ -3,12 +3,17 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <utility>
 
 #include "libsurf/base/error.h"
 #include "libsurf/mesh/bisection.h"
+#include "libsurf/mesh/hierarchy.h"
 #include "libsurf/mesh/improve.h"
 #include "libsurf/mesh/self_intersections.h"
 #include "libsurf/mesh/sheet_guard.h"
+#include "libsurf/mesh/surgery.h"
 #include "libsurf/mesh/triangle_shape.h"
 
 namespace surf::mesh {
@@ -17,6 +22,9 @@ namespace {
 constexpr int kGuardRounds = 3;
 constexpr double kLongest = 4.0 / 3, kShortest = 0.4;      // of the wanted edge length
 constexpr int kRoundsAtTheStart = 30, kRoundsInAStep = 2;  // of adaptivity
+constexpr double kResolution = 0.5;                        // of topology, of the wanted edge length
+constexpr double kContact = 0.9;    // of sheets, of the resolution: one node fits between them
+constexpr int kHalvings = 6;        // of a step that catches an event
 constexpr double kTolerance = 0.1;  // by which mending may move the surface, likewise
 
 /// Share of the area that belongs to the vertices chosen, a third of each of their triangles.
@@ -44,12 +52,16 @@ std::string MovingSurfaceOptions::error() const {
                        max_displacement_mm);
   if (!(sheet_distance >= 0))
     return fmt::format("MovingSurfaceOptions::sheet_distance = {} violates >= 0", sheet_distance);
+  if (!(topology_resolution_mm >= 0))
+    return fmt::format("MovingSurfaceOptions::topology_resolution_mm = {} violates >= 0",
+                       topology_resolution_mm);
   return {};
 }
 
 MovingSurface::MovingSurface(const Triangles& initial, const MovingSurfaceOptions& options)
     : mesh_(to_mesh(initial)), options_(options) {
   if (const std::string error = options.error(); !error.empty()) throw UsageError(error);
+  if (options.topology != Topology::kFixed) resolve_initial_crossings();
   mend(kRoundsAtTheStart);
   // A round collapses once at each place: until few are left.
   for (int round = 0; round < kRoundsAtTheStart; ++round) {
@@ -83,10 +95,8 @@ void MovingSurface::keep_in_box(Points<3>& to) const {
   }
 }
 
-double MovingSurface::restrict_move(Points<3>& to) {
-  keep_in_box(to);
-  const Points<3> from = points(mesh_), wanted = to;
-  const Elements<3> T = elements(mesh_);
+void MovingSurface::hold_sheets_apart(const Points<3>& from, Points<3>& to,
+                                      const Elements<3>& T) const {
   for (int round = 0; round < kGuardRounds && options_.sheet_distance > 0; ++round) {
     const std::vector<char> touched =
         vertices_in_contact(from, to, T, options_.sheet_distance * options_.edge_length_mm);
@@ -99,11 +109,158 @@ double MovingSurface::restrict_move(Points<3>& to) {
     if (n_touched == 0) break;
   }
   hold_intersecting(from, to, T);
+}
+
+double MovingSurface::restrict_move(Points<3>& to) {
+  keep_in_box(to);
+  const Points<3> from = points(mesh_), wanted = to;
+  const Elements<3> T = elements(mesh_);
+  if (options_.topology == Topology::kFixed) {
+    hold_sheets_apart(from, to, T);
+  } else {
+    hold_intersecting(from, to, T, HeldPairs::kNeighbours);
+    adjust_step(from, to, T);
+  }
   return share_of_area(
       from, T, [&](int i) { return to.row(i) == from.row(i) && wanted.row(i) != from.row(i); });
 }
 
-void MovingSurface::move_to(const Points<3>& to) { set_points(mesh_, to); }
+double MovingSurface::topology_resolution() const {
+  return options_.topology_resolution_mm > 0 ? options_.topology_resolution_mm
+                                             : kResolution * options_.edge_length_mm;
+}
+
+namespace {
+
+/// Triangles that moved and now intersect others, or came close to them.
+std::vector<char> triangles_at_events(const Points<3>& from, const Points<3>& to,
+                                      const Elements<3>& T, double distance) {
+  std::vector<char> has_moved(T.rows(), 0), is_event(T.rows(), 0);
+  for (Eigen::Index t = 0; t < T.rows(); ++t)
+    for (int i = 0; i < 3; ++i) has_moved[t] |= to.row(T(t, i)) != from.row(T(t, i));
+  for (const auto& [a, b] : self_intersections(to, T, has_moved)) is_event[a] = is_event[b] = 1;
+  for (const auto& [a, b] : triangles_in_contact(from, to, T, distance))
+    is_event[a] = is_event[b] = 1;
+  return is_event;
+}
+
+bool is_any(const std::vector<char>& flags) {
+  return std::find(flags.begin(), flags.end(), 1) != flags.end();
+}
+
+}  // namespace
+
+void MovingSurface::adjust_step(const Points<3>& from, Points<3>& to, const Elements<3>& T) const {
+  if (options_.step_adjustment == StepAdjustment::kNone) return;
+  const double distance = kContact * topology_resolution();
+  const Points<3> wanted = to;
+  const auto has_event = [&](double share) {
+    to = from + share * (wanted - from);
+    return is_any(triangles_at_events(from, to, T, distance));
+  };
+  if (!has_event(1)) return;
+  double before = 0, after = 1;
+  for (int halving = 0; halving < kHalvings; ++halving) {
+    const double middle = (before + after) / 2;
+    (has_event(middle) ? after : before) = middle;
+  }
+  const double share = options_.step_adjustment == StepAdjustment::kCatchFirst ? before : after;
+  to = from + share * (wanted - from);
+}
+
+void MovingSurface::move_to(const Points<3>& to) {
+  if (options_.topology != Topology::kFixed) {
+    if (!displacement_.is_valid()) mesh_.add_property(displacement_);
+    for (const auto vertex : mesh_.vertices())
+      mesh_.property(displacement_, vertex) =
+          to.row(vertex.idx()).transpose() - mesh_.point(vertex);
+  }
+  set_points(mesh_, to);
+}
+
+/// After a move: surgery where it has brought sheets together.
+bool MovingSurface::resolve_events() {
+  if (!displacement_.is_valid()) return false;
+  const Points<3> to = points(mesh_);
+  Points<3> from = to;
+  for (const auto vertex : mesh_.vertices())
+    from.row(vertex.idx()) -= mesh_.property(displacement_, vertex).transpose();
+  const Elements<3> T = elements(mesh_);
+  const std::vector<char> events =
+      triangles_at_events(from, to, T, kContact * topology_resolution());
+  if (!is_any(events)) return false;
+  const TriMesh before = mesh_;
+  const auto take_back = [&] {
+    mesh_ = before;
+    Points<3> held = to;
+    hold_sheets_apart(from, held, T);
+    set_points(mesh_, held);
+    return true;
+  };
+  SurgeryOptions surgery;
+  surgery.resolution_mm = topology_resolution();
+  if (options_.topology == Topology::kGenus0) surgery.max_genus = 0;
+  const SurgeryReport report = operate(mesh_, events, surgery, [this](auto vertex, auto a, auto b) {
+    mesh_.property(displacement_, vertex) =
+        (mesh_.property(displacement_, a) + mesh_.property(displacement_, b)) / 2;
+  });
+  if (report.n_unresolved > 0) return take_back();
+  if (!report.refused.empty() && !hold_refused(report.refused)) return take_back();
+  for (const RebuiltRegion& region : report.regions)
+    if (region.change != TopologyChange::kUntangling)
+      events_.push_back({to_string(region.change), region.place, region.volume_change_mm3});
+  remove_phantoms_and_crumbs();
+  return true;
+}
+
+/// Vertices of refused events go back to where they were before the move; false if the surface then
+/// still intersects itself.
+bool MovingSurface::hold_refused(const std::vector<char>& refused) {
+  const Elements<3> T = elements(mesh_);
+  Points<3> to = points(mesh_), from = to;
+  for (const auto vertex : mesh_.vertices())
+    from.row(vertex.idx()) -= mesh_.property(displacement_, vertex).transpose();
+  for (Eigen::Index t = 0; t < T.rows(); ++t)
+    for (int i = 0; refused[t] && i < 3; ++i) to.row(T(t, i)) = from.row(T(t, i));
+  hold_sheets_apart(from, to, T);
+  set_points(mesh_, to);
+  return self_intersections({to, T}).empty();
+}
+
+/// Shells that do not bound the domain, and those smaller than the resolution.
+bool MovingSurface::remove_phantoms_and_crumbs() {
+  const ShellHierarchy hierarchy = shell_hierarchy(triangles());
+  const double crumb = 4.0 / 3 * std::numbers::pi * std::pow(topology_resolution(), 3);
+  std::vector<char> is_gone(hierarchy.shells.size(), 0);
+  int n_left = 0;
+  for (std::size_t s = 0; s < is_gone.size(); ++s) {
+    const Shell& shell = hierarchy.shells[s];
+    is_gone[s] = !shell.is_real() || std::abs(shell.volume_mm3) < crumb;
+    n_left += !is_gone[s];
+  }
+  if (n_left == 0 || n_left == static_cast<int>(is_gone.size())) return false;
+  for (std::size_t s = 0; s < is_gone.size(); ++s)
+    if (is_gone[s] && hierarchy.shells[s].is_real())
+      events_.push_back({to_string(TopologyChange::kVanishing), hierarchy.shells[s].center_ras_mm,
+                         -hierarchy.shells[s].volume_mm3});
+  for (int t = 0; t < static_cast<int>(hierarchy.of_triangle.size()); ++t)
+    if (is_gone[hierarchy.of_triangle[t]]) mesh_.delete_face(OpenMesh::FaceHandle(t), true);
+  collect_garbage(mesh_);
+  return true;
+}
+
+/// An initial surface of balls that overlap becomes the boundary of their union.
+void MovingSurface::resolve_initial_crossings() {
+  std::vector<char> events(mesh_.n_faces(), 0);
+  for (const auto& [a, b] : self_intersections(triangles())) events[a] = events[b] = 1;
+  SurgeryOptions surgery;
+  surgery.resolution_mm = topology_resolution();
+  if (operate(mesh_, events, surgery).n_unresolved > 0)
+    throw InvalidMesh("the initial surface intersects itself and could not be rebuilt");
+  remove_phantoms_and_crumbs();
+}
+
+std::vector<flow::TopologyEvent> MovingSurface::take_events() { return std::exchange(events_, {}); }
 
 AdaptivityOptions MovingSurface::adaptivity() const {
   AdaptivityOptions out = options_.adaptivity;
@@ -112,7 +269,10 @@ AdaptivityOptions MovingSurface::adaptivity() const {
   return out;
 }
 
-bool MovingSurface::mend() { return mend(kRoundsInAStep); }
+bool MovingSurface::mend() {
+  const bool is_rebuilt = options_.topology != Topology::kFixed && resolve_events();
+  return mend(kRoundsInAStep) || is_rebuilt;
+}
 
 bool MovingSurface::mend(int max_rounds) {
   const TriMesh unmended = mesh_;

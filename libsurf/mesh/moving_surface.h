@@ -92,14 +92,14 @@ class MovingSurface : public flow::MovingShape<3> {
   double topology_resolution() const;
   void hold_sheets_apart(const Points<3>& from, Points<3>& to, const Elements<3>& T) const;
   void adjust_step(const Points<3>& from, Points<3>& to, const Elements<3>& T) const;
-  std::vector<char> event_triangles() const;
+  void resolve_initial_crossings();
   bool resolve_events();
-  void hold_refused(const std::vector<char>& refused);
+  bool hold_refused(const std::vector<char>& refused);
   bool remove_phantoms_and_crumbs();
 
   TriMesh mesh_;
   MovingSurfaceOptions options_;
-  OpenMesh::VPropHandleT<Eigen::Vector3d> origin_;  ///< before the last move
+  OpenMesh::VPropHandleT<Eigen::Vector3d> displacement_;  ///< of the last move; 0 for new vertices
   std::vector<flow::TopologyEvent> events_;
 };
 

@@ -42,7 +42,8 @@ std::vector<std::pair<int, int>> triangles_in_contact(const Points<3>& from, con
     if (gap >= distance * distance || gap >= (before.row(s) - before.row(t)).squaredNorm()) return;
     if (share_vertex(elements, s, t)) return;
     const Vector<3> n = area_normal(to, elements, s), m = area_normal(to, elements, t);
-    if (n.dot(m) < kFacing * n.norm() * m.norm()) pairs.emplace_back(std::min(s, t), std::max(s, t));
+    if (n.dot(m) < kFacing * n.norm() * m.norm())
+      pairs.emplace_back(std::min(s, t), std::max(s, t));
   };
   std::vector<BoundingBall> balls(elements.rows());
   for (std::size_t t = 0; t < balls.size(); ++t) balls[t] = {after.row(t), distance / 2};

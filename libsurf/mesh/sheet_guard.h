@@ -18,8 +18,7 @@ std::vector<char> vertices_in_contact(const Points<3>& from, const Points<3>& to
 
 /// The pairs of triangles (first < second) that are in contact in this sense.
 std::vector<std::pair<int, int>> triangles_in_contact(const Points<3>& from, const Points<3>& to,
-                                                      const Elements<3>& elements,
-                                                      double distance);
+                                                      const Elements<3>& elements, double distance);
 
 enum class HeldPairs {
   kAll,        ///< intersecting triangles

@@ -711,8 +711,9 @@ class Region {
 /// One call of operate().
 class Surgery {
  public:
-  Surgery(TriMesh& mesh, std::vector<char> events, const SurgeryOptions& options)
-      : mesh_(mesh), options_(options), h_(options.resolution_mm) {
+  Surgery(TriMesh& mesh, std::vector<char> events, const SurgeryOptions& options,
+          const BisectionHook& hook)
+      : mesh_(mesh), options_(options), hook_(hook), h_(options.resolution_mm) {
     mesh_.add_property(is_event_);
     for (int t = 0; t < static_cast<int>(events.size()); ++t)
       mesh_.property(is_event_, FaceHandle(t)) = events[t];
@@ -781,7 +782,7 @@ class Surgery {
           marked.push_back(face);
       }
       if (marked.empty()) return;
-      bisect(mesh_, marked);
+      bisect(mesh_, marked, hook_);
     }
   }
 
@@ -1138,6 +1139,7 @@ class Surgery {
 
   TriMesh& mesh_;
   const SurgeryOptions& options_;
+  const BisectionHook& hook_;
   double h_;
   OpenMesh::FPropHandleT<char> is_event_;
   std::vector<Cluster> clusters_;
@@ -1173,10 +1175,11 @@ std::string to_string(TopologyChange change) {
   return "vanishing";
 }
 
-SurgeryReport operate(TriMesh& mesh, std::vector<char> events, const SurgeryOptions& options) {
+SurgeryReport operate(TriMesh& mesh, std::vector<char> events, const SurgeryOptions& options,
+                      const BisectionHook& hook) {
   if (const std::string error = options.error(); !error.empty()) throw UsageError(error);
   if (std::find(events.begin(), events.end(), 1) == events.end()) return {};
-  return Surgery(mesh, std::move(events), options).run();
+  return Surgery(mesh, std::move(events), options, hook).run();
 }
 
 }  // namespace surf::mesh

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "libsurf/mesh/bisection.h"
 #include "libsurf/mesh/triangle_mesh.h"
 
 namespace surf::mesh {
@@ -75,6 +76,8 @@ struct SurgeryReport {
 /// bisections are kept. Deterministic.
 /// @param events  one flag per face
 /// @throws UsageError  options.error() is not empty
-SurgeryReport operate(TriMesh& mesh, std::vector<char> events, const SurgeryOptions& options);
+/// @param hook  of the bisections
+SurgeryReport operate(TriMesh& mesh, std::vector<char> events, const SurgeryOptions& options,
+                      const BisectionHook& hook = {});
 
 }  // namespace surf::mesh

@@ -3,11 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
-#include <cmath>
-#include <limits>
 
 #include "libsurf/mesh/edge_uses.h"
+#include "libsurf/mesh/hierarchy.h"
 #include "libsurf/mesh/measure.h"
 #include "libsurf/mesh/self_intersections.h"
 
@@ -75,74 +73,12 @@ void check_vertices(const Triangles& surface, const std::vector<EdgeUse>& uses,
     }
 }
 
-/// How often a ray from `from` along +x meets each component, modulo 2. Crossings are
-/// decided half-open on z and then y, as in rasterize.cpp: no ray slips through an edge.
-class RayParity {
- public:
-  RayParity(const Triangles& surface, const Components& parts)
-      : points_(surface.points), elements_(surface.elements), parts_(parts) {}
-
-  /// Components other than `own` that the point is inside of; `skip` are not counted.
-  int depth(const Vector<3>& from, int own) const {
-    std::vector<bool> is_odd(parts_.n);
-    for (Eigen::Index row = 0; row < elements_.rows(); ++row) {
-      const int part = parts_.of_element[row];
-      if (part != own && is_crossed(row, from)) is_odd[part] = !is_odd[part];
-    }
-    return static_cast<int>(std::count(is_odd.begin(), is_odd.end(), true));
-  }
-
- private:
-  struct Cut {
-    double x, y;
-  };
-  Cut cut(int a, int b, double z) const {
-    if (a > b) std::swap(a, b);
-    const auto p = points_.row(a), q = points_.row(b);
-    const double t = (z - p[2]) / (q[2] - p[2]);
-    return {p[0] + t * (q[0] - p[0]), p[1] + t * (q[1] - p[1])};
-  }
-  bool is_crossed(Eigen::Index row, const Vector<3>& from) const {
-    std::array<Cut, 2> ends;
-    int n = 0;
-    for (int corner = 0; corner < 3; ++corner) {
-      const int a = elements_(row, corner), b = elements_(row, (corner + 1) % 3);
-      if ((points_(a, 2) > from[2]) != (points_(b, 2) > from[2])) ends[n++] = cut(a, b, from[2]);
-    }
-    if (n == 0 || (ends[0].y > from[1]) == (ends[1].y > from[1])) return false;
-    const double t = (from[1] - ends[0].y) / (ends[1].y - ends[0].y);
-    return ends[0].x + t * (ends[1].x - ends[0].x) > from[0];
-  }
-
-  const Points<3>& points_;
-  const Elements<3>& elements_;
-  const Components& parts_;
-};
-
-/// The vertex furthest along x of each component: no ray from it meets its own component.
-std::vector<int> extreme_vertices(const Triangles& surface, const Components& parts) {
-  std::vector<int> result(parts.n, -1);
-  for (Eigen::Index row = 0; row < surface.elements.rows(); ++row)
-    for (const int vertex : surface.elements.row(row)) {
-      int& furthest = result[parts.of_element[row]];
-      if (furthest < 0 || surface.points(vertex, 0) > surface.points(furthest, 0))
-        furthest = vertex;
-    }
-  return result;
-}
-
 /// For closed, consistently oriented components.
-int n_inverted_components(const Triangles& surface, const Components& parts) {
-  const std::vector<ComponentMeasures> measures = measure_components(surface);
-  const std::vector<int> extreme = extreme_vertices(surface, parts);
-  const RayParity rays(surface, parts);
-  int n = 0;
-  for (int part = 0; part < parts.n; ++part) {
-    const int depth = parts.n == 1 ? 0 : rays.depth(surface.points.row(extreme[part]), part);
-    const double volume = measures[part].volume_mm3;
-    n += depth % 2 == 0 ? volume <= 0 : volume >= 0;
-  }
-  return n;
+int n_inverted_components(const Triangles& surface) {
+  const std::vector<Shell> shells = shell_hierarchy(surface).shells;
+  return static_cast<int>(std::count_if(shells.begin(), shells.end(), [](const Shell& shell) {
+    return shell.is_outward != (shell.depth % 2 == 0);
+  }));
 }
 
 void check_geometry(const Triangles& surface, Verification& result) {
@@ -176,7 +112,7 @@ Verification verify(const Triangles& surface) {
   result.closed = result.n_border_edges == 0;
   result.manifold = result.n_nonmanifold_edges == 0 && result.n_nonmanifold_vertices == 0;
   if (result.closed && result.n_nonmanifold_edges == 0 && result.n_misoriented_edges == 0) {
-    result.n_inverted_components = n_inverted_components(surface, parts);
+    result.n_inverted_components = n_inverted_components(surface);
     result.outward = result.n_inverted_components == 0;
   }
   return result;

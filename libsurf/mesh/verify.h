@@ -47,7 +47,7 @@ struct Verification {
 };
 
 /// Checks any soup of triangles, exactly (indices, and exact predicates on the coordinates). O(n
-/// log n); with k components O(n k) more.
+/// log n).
 Verification verify(const Triangles& surface);
 
 }  // namespace surf::mesh

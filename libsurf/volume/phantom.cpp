@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
@@ -15,6 +16,8 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr double kEdgeWidthUnits = 0.05;
+constexpr double kRodRadius = 0.022, kRodDistance = 0.07, kRodOffset = 0.45, kRodEnd = 0.66;
+constexpr std::uint64_t kGolden = 0x9e3779b97f4a7c15u;  // 2^64 over the golden ratio
 
 double ball(const Vector3d& u, const Vector3d& center, double radius) {
   return (u - center).norm() - radius;
@@ -29,15 +32,17 @@ double torus(const Vector3d& u, double radius, double tube_radius) {
   return std::hypot(u.head<2>().norm() - radius, u[2]) - tube_radius;
 }
 
-struct Capsule {
-  Vector3d start, end;
-  double radius;
-};
-
 double capsule(const Vector3d& u, const Capsule& c) {
   const Vector3d axis = c.end - c.start;
   const double at = std::clamp((u - c.start).dot(axis) / axis.squaredNorm(), 0.0, 1.0);
   return (u - c.start - at * axis).norm() - c.radius;
+}
+
+template <std::size_t N>
+double capsules(const Vector3d& u, const std::array<Capsule, N>& all) {
+  double distance = capsule(u, all[0]);
+  for (std::size_t n = 1; n < N; ++n) distance = std::min(distance, capsule(u, all[n]));
+  return distance;
 }
 
 double vessel(const Vector3d& u) {
@@ -53,10 +58,18 @@ double vessel(const Vector3d& u) {
       {{-0.35, 0.05, 0.3}, {-0.7, -0.2, 0.4}, 0.08},
       {{0, 0, -0.4}, {0, -0.6, -0.15}, 0.07},
   }};
-  double distance = capsule(u, kBranches[0]);
-  for (std::size_t n = 1; n < kBranches.size(); ++n)
-    distance = std::min(distance, capsule(u, kBranches[n]));
-  return distance;
+  return capsules(u, kBranches);
+}
+
+double shell(const Vector3d& u) {
+  const double radius = u.norm();
+  return std::max(radius - 0.6, 0.3 - radius);
+}
+
+double rods(const Vector3d& u) {
+  const double outside = ball(u, Vector3d::Zero(), 0.6);
+  if (outside >= kRodRadius) return outside;  // no rod is deeper
+  return std::max(outside, -capsules(u, rod_capsules()));
 }
 
 double edge_profile(double distance, double width) {
@@ -73,16 +86,43 @@ std::uint64_t mix(std::uint64_t x) {
   return x ^ (x >> 31);
 }
 
+/// The number `counter` of a uniform sequence in (0, 1).
+double uniform(std::uint64_t start, std::uint64_t counter) {
+  return (static_cast<double>(mix(start + kGolden * counter) >> 11) + 0.5) * 0x1p-53;
+}
+
 /// A number of the standard normal distribution that is a function of seed and counter only
 /// (Box and Muller's transform), unlike std::normal_distribution the same with every library.
 double normal(std::uint64_t seed, std::uint64_t counter) {
-  constexpr std::uint64_t kGolden = 0x9e3779b97f4a7c15u;
   const std::uint64_t start = mix(seed + kGolden);
-  const auto uniform = [&](std::uint64_t n) {  // in (0, 1)
-    return (static_cast<double>(mix(start + kGolden * n) >> 11) + 0.5) * 0x1p-53;
-  };
-  const double radius = std::sqrt(-2 * std::log(uniform(2 * counter)));
-  return radius * std::cos(2 * std::numbers::pi * uniform(2 * counter + 1));
+  const double radius = std::sqrt(-2 * std::log(uniform(start, 2 * counter)));
+  return radius * std::cos(2 * std::numbers::pi * uniform(start, 2 * counter + 1));
+}
+
+/// Chord `n` of a sequence: its direction is uniform on the sphere, its middle uniform in the disk
+/// of radius kRodOffset across it.
+Capsule random_rod(std::uint64_t n) {
+  const auto random = [n](int k) { return uniform(0, 4 * n + k); };
+  const double z = 2 * random(0) - 1, turn = 2 * std::numbers::pi * random(1);
+  const double r = std::sqrt(1 - z * z);
+  const Vector3d axis(r * std::cos(turn), r * std::sin(turn), z);
+  const Vector3d across = axis.unitOrthogonal();
+  const double offset = kRodOffset * std::sqrt(random(2)), angle = 2 * std::numbers::pi * random(3);
+  const Vector3d middle =
+      offset * (std::cos(angle) * across + std::sin(angle) * axis.cross(across));
+  const double half_length = std::sqrt(kRodEnd * kRodEnd - offset * offset);
+  return {middle - half_length * axis, middle + half_length * axis, kRodRadius};
+}
+
+/// Distance of two segments.
+double axis_distance(const Capsule& a, const Capsule& b) {
+  const Vector3d u = a.end - a.start, v = b.end - b.start, w = b.start - a.start;
+  const Vector3d normal = u.cross(v);
+  const double s = w.cross(v).dot(normal) / normal.squaredNorm(),
+               t = w.cross(u).dot(normal) / normal.squaredNorm();
+  if (s >= 0 && s <= 1 && t >= 0 && t <= 1) return std::abs(normal.dot(w)) / normal.norm();
+  return std::min({capsule(b.start, a) + a.radius, capsule(b.end, a) + a.radius,
+                   capsule(a.start, b) + b.radius, capsule(a.end, b) + b.radius});
 }
 
 }  // namespace
@@ -130,6 +170,35 @@ Vector3d PhantomOptions::center_ras_mm() const {
   return index_to_world() * Vector3d(0.5 * (size[0] - 1), 0.5 * (size[1] - 1), 0.5 * (size[2] - 1));
 }
 
+const std::array<Capsule, 6>& tree_capsules() {
+  static const std::array<Capsule, 6> kCapsules = {{
+      {{0, 0, -0.7}, {0, 0, 0.25}, 0.15},
+      {{0, 0, 0.25}, {0.38, 0.1, 0.6}, 0.11},
+      {{0, 0, 0.25}, {-0.36, 0.18, 0.6}, 0.11},
+      {{0, 0, 0}, {0.1, -0.65, 0.25}, 0.1},
+      {{0, 0, -0.2}, {-0.65, -0.1, 0.05}, 0.1},
+      {{0, 0, -0.4}, {0.35, 0.55, -0.25}, 0.1},
+  }};
+  return kCapsules;
+}
+
+const std::array<Capsule, 40>& rod_capsules() {
+  // The first lines of the sequence that keep the distance from those before them.
+  static const std::array<Capsule, 40> kRods = [] {
+    std::array<Capsule, 40> rods;
+    std::size_t n_rods = 0;
+    for (std::uint64_t n = 0; n_rods < rods.size(); ++n) {
+      const Capsule rod = random_rod(n);
+      const bool is_clear = std::all_of(
+          rods.begin(), rods.begin() + n_rods,
+          [&](const Capsule& other) { return axis_distance(rod, other) >= kRodDistance; });
+      if (is_clear) rods[n_rods++] = rod;
+    }
+    return rods;
+  }();
+  return kRods;
+}
+
 double phantom_distance(PhantomKind kind, const Vector3d& point) {
   switch (kind) {
     case PhantomKind::kBall:
@@ -141,9 +210,17 @@ double phantom_distance(PhantomKind kind, const Vector3d& point) {
     case PhantomKind::kTorus:
       return torus(point, 0.5, 0.2);
     case PhantomKind::kVessel:
+      return vessel(point);
+    case PhantomKind::kSeparateBalls:
+      return ball({std::abs(point[0]), point[1], point[2]}, {0.5, 0, 0}, 0.3);
+    case PhantomKind::kShell:
+      return shell(point);
+    case PhantomKind::kTree:
+      return capsules(point, tree_capsules());
+    case PhantomKind::kRods:
       break;
   }
-  return vessel(point);
+  return rods(point);
 }
 
 double phantom_distance_mm(const PhantomOptions& options, const Vector3d& point_ras_mm) {

@@ -18,8 +18,25 @@ enum class PhantomKind {
   kTwoBalls,  ///< radius 0.4 about (+-0.4, 0, 0): they touch at the origin
   kBox,       ///< half sides 0.6, 0.4, 0.3
   kTorus,     ///< about the z axis: radius 0.5 of the centre line, 0.2 of the tube
-  kVessel     ///< a tree of capsules: trunk along z, two main branches, four ends, a side branch
+  kVessel,    ///< a tree of capsules: trunk along z, two main branches, four ends, a side branch
+  kSeparateBalls,  ///< radius 0.3 about (+-0.5, 0, 0)
+  kShell,          ///< radius 0.6 with a cavity of radius 0.3
+  kTree,  ///< a trunk along z and five branches, capsules thicker than the vessel's; genus 0
+  kRods   ///< the ball, bored through by 40 straight rods that are background; genus 40
 };
+
+/// A ball swept along a segment, in units.
+struct Capsule {
+  Eigen::Vector3d start, end;
+  double radius;
+};
+
+/// The vessels of kTree: the trunk, then the branches; each branch begins on the trunk's axis.
+const std::array<Capsule, 6>& tree_capsules();
+
+/// The rods of kRods: chords of the ball of radius 0.66, of radius 0.022, whose axes
+/// keep 0.07 from each other and pass the centre in up to 0.45.
+const std::array<Capsule, 40>& rod_capsules();
 
 struct PhantomOptions {
   PhantomKind kind = PhantomKind::kBall;
@@ -48,8 +65,9 @@ struct PhantomOptions {
   Eigen::Vector3d center_ras_mm() const;
 };
 
-/// Signed distance to the surface of a body at u, negative inside, all in units. Exact, except
-/// in the vessel, where capsules overlap: there the depth is a lower bound.
+/// Signed distance to the surface of a body at u, negative inside, all in units. Exact, except in
+/// the vessel and the tree, where capsules overlap: there the depth is a lower bound; and in the
+/// rods outside the body, where it is a lower bound of the distance near the rods' mouths.
 double phantom_distance(PhantomKind kind, const Eigen::Vector3d& point);
 
 /// The same for the body of `options` at a point of the world [mm].

@@ -256,6 +256,16 @@ TEST_F(Segment, VolumeMayComeLast) {
   must({"segment", "-q", "-o", "s.stl", "--seed", "-1,2,3", "ball.nii.gz"});
 }
 
+TEST_F(Program, MakesEveryPhantom) {
+  const std::string help = must({"phantom", "--help"}).out;
+  for (const std::string kind : {"ball", "two-balls", "separate-balls", "box", "torus", "shell",
+                                 "vessel", "tree", "rods"}) {
+    must({"phantom", kind, "--size", "12", "-o", kind + ".nii"});
+    EXPECT_TRUE(exists(kind + ".nii"));
+    EXPECT_NE(help.find("\n  " + kind + "  "), std::string::npos) << kind;
+  }
+}
+
 TEST_F(Program, HelpNamesTheOptions) {
   const auto expect_in_help = [&](const std::string& verb, const Words& names) {
     const Outcome help = must({verb, "--help"});

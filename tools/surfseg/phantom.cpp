@@ -15,23 +15,34 @@ namespace {
 using surf::volume::PhantomKind;
 using surf::volume::PhantomOptions;
 
-const std::map<std::string, PhantomKind> kKinds = {{"ball", PhantomKind::kBall},
-                                                   {"two-balls", PhantomKind::kTwoBalls},
-                                                   {"box", PhantomKind::kBox},
-                                                   {"torus", PhantomKind::kTorus},
-                                                   {"vessel", PhantomKind::kVessel}};
+const std::map<std::string, PhantomKind> kKinds = {
+    {"ball", PhantomKind::kBall},     {"two-balls", PhantomKind::kTwoBalls},
+    {"box", PhantomKind::kBox},       {"torus", PhantomKind::kTorus},
+    {"vessel", PhantomKind::kVessel}, {"separate-balls", PhantomKind::kSeparateBalls},
+    {"shell", PhantomKind::kShell},   {"tree", PhantomKind::kTree},
+    {"rods", PhantomKind::kRods}};
 
 constexpr const char* kFooter =
     "In units u where the volume's shortest side is [-1, 1] and the body's centre is the "
     "volume's:\n"
-    "  ball       radius 0.6\n"
-    "  two-balls  radius 0.4 about (+-0.4, 0, 0): they touch\n"
-    "  box        half sides 0.6, 0.4, 0.3\n"
-    "  torus      about z, radius 0.5 of the centre line, 0.2 of the tube\n"
-    "  vessel     a tree of branches with radii from 0.14 to 0.07\n"
+    "  ball            radius 0.6\n"
+    "  two-balls       radius 0.4 about (+-0.4, 0, 0): they touch\n"
+    "  separate-balls  radius 0.3 about (+-0.5, 0, 0)\n"
+    "  box             half sides 0.6, 0.4, 0.3\n"
+    "  torus           about z, radius 0.5 of the centre line, 0.2 of the tube\n"
+    "  shell           the ball with a cavity of radius 0.3\n"
+    "  vessel          a tree of branches with radii from 0.14 to 0.07\n"
+    "  tree            a trunk of radius 0.15 and five branches of 0.1 to 0.11\n"
+    "  rods            the ball, bored through by 40 rods of radius 0.022 that do not meet\n"
     "One unit is 1 mm by default; with --spacing the body grows with the volume. Values run\n"
     "smoothly from 1 inside to 0 outside, with 1/2 on the surface.\n\n"
     "Example: surfseg phantom torus --size 96,96,48 --spacing 1,1,2 --noise 0.1 -o torus.nii.gz";
+
+std::string names_of_kinds() {
+  std::string names;
+  for (const auto& [name, kind] : kKinds) names += (names.empty() ? "" : ", ") + name;
+  return names;
+}
 
 /// The options as they were typed.
 struct Request {
@@ -89,7 +100,7 @@ void add_phantom_command(CLI::App& app, ExitCode&) {
   const auto request = std::make_shared<Request>();
   CLI::App* command =
       app.add_subcommand("phantom", "Make a test volume whose surface is known exactly.");
-  command->add_option("KIND", request->kind, "ball, two-balls, box, torus or vessel")
+  command->add_option("KIND", request->kind, "Body: " + names_of_kinds())
       ->required()
       ->check(CLI::IsMember(kKinds).description(""));
   command->add_option("-o,--output", request->output, "Volume to write: .nii.gz, .nii, .mha, .nrrd")

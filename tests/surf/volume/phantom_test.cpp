@@ -6,14 +6,18 @@
 #include <numbers>
 
 #include "libsurf/base/error.h"
+#include "libsurf/mesh/from_label_map.h"
+#include "libsurf/mesh/measure.h"
 
 namespace surf::volume {
 namespace {
 
 using Eigen::Vector3d;
 
-constexpr PhantomKind kAll[] = {PhantomKind::kBall, PhantomKind::kTwoBalls, PhantomKind::kBox,
-                                PhantomKind::kTorus, PhantomKind::kVessel};
+constexpr PhantomKind kAll[] = {
+    PhantomKind::kBall,  PhantomKind::kTwoBalls, PhantomKind::kBox,
+    PhantomKind::kTorus, PhantomKind::kVessel,   PhantomKind::kSeparateBalls,
+    PhantomKind::kShell, PhantomKind::kTree,     PhantomKind::kRods};
 
 TEST(Phantom, DistancesAreThoseOfTheBodies) {
   constexpr double kRounding = 1e-15;
@@ -25,6 +29,92 @@ TEST(Phantom, DistancesAreThoseOfTheBodies) {
   EXPECT_NEAR(phantom_distance(PhantomKind::kTorus, {0, -0.5, 0.05}), -0.15, kRounding);
   EXPECT_NEAR(phantom_distance(PhantomKind::kTorus, {0, 0, 0}), 0.3, kRounding);
   EXPECT_NEAR(phantom_distance(PhantomKind::kVessel, {0, 0, -0.6}), -0.14, kRounding);
+  EXPECT_NEAR(phantom_distance(PhantomKind::kSeparateBalls, {0, 0, 0}), 0.2, kRounding);
+  EXPECT_NEAR(phantom_distance(PhantomKind::kSeparateBalls, {-0.5, 0.1, 0}), -0.2, kRounding);
+  EXPECT_NEAR(phantom_distance(PhantomKind::kShell, {0, 0, 0}), 0.3, kRounding);
+  EXPECT_NEAR(phantom_distance(PhantomKind::kShell, {0, -0.5, 0}), -0.1, kRounding);
+  EXPECT_NEAR(phantom_distance(PhantomKind::kShell, {0, 0, 0.7}), 0.1, kRounding);
+  EXPECT_NEAR(phantom_distance(PhantomKind::kTree, {0, 0, -0.6}), -0.15, kRounding);
+  EXPECT_NEAR(phantom_distance(PhantomKind::kTree, {-0.65, -0.1, 0.05}), -0.1, kRounding);
+  EXPECT_NEAR(phantom_distance(PhantomKind::kRods, {0, 0.9, 0}), 0.3, kRounding);
+}
+
+TEST(Phantom, RodsAreBoredThroughTheBallWithoutMeeting) {
+  constexpr double kRounding = 1e-12;
+  for (const Capsule& rod : rod_capsules()) {
+    EXPECT_NEAR(rod.start.norm(), 0.66, kRounding);
+    EXPECT_NEAR(rod.end.norm(), 0.66, kRounding);
+    for (int n = 0; n <= 400; ++n) {
+      const Vector3d p = rod.start + n / 400.0 * (rod.end - rod.start);
+      if (p.norm() < 0.55) {
+        EXPECT_NEAR(phantom_distance(PhantomKind::kRods, p), rod.radius, kRounding);
+      }
+      for (const Capsule& other : rod_capsules()) {
+        if (&other == &rod) continue;
+        const Vector3d axis = (other.end - other.start).normalized();
+        const double at = std::clamp((p - other.start).dot(axis), 0.0, 1.32);
+        EXPECT_GT((p - other.start - std::min(at, (other.end - other.start).norm()) * axis).norm(),
+                  0.07 - kRounding);
+      }
+    }
+  }
+}
+
+/// Labels of the body, and the measures of the surfaces between them and the rest.
+std::vector<mesh::ComponentMeasures> components(PhantomKind kind, int size) {
+  std::vector<float> labels;
+  const double step = 2.0 / (size - 1);
+  for (int k = 0; k < size; ++k)
+    for (int j = 0; j < size; ++j)
+      for (int i = 0; i < size; ++i)
+        labels.push_back(
+            phantom_distance(kind, Vector3d(i * step - 1, j * step - 1, k * step - 1)) < 0);
+  const Eigen::Affine3d affine = Eigen::Translation3d(-1, -1, -1) * Eigen::Scaling(step);
+  const auto surface = mesh::surface_of_label_map(Volume({size, size, size}, affine, labels));
+  return mesh::measure_components(surface);
+}
+
+TEST(Phantom, BodiesHaveTheirTopology) {
+  using Kind = PhantomKind;
+  const auto expect = [](Kind kind, int size, std::vector<int> genus) {
+    const auto found = components(kind, size);
+    ASSERT_EQ(found.size(), genus.size()) << int(kind);
+    for (std::size_t n = 0; n < genus.size(); ++n)
+      EXPECT_EQ(found[n].genus(), genus[n]) << int(kind);
+  };
+  expect(Kind::kBall, 40, {0});
+  expect(Kind::kBox, 40, {0});
+  expect(Kind::kTorus, 40, {1});
+  expect(Kind::kSeparateBalls, 40, {0, 0});
+  expect(Kind::kShell, 40, {0, 0});
+  expect(Kind::kVessel, 64, {0});
+  expect(Kind::kTree, 64, {0});
+  expect(Kind::kRods, 128, {40});  // finer grids find the sharp rims of the rods in single voxels
+  EXPECT_LT(components(Kind::kShell, 40)[1].volume_mm3, 0);
+}
+
+// Where it is smooth the distance grows by the length of the step along its gradient; that
+// holds at almost all points near a surface.
+TEST(Phantom, DistancesHaveUnitSlopeNearTheSurface) {
+  constexpr double kStep = 1e-5, kTolerance = 1e-4;
+  for (const PhantomKind kind : kAll) {
+    int n_near = 0, n_unit = 0;
+    for (int n = 0; n < 400000; ++n) {
+      const Vector3d p(std::sin(1.0 * n), std::sin(1.7 * n), std::sin(2.3 * n));
+      const double d = phantom_distance(kind, p);
+      if (std::abs(d) > 0.01) continue;
+      Vector3d gradient;
+      for (int axis = 0; axis < 3; ++axis) {
+        const Vector3d step = kStep * Vector3d::Unit(axis);
+        gradient[axis] =
+            (phantom_distance(kind, p + step) - phantom_distance(kind, p - step)) / (2 * kStep);
+      }
+      ++n_near;
+      n_unit += std::abs(gradient.norm() - 1) < kTolerance;
+    }
+    EXPECT_GT(n_near, 300) << int(kind);
+    EXPECT_GT(n_unit, 0.99 * n_near) << int(kind);
+  }
 }
 
 TEST(Phantom, DistancesChangeNoFasterThanThePointMoves) {
