@@ -204,7 +204,8 @@ bool MovingSurface::resolve_events() {
     mesh_.property(displacement_, vertex) =
         (mesh_.property(displacement_, a) + mesh_.property(displacement_, b)) / 2;
   });
-  if (report.n_unresolved > 0) return take_back();
+  has_vanished_ = mesh_.n_faces() == 0;
+  if (report.n_unresolved > 0 || has_vanished_) return take_back();
   if (!report.refused.empty() && !hold_refused(report.refused)) return take_back();
   for (const RebuiltRegion& region : report.regions)
     if (region.change != TopologyChange::kUntangling)
@@ -298,7 +299,7 @@ bool MovingSurface::mend(int max_rounds) {
 
 std::string MovingSurface::obstacle() const {
   const fem::Geometry<3> shape = geometry();
-  if (shape.radius() < options_.min_radius * options_.edge_length_mm)
+  if (has_vanished_ || shape.radius() < options_.min_radius * options_.edge_length_mm)
     return fmt::format("the object vanished: its volume fell to {:.3g} mm^3", shape.enclosed());
   const double share = border_share();
   if (share > options_.max_border_share)

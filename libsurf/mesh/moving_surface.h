@@ -101,6 +101,7 @@ class MovingSurface : public flow::MovingShape<3> {
   MovingSurfaceOptions options_;
   OpenMesh::VPropHandleT<Eigen::Vector3d> displacement_;  ///< of the last move; 0 for new vertices
   std::vector<flow::TopologyEvent> events_;
+  bool has_vanished_ = false;  ///< a surgery would leave nothing
 };
 
 }  // namespace surf::mesh

@@ -35,6 +35,7 @@ using Index3 = std::array<int, 3>;
 constexpr double kLongestEdge = 2.5;  // of faces near an event
 constexpr double kReach = 3;          // of a region, along the surface
 constexpr double kGrowthOfReach = 1.6;
+constexpr int kMostGrowths = 3;
 constexpr int kPad = 5;               // cells between a region and the grid's border
 constexpr double kOffset = 0.381966;  // of the grid, so that round numbers are no nodes
 constexpr double kShortRim = 12;
@@ -734,7 +735,7 @@ class Surgery {
     for (int round = 0; round < kRounds; ++round) {
       if (!plan(surface, is_event)) break;
       if (join_overlapping(surface)) continue;
-      if (!enlarge_intersecting(surface)) {
+      if (!enlarge_intersecting(surface, is_event)) {
         const std::vector<Cluster> refused = refuse_handles(surface);
         describe(surface, report.regions);
         apply(surface);
@@ -760,7 +761,7 @@ class Surgery {
   double reach(const Cluster& cluster) const {
     return cluster.n_failures + 1 >= options_.max_attempts
                ? std::numeric_limits<double>::infinity()
-               : kReach * h_ * std::pow(kGrowthOfReach, cluster.n_failures);
+               : kReach * h_ * std::pow(kGrowthOfReach, std::min(cluster.n_failures, kMostGrowths));
   }
 
   /// Alg. 11: faces near events get edges of the resolution's size.
@@ -912,11 +913,12 @@ class Surgery {
     return false;
   }
 
-  /// The surface with all patches; the owner of each triangle, -1 for those that stay.
+  /// The surface with all patches.
   struct Patched {
     Points<3> points;
     Elements<3> elements;
-    std::vector<int> owner;
+    std::vector<int> owner;  // cluster of each triangle, -1 for those that stay
+    std::vector<int> kept;   // number of those that stay, which are the first ones
   };
 
   Patched patched(const Connected& surface) const {
@@ -935,7 +937,10 @@ class Surgery {
     out.owner.assign(n_triangles, -1);
     Eigen::Index row = 0, point = old.points.rows();
     for (Eigen::Index t = 0; t < old.elements.rows(); ++t)
-      if (!is_removed[t]) out.elements.row(row++) = old.elements.row(t);
+      if (!is_removed[t]) {
+        out.elements.row(row++) = old.elements.row(t);
+        out.kept.push_back(static_cast<int>(t));
+      }
     for (std::size_t c = 0; c < clusters_.size(); ++c) {
       const Patch& patch = clusters_[c].patch;
       const int shift = static_cast<int>(point - old.points.rows());
@@ -969,8 +974,9 @@ class Surgery {
       }
   }
 
-  /// Whether a patch has triangles without area or that intersect others; those need more reach.
-  bool enlarge_intersecting(const Connected& surface) {
+  /// Whether a patch has triangles without area or that intersect others. It needs more reach, and
+  /// what it intersects is too close to stay.
+  bool enlarge_intersecting(const Connected& surface, std::vector<char>& is_event) {
     const Patched all = patched(surface);
     std::vector<char> is_new(all.owner.size()), is_bad(clusters_.size(), 0);
     for (std::size_t t = 0; t < is_new.size(); ++t) {
@@ -982,15 +988,22 @@ class Surgery {
       if (!(area_normal(a, b, c).norm() > 1e-9 * h_ * h_)) is_bad[all.owner[t]] = 1;
     }
     mark_crowded_edges(all, is_bad);
-    for (const auto& [a, b] : self_intersections(all.points, all.elements, is_new))
+    for (const auto& [a, b] : self_intersections(all.points, all.elements, is_new)) {
       for (const int t : {a, b})
         if (is_new[t]) is_bad[all.owner[t]] = 1;
+      if (is_new[a] == is_new[b]) continue;
+      const int old = all.kept[is_new[a] ? b : a];
+      if (is_event[old]) continue;
+      is_event[old] = 1;
+      clusters_[all.owner[is_new[a] ? a : b]].events.push_back(old);
+    }
     bool is_any = false;
     for (std::size_t c = 0; c < clusters_.size(); ++c) {
       if (!is_bad[c]) continue;
       is_any = true;
       ++clusters_[c].n_failures;
       clusters_[c].is_planned = false;
+      std::sort(clusters_[c].events.begin(), clusters_[c].events.end());
     }
     return is_any;
   }
