@@ -393,7 +393,7 @@ std::string SegmentOptions::error() const {
                        *geometry_tolerance_mm);
   if (!(integral_tolerance >= 0))
     return fmt::format("SegmentOptions::integral_tolerance = {} violates >= 0", integral_tolerance);
-  if (const std::string error = solid_filter(*this).error(); !error.empty()) return error;
+  if (std::string error = solid_filter(*this).error(); !error.empty()) return error;
   return flow.error();
 }
 
