@@ -256,22 +256,23 @@ std::string SolidFilter::error() const {
   return {};
 }
 
-std::string to_string(Removal::Reason reason) {
+std::string to_string(Removal::Reason reason, int n) {
+  const bool is_one = n == 1;
   switch (reason) {
     case Removal::Reason::kPhantom:
-      return "phantom";
+      return is_one ? "phantom" : "phantoms";
     case Removal::Reason::kFilled:
-      return "filled cavity";
+      return is_one ? "filled cavity" : "filled cavities";
     case Removal::Reason::kSwallowed:
-      return "component in a filled cavity";
+      return is_one ? "component in a filled cavity" : "components in filled cavities";
     case Removal::Reason::kSmall:
-      return "small component";
+      return is_one ? "small component" : "small components";
     case Removal::Reason::kNotLargest:
-      return "component besides the largest";
+      return is_one ? "component besides the largest" : "components besides the largest";
     case Removal::Reason::kNotSeeded:
       break;
   }
-  return "component without a seed";
+  return is_one ? "component without a seed" : "components without a seed";
 }
 
 FilteredSurface without_phantoms(const Triangles& surface) { return Filter(surface).result(); }

@@ -86,8 +86,8 @@ struct Removal {
   Vector<3> center_ras_mm = Vector<3>::Zero();  ///< of the outer shell's area
 };
 
-/// "phantom", "filled cavity", ...
-std::string to_string(Removal::Reason reason);
+/// "phantom", "filled cavity", ..., in the plural unless n is 1.
+std::string to_string(Removal::Reason reason, int n = 1);
 
 struct FilteredSurface {
   /// The triangles that stay in their order, points and their order bit for bit; points that no

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <map>
 
 #include "libsurf/base/error.h"
 #include "libsurf/mesh/moving_surface.h"
@@ -70,6 +71,42 @@ Triangles seed_balls(const std::vector<Eigen::Vector3d>& seeds, double radius, d
   return all;
 }
 
+mesh::SolidFilter solid_filter(const SegmentOptions& options) {
+  const std::vector<Eigen::Vector3d>& seeds = options.seeds_ras_mm;
+  mesh::SolidFilter filter = options.solids;
+  filter.seeds_ras_mm.resize(Eigen::Index(seeds.size()), 3);
+  for (std::size_t n = 0; n < seeds.size(); ++n) filter.seeds_ras_mm.row(n) = seeds[n];
+  return filter;
+}
+
+/// One note for each reason: how many, how large, where the largest is.
+void add_notes(const std::vector<mesh::Removal>& removed, std::vector<std::string>& notes) {
+  struct Group {
+    int n = 0;
+    double total = 0;
+    const mesh::Removal* largest = nullptr;
+  };
+  std::map<mesh::Removal::Reason, Group> groups;
+  for (const mesh::Removal& removal : removed) {
+    Group& group = groups[removal.reason];
+    ++group.n;
+    group.total += std::abs(removal.volume_mm3);
+    if (!group.largest || std::abs(removal.volume_mm3) > std::abs(group.largest->volume_mm3))
+      group.largest = &removal;
+  }
+  for (const auto& [reason, group] : groups) {
+    const Eigen::Vector3d& at = group.largest->center_ras_mm;
+    const std::string largest =
+        fmt::format("{:.4g} mm^3 at ({:.4g}, {:.4g}, {:.4g}) RAS mm",
+                    std::abs(group.largest->volume_mm3), at[0], at[1], at[2]);
+    const std::string what =
+        fmt::format("removed: {} {}", group.n, mesh::to_string(reason, group.n));
+    notes.push_back(group.n == 1 ? fmt::format("{} of {}", what, largest)
+                                 : fmt::format("{}, {:.4g} mm^3 in all, the largest of {}", what,
+                                               group.total, largest));
+  }
+}
+
 /// One run: options made complete, then the stages.
 class Run {
  public:
@@ -101,6 +138,7 @@ class Run {
     const Triangles unsettled = result_.surface;
     if (go_on && options_.settle) run_settle();
     if (!is_embedded(result_.surface)) choose_embedded(unsettled);
+    filter_solids();
     return std::move(result_);
   }
 
@@ -127,6 +165,19 @@ class Run {
           fmt::format("the {} best candidates intersect themselves and are passed over", i));
       return;
     }
+  }
+
+  /// Phantoms go, and what the options rule out. A surface of nothing but phantoms is inverted
+  /// as a whole, which the verification has words for.
+  void filter_solids() {
+    mesh::FilteredSurface filtered = mesh::filtered(result_.surface, solid_filter(options_));
+    const bool are_phantoms = std::all_of(
+        filtered.removed.begin(), filtered.removed.end(),
+        [](const auto& removal) { return removal.reason == mesh::Removal::Reason::kPhantom; });
+    if (filtered.removed.empty() || (are_phantoms && filtered.surface.elements.rows() == 0)) return;
+    result_.surface = std::move(filtered.surface);
+    result_.removed = std::move(filtered.removed);
+    add_notes(result_.removed, result_.notes);
   }
 
   static volume::SmoothingOptions smoothing(const volume::Volume& volume,
@@ -342,6 +393,7 @@ std::string SegmentOptions::error() const {
                        *geometry_tolerance_mm);
   if (!(integral_tolerance >= 0))
     return fmt::format("SegmentOptions::integral_tolerance = {} violates >= 0", integral_tolerance);
+  if (std::string error = solid_filter(*this).error(); !error.empty()) return error;
   return flow.error();
 }
 

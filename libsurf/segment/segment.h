@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "libsurf/flow/evolution.h"
+#include "libsurf/mesh/hierarchy.h"
 #include "libsurf/volume/image_fields.h"
 #include "libsurf/volume/volume.h"
 
@@ -61,6 +62,8 @@ struct SegmentOptions {
   flow::FlowOptions flow;
   /// Settle the surface on the edges it has found: a last stage with the edge indicator alone.
   bool settle = true;
+  /// What stays of the final surface; `solids.seeds_ras_mm` is ignored, the seeds above count.
+  mesh::SolidFilter solids;
 
   std::string error() const;  ///< empty if valid
 };
@@ -85,8 +88,9 @@ struct SegmentResult {
   Triangles surface;
   std::vector<StageReport> stages;
   std::vector<Candidate> candidates;
-  std::vector<EnergyTerm> energies;  ///< of the chosen surface, every parameter filled in
-  std::vector<std::string> notes;    ///< what a user should know
+  std::vector<EnergyTerm> energies;    ///< of the chosen surface, every parameter filled in
+  std::vector<mesh::Removal> removed;  ///< of the final surface, see SegmentOptions::solids
+  std::vector<std::string> notes;      ///< what a user should know
   double sigma_mm = 0, edge_length_mm = 0, seed_radius_mm = 0;
   double border_share = 0;  ///< share of the area on the volume's border
   const flow::FlowSummary& last() const { return stages.back().flow; }

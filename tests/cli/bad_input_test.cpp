@@ -148,6 +148,13 @@ const std::vector<Row> kRows = {
     {"ConfigType", segment({"--config", "type.json"}), 2, "type.json: 'radius' is {\"mm\":3}"},
     {"ConfigNumber", segment({"--config", "number.json"}), 2, "number.json: 'threads' is \"few\""},
     {"ConfigValue", segment({"--config", "value.json"}), 2, "--radius: expected a length"},
+    {"MinComponent", segment({"--min-component", "-1"}), 2, "--min-component: expected a volume"},
+    {"Keep", segment({"--keep", "some"}), 2, "--keep"},
+    {"KeepSeeded",
+     {"segment", "good.nii", "--initial", "ball.stl", "--energy", "area", "--keep", "seeded", "-o",
+      "out.stl"},
+     2,
+     "--keep seeded: a --seed"},
     // evaluate.
     {"NoReference", evaluate({}), 2, "--reference"},
     {"ReferenceMissing", evaluate({"--reference", "gone.ply"}), 3, "gone.ply"},

@@ -168,6 +168,9 @@ TEST_F(Segment, ConfigTakesEveryOption) {
                                  {"gamma", -1.5},
                                  {"gamma0", 1},
                                  {"no-settle", true},
+                                 {"min-component", 20},
+                                 {"fill-cavities", true},
+                                 {"keep", "seeded"},
                                  {"edge-length", "2vox"},
                                  {"coarseness", 3},
                                  {"levels", 2},
@@ -223,6 +226,58 @@ TEST_F(Segment, InitialBodiesInVoxelsFollowTheGrid) {
   }
 }
 
+/// Radii 11.7 and 5.85 mm; the surface starts on the voxels' stairs, cavity included.
+TEST_F(Segment, CavitiesAreReportedAndFilled) {
+  must({"phantom", "shell", "--size", "40", "--spacing", "1", "-o", "shell.nii.gz"});
+  const Words start = {"segment",  "shell.nii.gz",    "--initial", "shell.nii.gz",
+                       "--energy", "minimal-surface", "-q",        "-o",
+                       "s.stl",    "--json",          "s.json"};
+  must(start);
+  const auto shell = json("s.json")["shells"];
+  ASSERT_EQ(shell.size(), 1u);
+  ASSERT_EQ(shell[0]["cavities"].size(), 1u);
+  EXPECT_NEAR(shell[0]["volume_mm3"], kVolumeMm3, kVolumeToleranceMm3);
+  constexpr double kQuarterVoxelMm = 0.25;
+  EXPECT_NEAR(shell[0]["cavities"][0]["volume_mm3"], kVolumeMm3 / 8,
+              kQuarterVoxelMm * M_PI * kRadiusMm * kRadiusMm);  // its area: 4 pi (R / 2)^2
+  EXPECT_EQ(shell[0]["genus"], 0);
+  EXPECT_FALSE(json("s.json").contains("removed"));
+  must(joined(start, {"--fill-cavities"}));
+  EXPECT_EQ(json("s.json")["shells"][0]["cavities"].size(), 0u);
+  EXPECT_NEAR(json("s.json")["volume_mm3"], kVolumeMm3, kVolumeToleranceMm3);
+  EXPECT_EQ(json("s.json")["removed"][0]["what"], "filled cavity");
+}
+
+TEST_F(Segment, ComponentsAreKeptBySizeAndSeed) {
+  must({"phantom", "separate-balls", "--size", "40", "--spacing", "1", "-o", "balls.nii.gz"});
+  const double volume = kVolumeMm3 / 8;
+  const Words start = {"segment",  "balls.nii.gz",    "--initial", "balls.nii.gz",
+                       "--energy", "minimal-surface", "-q",        "-o",
+                       "s.stl",    "--json",          "s.json"};
+  const auto shells = [&](const Words& more) {
+    must(joined(start, more));
+    return json("s.json")["shells"];
+  };
+  EXPECT_EQ(shells({}).size(), 2u);
+  EXPECT_EQ(shells({"--min-component", std::to_string(0.9 * volume)}).size(), 2u);
+  EXPECT_EQ(shells({"--keep", "largest"}).size(), 1u);
+  for (const double x : {-9.75, 9.75}) {
+    const auto kept = shells({"--keep", "seeded", "--seed", std::to_string(x) + ",0,0"});
+    ASSERT_EQ(kept.size(), 1u);
+    constexpr double kVoxel = 1;
+    EXPECT_NEAR(kept[0]["center_ras_mm"][0], x, kVoxel);
+    EXPECT_NEAR(json("s.json")["removed"][0]["center_ras_mm"][0], -x, kVoxel);
+  }
+}
+
+TEST_F(Segment, NothingIsWrittenIfNoComponentIsLeft) {
+  make_ball();
+  const Outcome outcome = run(segment({"-o", "s.stl", "--min-component", "1e6"}));
+  EXPECT_EQ(outcome.exit_code, 6);
+  EXPECT_NE(outcome.err.find("removed: 1 small component"), std::string::npos) << outcome.err;
+  EXPECT_FALSE(exists("s.stl"));
+}
+
 TEST_F(Segment, IterationLimitWritesTheResultWithItsCode) {
   make_ball();
   for (const std::string energy : {"auto", "minimal-surface"}) {
@@ -258,8 +313,8 @@ TEST_F(Segment, VolumeMayComeLast) {
 
 TEST_F(Program, MakesEveryPhantom) {
   const std::string help = must({"phantom", "--help"}).out;
-  for (const std::string kind : {"ball", "two-balls", "separate-balls", "box", "torus", "shell",
-                                 "vessel", "tree", "rods"}) {
+  for (const std::string kind :
+       {"ball", "two-balls", "separate-balls", "box", "torus", "shell", "vessel", "tree", "rods"}) {
     must({"phantom", kind, "--size", "12", "-o", kind + ".nii"});
     EXPECT_TRUE(exists(kind + ".nii"));
     EXPECT_NE(help.find("\n  " + kind + "  "), std::string::npos) << kind;
@@ -296,6 +351,9 @@ TEST_F(Program, HelpNamesTheOptions) {
                              "--initial-ball",
                              "--initial-ellipsoid",
                              "--initial-box",
+                             "--min-component",
+                             "--fill-cavities",
+                             "--keep",
                              "Exit codes"});
   expect_in_help("info", {"FILE", "--json", "--frame-index"});
   expect_in_help("phantom", {"KIND", "--size", "--spacing", "--direction", "--edge-width",

@@ -52,6 +52,9 @@ struct Arguments {
   int levels = 1;
   double tolerance = 1e-4;
   bool no_settle = false;
+  double min_component_mm3 = 0;
+  bool fill_cavities = false;
+  std::string keep = "all";
   int threads = 0;
   std::string output_space = "lps", mask, json, config;
   int candidates = 0;
@@ -66,6 +69,29 @@ double peak_memory_mb() {
   rusage usage{};
   getrusage(RUSAGE_SELF, &usage);
   return double(usage.ru_maxrss) / 1024;
+}
+
+ordered_json to_json(const surf::Vector<3>& point) { return {point[0], point[1], point[2]}; }
+
+ordered_json to_json(const surf::mesh::Shell& shell) {
+  return {{"volume_mm3", std::abs(shell.volume_mm3)},
+          {"area_mm2", shell.area_mm2},
+          {"genus", shell.genus},
+          {"center_ras_mm", to_json(shell.center_ras_mm)}};
+}
+
+/// One entry for each outer shell, its cavities in it; volumes are those that the shells enclose.
+ordered_json shells_of(const surf::Triangles& surface) {
+  const surf::mesh::ShellHierarchy hierarchy = surf::mesh::shell_hierarchy(surface);
+  ordered_json out = ordered_json::array();
+  for (const surf::mesh::Solid& solid : surf::mesh::solids(hierarchy)) {
+    ordered_json entry = to_json(hierarchy.shells[solid.outer]);
+    entry["cavities"] = ordered_json::array();
+    for (const int cavity : solid.cavities)
+      entry["cavities"].push_back(to_json(hierarchy.shells[cavity]));
+    out.push_back(entry);
+  }
+  return out;
 }
 
 /// Time and peak memory of the program's stages, for the summary.
@@ -134,7 +160,10 @@ class SegmentCommand {
     conclude(result, summary, verification);
     if (exit_code == kInvalidResult)
       throw surf::InvalidMesh(
-          fmt::format("{}: not written: {}", arguments_.output, verification.message()));
+          fmt::format("{}: not written: {}", arguments_.output,
+                      surface.elements.rows() == 0 && !result.removed.empty()
+                          ? "--min-component and --keep leave no component; " + result.notes.back()
+                          : verification.message()));
     return exit_code;
   }
 
@@ -178,6 +207,12 @@ class SegmentCommand {
     if (!(arguments_.integral_tolerance >= 0))
       throw surf::UsageError(fmt::format("--integral-tolerance: expected 0 or more; got {}",
                                          arguments_.integral_tolerance));
+    if (!(arguments_.min_component_mm3 >= 0 && std::isfinite(arguments_.min_component_mm3)))
+      throw surf::UsageError(
+          fmt::format("--min-component: expected a volume in mm^3, 0 or more, such as 50; got {}",
+                      arguments_.min_component_mm3));
+    if (arguments_.keep == "seeded" && arguments_.seeds.empty() && !arguments_.initial.is_body())
+      throw surf::UsageError("--keep seeded: a --seed in each component to keep is needed");
     if (!(arguments_.selective_threshold >= 0))
       throw surf::UsageError(fmt::format("--selective-threshold: expected 0 or more; got {}",
                                          arguments_.selective_threshold));
@@ -230,6 +265,10 @@ class SegmentCommand {
     if (arguments_.initial.any()) set_initial_surface(out, space, volume);
     out.energies = energies();
     out.settle = !arguments_.no_settle;
+    out.solids.min_volume_mm3 = arguments_.min_component_mm3;
+    out.solids.fill_cavities = arguments_.fill_cavities;
+    if (arguments_.keep == "largest") out.solids.keep = surf::mesh::Keep::kLargest;
+    if (arguments_.keep == "seeded") out.solids.keep = surf::mesh::Keep::kSeeded;
     out.flow.max_steps = arguments_.max_iterations;
     out.flow.rel_tol = arguments_.tolerance;
     using namespace surf::flow;
@@ -343,6 +382,12 @@ class SegmentCommand {
     out["min_angle_deg"] = quality.min_angle_deg;
     out["share_above_25_deg"] = quality.share_above_25_deg;
     out["border_share"] = result.border_share;
+    if (verification.passed()) out["shells"] = shells_of(surface);
+    for (const auto& removal : result.removed)
+      out["removed"].push_back({{"what", surf::mesh::to_string(removal.reason)},
+                                {"shells", removal.n_shells},
+                                {"volume_mm3", removal.volume_mm3},
+                                {"center_ras_mm", to_json(removal.center_ras_mm)}});
     out["notes"] = result.notes;
     ordered_json chosen;
     chosen["sigma_mm"] = result.sigma_mm;
@@ -521,6 +566,21 @@ void add_options(CLI::App& command, Arguments& a) {
                   "Stop when the shape derivative falls to this share of its largest value")
       ->capture_default_str()
       ->group(flow);
+
+  const std::string components = "Components of the result, in this order";
+  command.add_flag("--fill-cavities", a.fill_cavities, "Fill cavities, with all that lies in them")
+      ->group(components);
+  command
+      .add_option("--min-component", a.min_component_mm3,
+                  "Drop components of less volume [mm^3], with their cavities")
+      ->capture_default_str()
+      ->group(components);
+  command
+      .add_option("--keep", a.keep,
+                  "Keep all components, the largest, or the seeded: those that contain a seed")
+      ->check(CLI::IsMember({"all", "largest", "seeded"}))
+      ->capture_default_str()
+      ->group(components);
 
   const std::string output = "Output and running";
   command.add_option("--output-space", a.output_space, "Frame of the file: lps (as Slicer) or ras")
