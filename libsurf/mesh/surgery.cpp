@@ -36,6 +36,7 @@ constexpr double kLongestEdge = 2.5;  // of faces near an event
 constexpr double kReach = 3;          // of a region, along the surface
 constexpr double kGrowthOfReach = 1.6;
 constexpr int kMostGrowths = 3;
+constexpr int kSmallestIsland = 40;   // triangles
 constexpr int kPad = 5;               // cells between a region and the grid's border
 constexpr double kOffset = 0.381966;  // of the grid, so that round numbers are no nodes
 constexpr double kShortRim = 12;
@@ -242,23 +243,22 @@ class Region {
   /// @param reach   [mm]; infinite: the whole components
   State plan(const std::vector<int>& events, double reach) {
     events_ = events;
-    const std::vector<int> near = std::isfinite(reach) ? neighbourhood(reach) : components();
-    if (!make_grid(near)) return State::kFails;
-    Cells cells(grid_);
-    for (const int t : near) cells.set_at(surface_, t);
-    cells.dilate(1);
-    Cells at_events(grid_);
-    for (const int t : events_) at_events.set_at(surface_, t);
-    Cells zone = at_events;
-    zone.dilate(1);
-    at_events.dilate(3);
-    cells.add(at_events);
+    std::vector<int> near = std::isfinite(reach) ? neighbourhood(reach) : components();
+    std::optional<Cells> cells, zone;
+    for (bool is_complete = false; !is_complete;) {
+      if (!make_grid(near)) return State::kFails;
+      cells.emplace(grid_);
+      zone.emplace(grid_);
+      cover(near, *cells, *zone);
+      remove(near, *cells);
+      is_complete = !add_islands(near);
+    }
     const WindingGrid winding(surface_.points, surface_.elements, grid_);
     inside_ = winding.inside();
-    open_thin_parts(zone, 0);
-    open_thin_parts(zone, 1);
-    if (!march(cells, winding)) return State::kFails;
-    remove(near, cells);
+    open_thin_parts(*zone, 0);
+    open_thin_parts(*zone, 1);
+    if (!march(*cells, winding)) return State::kFails;
+    remove(near, *cells);
     if (const State state = remove_phantom_parts(); state != State::kFits) return state;
     return join() ? State::kFits : State::kFails;
   }
@@ -320,6 +320,17 @@ class Region {
     if ((last - first + 1).prod() > double(kMostNodes)) return false;
     for (int axis = 0; axis < 3; ++axis) grid_.size[axis] = int(last[axis] - first[axis]) + 1;
     return true;
+  }
+
+  /// The cells of a region, and those where thin parts are removed.
+  void cover(const std::vector<int>& near, Cells& cells, Cells& zone) const {
+    for (const int t : near) cells.set_at(surface_, t);
+    cells.dilate(1);
+    for (const int t : events_) zone.set_at(surface_, t);
+    Cells at_events = zone;
+    zone.dilate(1);
+    at_events.dilate(3);
+    cells.add(at_events);
   }
 
   /// Nodes of the zone with the given flag that are in no cell of nodes with this flag only get
@@ -435,12 +446,38 @@ class Region {
       }
       if (!is_far) is_removed_[t] = cells.is_any_at(surface_, t);
     }
-    std::vector<int> core;
+    core_.clear();
     for (int t = 0; t < surface_.elements.rows(); ++t)
-      if (is_removed_[t]) core.push_back(t);
-    for (const int t : core)
+      if (is_removed_[t]) core_.push_back(t);
+    for (const int t : core_)
       for (int i = 0; i < 3; ++i) remove_star(surface_.elements(t, i));
     make_rims_simple();
+  }
+
+  /// Parts of the surface that the cells leave and the ring round them takes, or nearly: they join
+  /// the region. True if there were any.
+  bool add_islands(std::vector<int>& near) const {
+    std::vector<char> is_seen(surface_.elements.rows(), 0);
+    for (const int t : core_) is_seen[t] = 1;
+    const std::size_t n_before = near.size();
+    for (const int t : core_)
+      for (int i = 0; i < 3; ++i) {
+        const int start = across_(t, i);
+        if (is_seen[start]) continue;
+        std::vector<int> part = {start};
+        is_seen[start] = 1;
+        int n_left = 0;
+        for (std::size_t at = 0; at < part.size(); ++at) {
+          n_left += !is_removed_[part[at]];
+          for (int side = 0; side < 3; ++side)
+            if (const int next = across_(part[at], side); !is_seen[next]) {
+              is_seen[next] = 1;
+              part.push_back(next);
+            }
+        }
+        if (n_left < kSmallestIsland) near.insert(near.end(), part.begin(), part.end());
+      }
+    return near.size() > n_before;
   }
 
   void remove_star(int vertex) {
@@ -700,6 +737,7 @@ class Region {
   CubicGrid grid_;
   std::vector<std::uint8_t> inside_;              // of the nodes
   std::vector<char> is_removed_;                  // of the triangles
+  std::vector<int> core_;                         // those in the cells
   Patch grown_;                                   // by marching cubes
   std::unordered_map<std::uint64_t, int> place_;  // vertices by grid edges
   std::vector<GridEdge> edges_of_;
@@ -978,7 +1016,8 @@ class Surgery {
   /// what it intersects is too close to stay.
   bool enlarge_intersecting(const Connected& surface, std::vector<char>& is_event) {
     const Patched all = patched(surface);
-    std::vector<char> is_new(all.owner.size()), is_bad(clusters_.size(), 0);
+    std::vector<char> is_new(all.owner.size());
+    std::vector<char> is_bad(clusters_.size(), 0), has_more(clusters_.size(), 0);
     for (std::size_t t = 0; t < is_new.size(); ++t) {
       is_new[t] = all.owner[t] >= 0;
       if (!is_new[t]) continue;
@@ -994,14 +1033,14 @@ class Surgery {
       if (is_new[a] == is_new[b]) continue;
       const int old = all.kept[is_new[a] ? b : a];
       if (is_event[old]) continue;
-      is_event[old] = 1;
+      is_event[old] = has_more[all.owner[is_new[a] ? a : b]] = 1;
       clusters_[all.owner[is_new[a] ? a : b]].events.push_back(old);
     }
     bool is_any = false;
     for (std::size_t c = 0; c < clusters_.size(); ++c) {
       if (!is_bad[c]) continue;
       is_any = true;
-      ++clusters_[c].n_failures;
+      if (!has_more[c] || !std::isinf(reach(clusters_[c]))) ++clusters_[c].n_failures;
       clusters_[c].is_planned = false;
       std::sort(clusters_[c].events.begin(), clusters_[c].events.end());
     }
