@@ -264,7 +264,8 @@ class Region {
   }
 
   const Patch& patch() const { return patch_; }
-  /// Events of other regions that a phantom part of this one borders on, after kWantsMore.
+  /// Events of other regions that a phantom part of this one borders on, after kWantsMore; what
+  /// else passes through the cells, after kFails.
   const std::vector<int>& wanted() const { return wanted_; }
 
  private:
@@ -579,7 +580,11 @@ class Region {
     for (const int t : events_) has_event[parts.find(surface_.elements(t, 0))] = 1;
 
     std::vector<Match> matches;
-    if (!match(*surface_rims, parts, has_event, matches)) return false;
+    if (!match(*surface_rims, parts, has_event, matches)) {
+      for (const int t : core_)
+        if (!has_event[parts.find(surface_.elements(t, 0))]) wanted_.push_back(t);
+      return false;
+    }
     leave_alone_what_has_no_event(parts, has_event, matches);
     return make_patch(matches);
   }
@@ -896,7 +901,7 @@ class Surgery {
   }
 
   /// Plans what has no plan yet; false if a cluster has failed too often.
-  bool plan(const Connected& surface, const std::vector<char>& is_event) {
+  bool plan(const Connected& surface, std::vector<char>& is_event) {
     for (std::size_t c = 0; c < clusters_.size(); ++c) {
       Cluster& cluster = clusters_[c];
       while (!cluster.is_planned) {
@@ -908,7 +913,9 @@ class Surgery {
             cluster.is_planned = true;
             break;
           case Region::State::kFails:
-            ++cluster.n_failures;
+            if (const bool is_whole = std::isinf(reach(cluster));
+                !take_in(region.wanted(), cluster, is_event) || !is_whole)
+              ++cluster.n_failures;
             break;
           case Region::State::kWantsMore: {
             const int wanted = region.wanted().front();
@@ -924,6 +931,19 @@ class Surgery {
       }
     }
     return true;
+  }
+
+  /// Triangles become events of a cluster; false if they are already.
+  static bool take_in(const std::vector<int>& triangles, Cluster& cluster,
+                      std::vector<char>& is_event) {
+    const std::size_t n_before = cluster.events.size();
+    for (const int t : triangles) {
+      if (is_event[t]) continue;
+      is_event[t] = 1;
+      cluster.events.push_back(t);
+    }
+    std::sort(cluster.events.begin(), cluster.events.end());
+    return cluster.events.size() > n_before;
   }
 
   /// Joins two clusters to one without a plan, at the place of the first in the list.
