@@ -22,7 +22,7 @@ namespace {
 constexpr int kGuardRounds = 3;
 constexpr double kLongest = 4.0 / 3, kShortest = 0.4;      // of the wanted edge length
 constexpr int kRoundsAtTheStart = 30, kRoundsInAStep = 2;  // of adaptivity
-constexpr double kResolution = 0.5;                        // of topology, of the wanted edge length
+constexpr double kResolution = 0.7;                        // of topology, of the wanted edge length
 constexpr double kContact = 0.9;    // of sheets, of the resolution: one node fits between them
 constexpr int kHalvings = 6;        // of a step that catches an event
 constexpr double kTolerance = 0.1;  // by which mending may move the surface, likewise

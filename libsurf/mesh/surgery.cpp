@@ -33,7 +33,7 @@ using Index3 = std::array<int, 3>;
 
 // In units of the resolution.
 constexpr double kLongestEdge = 2.5;  // of faces near an event
-constexpr double kReach = 3;          // of a region, along the surface
+constexpr double kReach = 2;          // of a region, along the surface
 constexpr double kGrowthOfReach = 1.6;
 constexpr int kMostGrowths = 3;
 constexpr int kSmallestIsland = 40;   // triangles
@@ -330,7 +330,7 @@ class Region {
     for (const int t : events_) zone.set_at(surface_, t);
     Cells at_events = zone;
     zone.dilate(1);
-    at_events.dilate(3);
+    at_events.dilate(2);
     cells.add(at_events);
   }
 

@@ -46,14 +46,16 @@ bool is_too_close(const std::vector<Eigen::Vector3d>& seeds, const Eigen::Vector
   });
 }
 
-/// Seed balls as one surface of several components; a ball that would touch an earlier one is left
-/// out.
+/// Seed balls as one surface of several components; where they may not merge, a ball that would
+/// touch an earlier one is left out.
 Triangles seed_balls(const std::vector<Eigen::Vector3d>& seeds, double radius, double edge_length,
-                     std::vector<std::string>& notes) {
+                     mesh::Topology topology, std::vector<std::string>& notes) {
+  const double least = topology == mesh::Topology::kFixed ? 2 * radius + edge_length
+                                                          : edge_length / 4;  // the same place
   Triangles all;
   std::vector<Eigen::Vector3d> used;
   for (const Eigen::Vector3d& seed : seeds) {
-    if (is_too_close(used, seed, 2 * radius + edge_length)) {
+    if (is_too_close(used, seed, least)) {
       notes.push_back(fmt::format(
           "the ball round seed ({:g}, {:g}, {:g}) would touch another one and is left out", seed[0],
           seed[1], seed[2]));
@@ -130,7 +132,7 @@ class Run {
                  ? *options.initial_surface
                  : seed_balls(options.seeds_ras_mm, result_.seed_radius_mm,
                               std::min(result_.edge_length_mm, result_.seed_radius_mm / 2),
-                              result_.notes);
+                              options.topology, result_.notes);
   }
 
   SegmentResult run() {
@@ -196,6 +198,8 @@ class Run {
     out.adaptivity.geometry_tolerance_mm =
         options_.geometry_tolerance_mm.value_or(model_.volume().voxel_size());
     out.adaptivity.integral_tolerance = options_.integral_tolerance;
+    out.topology = options_.topology;
+    out.topology_resolution_mm = options_.topology_resolution_mm.value_or(0);
     out.max_displacement_mm = kStepPerBlur * blur(result_.sigma_mm);
     out.box = volume_box(model_.volume());
     return out;
@@ -222,7 +226,8 @@ class Run {
       if (options_.initial_surface || radius == result_.seed_radius_mm) return start_;
       std::vector<std::string> notes;
       return seed_balls(options_.seeds_ras_mm, radius,
-                        std::min(ladder.surface.edge_length_mm, radius / 2), notes);
+                        std::min(ladder.surface.edge_length_mm, radius / 2), options_.topology,
+                        notes);
     };
     result_.candidates = climb(model_, seed_model_, starts, ladder, result_.stages, progress_);
     if (result_.candidates.empty()) {

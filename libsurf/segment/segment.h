@@ -11,6 +11,7 @@
 
 #include "libsurf/flow/evolution.h"
 #include "libsurf/mesh/hierarchy.h"
+#include "libsurf/mesh/moving_surface.h"
 #include "libsurf/volume/image_fields.h"
 #include "libsurf/volume/volume.h"
 
@@ -54,6 +55,10 @@ struct SegmentOptions {
   std::optional<double> geometry_tolerance_mm;
   /// epsilon_int of Alg. 7 per area, for the integrands on the surface; 0 = not used.
   double integral_tolerance = 0.016;
+  /// What happens where sheets meet; the ladder of a run without energies always holds them apart.
+  mesh::Topology topology = mesh::Topology::kFree;
+  /// See MovingSurfaceOptions; none = half of the edge length.
+  std::optional<double> topology_resolution_mm;
   /// Multi-resolution (the continuation of 5.2): level l of n_levels - 1, ..., 0 runs explicit
   /// energies with sigma, edge lengths and tolerances 2^l times those of the result, each from the
   /// surface of the level before. An expanding front may leak through what the blur of a coarse

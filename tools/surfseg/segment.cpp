@@ -7,6 +7,7 @@
 #include <chrono>
 #include <cmath>
 #include <filesystem>
+#include <map>
 
 #include "libsurf/base/error.h"
 #include "libsurf/base/file.h"
@@ -39,7 +40,8 @@ struct Arguments {
   int frame_index = 0;
   std::vector<std::string> seeds;
   std::string space = "ras";
-  std::string radius, sigma, selective_sigma, edge_length, geometry_tolerance;
+  std::string radius, sigma, selective_sigma, edge_length, geometry_tolerance, topology_resolution;
+  std::string topology = "free";
   InitialArguments initial;
   double selective_threshold = 0;
   std::string derivatives = "bspline";
@@ -222,7 +224,8 @@ class SegmentCommand {
       if (!text.empty()) parse_length(option, text);
     for (const auto& [option, text] : {std::pair{"--radius", arguments_.radius},
                                        {"--edge-length", arguments_.edge_length},
-                                       {"--geometry-tolerance", arguments_.geometry_tolerance}})
+                                       {"--geometry-tolerance", arguments_.geometry_tolerance},
+                                       {"--topology-resolution", arguments_.topology_resolution}})
       if (!text.empty()) parse_positive_length(option, text);
     arguments_.initial.check();
     surf::segment::check_terms(energies());
@@ -260,6 +263,10 @@ class SegmentCommand {
     out.n_levels = arguments_.levels;
     out.geometry_tolerance_mm = length("--geometry-tolerance", arguments_.geometry_tolerance);
     out.integral_tolerance = arguments_.integral_tolerance;
+    out.topology = arguments_.topology == "fixed"    ? surf::mesh::Topology::kFixed
+                   : arguments_.topology == "genus0" ? surf::mesh::Topology::kGenus0
+                                                     : surf::mesh::Topology::kFree;
+    out.topology_resolution_mm = length("--topology-resolution", arguments_.topology_resolution);
     if (arguments_.derivatives == "scharr")
       out.derivative_filter = surf::volume::DerivativeFilter::kScharr;
     if (arguments_.initial.any()) set_initial_surface(out, space, volume);
@@ -320,9 +327,32 @@ class SegmentCommand {
   void report_step(const std::string& stage, const surf::flow::StepRecord& record) {
     progress_.step(
         fmt::format("{:<20} step {:4}  J {:<12.6g} tau {:<9.3g} triangles {:7}  volume {:<10.5g} "
-                    "mm^3  {:6.1f} s",
+                    "mm^3  {:6.1f} s{}",
                     stage, record.k, record.energy, record.tau, record.n_elements, record.enclosed,
-                    seconds_since(start_)));
+                    seconds_since(start_), words(record.events)));
+  }
+
+  /// "  2 merging, 1 splitting"
+  static std::string words(const std::vector<surf::flow::TopologyEvent>& events) {
+    std::map<std::string, int> kinds;
+    for (const auto& event : events) ++kinds[event.kind];
+    std::string out;
+    for (const auto& [kind, n] : kinds)
+      out += fmt::format("{}{} {}", out.empty() ? "  " : ", ", n, kind);
+    return out;
+  }
+
+  static ordered_json events_of(const surf::segment::SegmentResult& result) {
+    ordered_json out = ordered_json::array();
+    for (const auto& stage : result.stages)
+      for (const auto& step : stage.flow.steps)
+        for (const auto& event : step.events)
+          out.push_back({{"stage", stage.name},
+                         {"step", step.k},
+                         {"kind", event.kind},
+                         {"place_ras_mm", to_json(event.place)},
+                         {"volume_change_mm3", event.enclosed_change}});
+    return out;
   }
 
   ExitCode exit_code_of(const surf::segment::SegmentResult& result) const {
@@ -388,6 +418,7 @@ class SegmentCommand {
                                 {"shells", removal.n_shells},
                                 {"volume_mm3", removal.volume_mm3},
                                 {"center_ras_mm", to_json(removal.center_ras_mm)}});
+    out["topology_events"] = events_of(result);
     out["notes"] = result.notes;
     ordered_json chosen;
     chosen["sigma_mm"] = result.sigma_mm;
@@ -566,6 +597,20 @@ void add_options(CLI::App& command, Arguments& a) {
                   "Stop when the shape derivative falls to this share of its largest value")
       ->capture_default_str()
       ->group(flow);
+
+  const std::string topology = "Topology";
+  command
+      .add_option("--topology", a.topology,
+                  "free: sheets that meet are joined, necks are cut; fixed: they are held apart; "
+                  "genus0: free, but without handles")
+      ->check(CLI::IsMember({"free", "fixed", "genus0"}))
+      ->capture_default_str()
+      ->group(topology);
+  command
+      .add_option("--topology-resolution", a.topology_resolution,
+                  "What is thinner is joined or cut where sheets meet, such as 1mm [half of "
+                  "--edge-length]")
+      ->group(topology);
 
   const std::string components = "Components of the result, in this order";
   command.add_flag("--fill-cavities", a.fill_cavities, "Fill cavities, with all that lies in them")
