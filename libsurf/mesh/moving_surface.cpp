@@ -64,6 +64,7 @@ fem::Geometry<3> MovingSurface::geometry() const { return {points(mesh_), elemen
 Triangles MovingSurface::triangles() const { return to_triangles(mesh_); }
 
 void MovingSurface::set_edge_length(double edge_length_mm) {
+  options_.max_displacement_mm *= edge_length_mm / options_.edge_length_mm;
   options_.edge_length_mm = edge_length_mm;
 }
 
