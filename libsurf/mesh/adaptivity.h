@@ -24,8 +24,8 @@ struct AdaptivityOptions {
   /// functions [their unit squared]; 0 = not used.
   double function_tolerance = 0;
   std::vector<std::shared_ptr<const Field<3>>> functions = {};
-  double gamma_refine = 0.7;   ///< thesis 5.1
-  double gamma_coarsen = 0.3;  ///< thesis 5.1; 0: nothing is coarsened
+  double gamma_refine = 0.7;    ///< thesis 5.1
+  double gamma_coarsen = 0.65;  ///< thesis 5.1; 0: nothing is coarsened
 
   /// Triangles with a longer edge are refined whatever the indicators say [mm], > 0.
   double max_length_mm = 0;

@@ -61,8 +61,8 @@ class MovingSurface : public flow::MovingShape<3> {
   Triangles triangles() const;
   /// Share of the area whose vertices lie on the box's border.
   double border_share() const;
-  /// Changes the wanted edge length, and the largest displacement in proportion; the mesh follows with
-  /// the next mend.
+  /// Changes the wanted edge length, and the largest displacement in proportion; the mesh follows
+  /// with the next mend.
   void set_edge_length(double edge_length_mm);
   /// Changes what Alg. 7 looks at.
   void set_integrands(std::vector<std::shared_ptr<const Field<3>>> integrands);

@@ -165,6 +165,7 @@ class Run {
     ladder.surface.max_displacement_mm = 0.6 * ladder.surface.edge_length_mm;
     ladder.flow = options_.flow;
     ladder.flow.energy_tol = std::max(ladder.flow.energy_tol, 3e-3);
+    ladder.flow.energy_share_on_the_way = 1;  // a leak is on its way too
     const double voxel = model_.volume().voxel_size();
     const auto starts = [&](double neck_radius) {
       const double radius = std::max(result_.seed_radius_mm, 1.4 * neck_radius * voxel);
