@@ -104,8 +104,7 @@ class Adaptation {
     return longest;
   }
 
-  /// d - 1 bisections, the second where the children still ask for it: their h_S theta_S may be a
-  /// quarter of their parent's already.
+  /// d - 1 bisections, the second where the children still ask for it.
   int refine(FaceMarks& marks) {
     int n_new = 0;
     for (int pass = 0; pass < 2; ++pass) {
@@ -114,7 +113,7 @@ class Adaptation {
       std::erase_if(faces,
                     [&](FaceHandle face) { return longest_edge(face) <= options_.min_length_mm; });
       if (static_cast<Eigen::Index>(mesh_.n_faces() + 2 * faces.size()) > options_.max_elements) {
-        report_.is_limited = !faces.empty();
+        report_.is_limited |= !faces.empty();
         break;
       }
       n_new += bisect(mesh_, faces);

@@ -119,6 +119,7 @@ bool MovingSurface::mend(int max_rounds) {
   const TriMesh unmended = mesh_;
   AdaptivityOptions sizes = adaptivity();
   AdaptivityReport adapted = adapt(mesh_, sizes, max_rounds);
+  is_limited_ |= adapted.is_limited;
   ImproveOptions improvement;
   improvement.min_length = kShortest * options_.edge_length_mm;
   improvement.max_length = sizes.max_length_mm;

@@ -61,6 +61,8 @@ class MovingSurface : public flow::MovingShape<3> {
   Triangles triangles() const;
   /// Share of the area whose vertices lie on the box's border.
   double border_share() const;
+  /// adaptivity.max_elements has kept the surface from being refined, now or earlier.
+  bool is_limited() const { return is_limited_; }
   /// Changes the wanted edge length, and the largest displacement in proportion; the mesh follows
   /// with the next mend.
   void set_edge_length(double edge_length_mm);
@@ -74,6 +76,7 @@ class MovingSurface : public flow::MovingShape<3> {
 
   TriMesh mesh_;
   MovingSurfaceOptions options_;
+  bool is_limited_ = false;
 };
 
 }  // namespace surf::mesh

@@ -274,6 +274,11 @@ class Run {
         std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     result_.surface = surface.triangles();
     result_.border_share = surface.border_share();
+    if (surface.is_limited())
+      result_.notes.push_back(fmt::format(
+          "{}: the surface is coarser than asked for: at {} triangles nothing is refined "
+          "any more",
+          stage, surface_options.adaptivity.max_elements));
     go_on &= report.flow.termination != flow::Termination::kObstacle;
     result_.stages.push_back(std::move(report));
     return go_on;
