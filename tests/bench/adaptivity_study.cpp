@@ -88,7 +88,7 @@ Lengths edge_lengths(const Triangles& surface, volume::PhantomKind kind) {
       }
       const bool is_cusp = kind == volume::PhantomKind::kTwoBalls;
       if (sharp < (is_cusp ? 0.25 : 0.03)) near.push_back((b - a).norm());
-      if (sharp > (is_cusp ? 0.5 : 0.25)) far.push_back((b - a).norm());
+      if (sharp > (is_cusp ? 0.5 : 0.2)) far.push_back((b - a).norm());
     }
   const auto median = [](std::vector<double>& v) {
     if (v.empty()) return 0.0;
