@@ -12,24 +12,29 @@
 namespace surf::flow {
 namespace {
 
+constexpr double kAtBound = 0.9;  // of the largest displacement
+
 /// Has the run come to rest?
 class StoppingRule {
  public:
   explicit StoppingRule(const FlowOptions& options) : options_(options) {}
 
   /// The sentence that says why, else empty.
-  std::string check(const FlowSummary& summary) {
+  /// @param bound_mm  on the displacement of a vertex in a step
+  std::string check(const FlowSummary& summary, double bound_mm) {
     const StepRecord& last = summary.steps.back();
     steepest_ = std::max(steepest_, std::abs(last.shape_derivative));
     if (std::abs(last.shape_derivative) <= options_.rel_tol * steepest_)
       return fmt::format("the shape derivative fell to {:.1e} of its largest value",
                          std::abs(last.shape_derivative) / steepest_);
+    n_at_bound_ = last.max_displacement_mm > kAtBound * bound_mm ? n_at_bound_ + 1 : 0;
     const int window = options_.energy_window;
     const int n = static_cast<int>(summary.steps.size());
     if (n <= window) return {};
     const double gained = summary.steps[n - 1 - window].energy - last.energy;
     const double total = summary.initial_energy - last.energy;
-    if (gained <= options_.energy_tol * total)
+    const double share = n_at_bound_ >= window ? options_.energy_share_on_the_way : 1;
+    if (gained <= share * options_.energy_tol * total)
       return fmt::format("the last {} steps gained {:.1e} of the whole decrease", window,
                          gained / total);
     double furthest = 0;
@@ -44,6 +49,7 @@ class StoppingRule {
  private:
   const FlowOptions& options_;
   double steepest_ = 0;
+  int n_at_bound_ = 0;  // steps up to the last one whose displacement was about the largest
 };
 
 /// One step: the velocity system at the current shape, and the search along it.
@@ -134,6 +140,9 @@ std::string FlowOptions::error() const {
     return fmt::format("FlowOptions::energy_tol = {} violates 0 <= energy_tol < 1", energy_tol);
   if (energy_window < 1)
     return fmt::format("FlowOptions::energy_window = {} violates >= 1", energy_window);
+  if (!(energy_share_on_the_way >= 0 && energy_share_on_the_way <= 1))
+    return fmt::format("FlowOptions::energy_share_on_the_way = {} violates 0 to 1",
+                       energy_share_on_the_way);
   if (!(displacement_tol_mm >= 0))
     return fmt::format("FlowOptions::displacement_tol_mm = {} violates >= 0", displacement_tol_mm);
   return {};
@@ -189,7 +198,7 @@ FlowSummary evolve(MovingShape<Dim>& shape, energy::ShapeEnergy<Dim>& energy,
     if (callback && !callback(record)) return finish(Termination::kStopped, "stopped on request");
     if (std::string why = shape.obstacle(); !why.empty())
       return finish(Termination::kObstacle, std::move(why));
-    if (std::string why = rule.check(summary); !why.empty())
+    if (std::string why = rule.check(summary, shape.max_displacement()); !why.empty())
       return finish(Termination::kConverged, std::move(why));
   }
   return finish(Termination::kMaxSteps,

@@ -22,6 +22,10 @@ struct FlowOptions {
   /// Converged when `energy_window` steps together gain at most energy_tol * (J_0 - J_k); 0 = off.
   double energy_tol = 1e-3;
   int energy_window = 8;
+  /// While each of these steps took a vertex as far as a step may, a part of the shape is still on
+  /// its way: then they may gain no more than this share of energy_tol * (J_0 - J_k). In [0, 1]; 1
+  /// = no difference.
+  double energy_share_on_the_way = 0.1;
   /// Converged when no vertex moved further than this in any step of the window [mm]; 0 = off.
   double displacement_tol_mm = 0;
 

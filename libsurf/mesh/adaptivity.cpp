@@ -48,6 +48,14 @@ class FaceMarks {
   FaceMarks(const FaceMarks&) = delete;
   FaceMarks& operator=(const FaceMarks&) = delete;
 
+  /// Takes the marks for refinement from faces that do not carry one now.
+  void withdraw_refinement(const std::vector<Mark>& now) {
+    for (int j = 0; j < static_cast<int>(now.size()); ++j) {
+      Mark& mark = mesh_.property(property_, FaceHandle(j));
+      if (mark == Mark::kRefine && now[j] != Mark::kRefine) mark = Mark::kKeep;
+    }
+  }
+
   std::vector<FaceHandle> faces(Mark mark) const {
     std::vector<FaceHandle> out;
     for (int j = 0; j < static_cast<int>(mesh_.n_faces()); ++j)
@@ -74,8 +82,7 @@ class Adaptation {
 
   AdaptivityReport run(int max_rounds) {
     for (; report_.n_rounds < max_rounds; ++report_.n_rounds) {
-      const fem::Geometry<3> shape(points(mesh_), elements(mesh_));
-      const FaceMarks marks(mesh_, adaptivity_marks(shape, options_));
+      FaceMarks marks(mesh_, marks_now());
       const int n_changes = refine(marks) + coarsen(marks);
       report_.may_coarsen = marks.flags(Mark::kCoarsen);
       if (n_changes > 0) continue;
@@ -86,6 +93,10 @@ class Adaptation {
   }
 
  private:
+  std::vector<Mark> marks_now() const {
+    return adaptivity_marks(fem::Geometry<3>(points(mesh_), elements(mesh_)), options_);
+  }
+
   double longest_edge(FaceHandle face) const {
     double longest = 0;
     for (const HalfedgeHandle h : mesh_.fh_range(face))
@@ -93,14 +104,16 @@ class Adaptation {
     return longest;
   }
 
-  int refine(const FaceMarks& marks) {
+  /// d - 1 bisections, the second where the children still ask for it.
+  int refine(FaceMarks& marks) {
     int n_new = 0;
-    for (int pass = 0; pass < 2; ++pass) {  // d - 1 bisections
+    for (int pass = 0; pass < 2; ++pass) {
+      if (pass > 0 && n_new > 0) marks.withdraw_refinement(marks_now());
       std::vector<FaceHandle> faces = marks.faces(Mark::kRefine);
       std::erase_if(faces,
                     [&](FaceHandle face) { return longest_edge(face) <= options_.min_length_mm; });
       if (static_cast<Eigen::Index>(mesh_.n_faces() + 2 * faces.size()) > options_.max_elements) {
-        report_.is_limited = !faces.empty();
+        report_.is_limited |= !faces.empty();
         break;
       }
       n_new += bisect(mesh_, faces);

@@ -24,8 +24,10 @@ struct AdaptivityOptions {
   /// functions [their unit squared]; 0 = not used.
   double function_tolerance = 0;
   std::vector<std::shared_ptr<const Field<3>>> functions = {};
-  double gamma_refine = 0.7;   ///< thesis 5.1
-  double gamma_coarsen = 0.3;  ///< thesis 5.1; 0: nothing is coarsened
+  double gamma_refine = 0.7;  ///< thesis 5.1
+  /// In [0, gamma_refine); 0: nothing is coarsened. With the thesis' 0.3 a prism of 128^3 voxels
+  /// needs 10 to 30 % more triangles for the same error.
+  double gamma_coarsen = 0.65;
 
   /// Triangles with a longer edge are refined whatever the indicators say [mm], > 0.
   double max_length_mm = 0;
@@ -53,8 +55,9 @@ struct AdaptivityReport {
   std::vector<char> may_coarsen;
 };
 
-/// Marks, bisects marked faces d - 1 = 2 times and undoes up to two bisections where all four faces
-/// of a vertex are marked, until nothing changes or for max_rounds rounds.
+/// Marks, bisects marked faces up to d - 1 = 2 times, the second time where they are still marked
+/// (by then their indicators have about halved), and undoes up to two bisections where all four
+/// faces of a vertex are marked, until nothing changes or for max_rounds rounds.
 ///
 /// Alg. 6 as printed can refine and coarsen for ever. Here a bisection is undone only if the two
 /// faces that come back would not be marked for refinement: their h_S theta_S is computed, and the

@@ -76,6 +76,7 @@ fem::Geometry<3> MovingSurface::geometry() const { return {points(mesh_), elemen
 Triangles MovingSurface::triangles() const { return to_triangles(mesh_); }
 
 void MovingSurface::set_edge_length(double edge_length_mm) {
+  options_.max_displacement_mm *= edge_length_mm / options_.edge_length_mm;
   options_.edge_length_mm = edge_length_mm;
 }
 
@@ -279,6 +280,7 @@ bool MovingSurface::mend(int max_rounds) {
   const TriMesh unmended = mesh_;
   AdaptivityOptions sizes = adaptivity();
   AdaptivityReport adapted = adapt(mesh_, sizes, max_rounds);
+  is_limited_ |= adapted.is_limited;
   ImproveOptions improvement;
   improvement.min_length = kShortest * options_.edge_length_mm;
   improvement.max_length = sizes.max_length_mm;

@@ -80,7 +80,10 @@ class MovingSurface : public flow::MovingShape<3> {
   Triangles triangles() const;
   /// Share of the area whose vertices lie on the box's border.
   double border_share() const;
-  /// Changes the wanted edge length; the mesh follows with the next mend.
+  /// adaptivity.max_elements has kept the surface from being refined, now or earlier.
+  bool is_limited() const { return is_limited_; }
+  /// Changes the wanted edge length, and the largest displacement in proportion; the mesh follows
+  /// with the next mend.
   void set_edge_length(double edge_length_mm);
   /// Changes what Alg. 7 looks at.
   void set_integrands(std::vector<std::shared_ptr<const Field<3>>> integrands);
@@ -102,6 +105,7 @@ class MovingSurface : public flow::MovingShape<3> {
   OpenMesh::VPropHandleT<Eigen::Vector3d> displacement_;  ///< of the last move; 0 for new vertices
   std::vector<flow::TopologyEvent> events_;
   bool has_vanished_ = false;  ///< a surgery would leave nothing
+  bool is_limited_ = false;
 };
 
 }  // namespace surf::mesh

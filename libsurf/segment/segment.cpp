@@ -220,6 +220,7 @@ class Run {
     ladder.surface.max_displacement_mm = 0.6 * ladder.surface.edge_length_mm;
     ladder.flow = options_.flow;
     ladder.flow.energy_tol = std::max(ladder.flow.energy_tol, 3e-3);
+    ladder.flow.energy_share_on_the_way = 1;  // a leak is on its way too
     const double voxel = model_.volume().voxel_size();
     const auto starts = [&](double neck_radius) {
       const double radius = std::max(result_.seed_radius_mm, 1.4 * neck_radius * voxel);
@@ -329,6 +330,11 @@ class Run {
         std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     result_.surface = surface.triangles();
     result_.border_share = surface.border_share();
+    if (surface.is_limited())
+      result_.notes.push_back(fmt::format(
+          "{}: the surface is coarser than asked for: at {} triangles nothing is refined "
+          "any more",
+          stage, surface_options.adaptivity.max_elements));
     go_on &= report.flow.termination != flow::Termination::kObstacle;
     result_.stages.push_back(std::move(report));
     return go_on;

@@ -171,6 +171,29 @@ TYPED_TEST(Evolution, ConvergesWhenNoVertexMovesAnyFurther) {
     EXPECT_LE(steps[k].max_displacement_mm, 0.02);
 }
 
+// Steps bound by their length gain about the same each: 8 of 16 gain half of the whole decrease.
+TYPED_TEST(Evolution, DoesNotConvergeByEnergyWhileAPartIsOnItsWay) {
+  constexpr int Dim = TypeParam::value;
+  FlowOptions options;
+  options.energy_tol = 0.5;
+  options.max_steps = 40;
+  for (const double share : {0.1, 1.0}) {
+    options.energy_share_on_the_way = share;
+    PlainShape<Dim> shape(start<Dim>());
+    shape.longest = 1e-3;
+    auto J = valley_energy<Dim>();
+    const FlowSummary summary = evolve<Dim>(shape, J, options);
+    for (const StepRecord& step : summary.steps)
+      ASSERT_GT(step.max_displacement_mm, 0.9e-3);  // all are bound
+    if (share == 1) {
+      EXPECT_EQ(summary.termination, Termination::kConverged);
+      EXPECT_NEAR(double(summary.steps.size()), 16, 4);
+    } else {
+      EXPECT_EQ(summary.termination, Termination::kMaxSteps) << summary.message;
+    }
+  }
+}
+
 TYPED_TEST(Evolution, StallsWhereTheShapeMayNotMove) {
   constexpr int Dim = TypeParam::value;
   PlainShape<Dim> shape(start<Dim>());

@@ -80,6 +80,19 @@ TEST(Adaptivity, RefinesAtTheEdgesOfABoxAndLeavesItsFacesCoarse) {
   EXPECT_GT(on_faces, 4 * at_edges);
 }
 
+// Children have at most two thirds of their parent's sum over sides, or a little more: none asks
+// again.
+TEST(Adaptivity, BisectsASecondTimeOnlyWhereItIsStillNeeded) {
+  TriMesh mesh = to_mesh(ball({0, 0, 0}, 1, 0.2));
+  const auto n_before = static_cast<double>(mesh.n_faces());
+  AdaptivityOptions options = by_geometry(0.9 * largest_variation(mesh));
+  options.gamma_refine = 0.1;  // all faces are marked
+  options.gamma_coarsen = 0;
+  adapt(mesh, options, 1);
+  EXPECT_GT(double(mesh.n_faces()), 1.9 * n_before);
+  EXPECT_LT(double(mesh.n_faces()), 2.6 * n_before);  // twice, and the closure
+}
+
 TEST(Adaptivity, CoarsensWhatIsFinerThanTheToleranceAsks) {
   TriMesh mesh = to_mesh(ball({0, 0, 0}, 1, 0.35));
   adapt(mesh, by_geometry(0.01));

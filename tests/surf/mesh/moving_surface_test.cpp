@@ -167,6 +167,41 @@ TEST(MovingSurface, DoesNotIntersectItselfInRandomFields) {
   }
 }
 
+// Smooth random motion of surfaces of varying resolution.
+TEST(MovingSurface, KeepsGoodTrianglesWhereResolutionVaries) {
+  for (unsigned seed = 1; seed <= 3; ++seed) {
+    MovingSurfaceOptions options{.edge_length_mm = 0.08, .coarseness = 6, .box = {}};
+    options.adaptivity.geometry_tolerance_mm = 0.15;
+    MovingSurface surface(seed % 2 ? ball({0, 0, 0}, 1.2, 0.2) : torus(1.2, 0.5, 36, 16), options);
+    double longest = 0, shortest = 1e9;
+    for (int k = 0; k < 40; ++k) {
+      const Points<3> X = surface.geometry().points();
+      step(surface, random_field(X, 100 * seed + k / 10, 0.02));
+      ASSERT_TRUE(verify(surface.triangles()).passed()) << seed << ", step " << k;
+      const Quality triangles = quality(surface.triangles());
+      ASSERT_GE(triangles.min_angle_deg, 15) << seed << ", step " << k;
+      ASSERT_GE(triangles.share_above_25_deg, 0.99) << seed << ", step " << k;
+      longest = std::max(longest, triangles.max_edge_mm);
+      shortest = std::min(shortest, triangles.min_edge_mm);
+    }
+    EXPECT_GT(longest, 4 * shortest) << seed;
+  }
+}
+
+TEST(MovingSurface, SaysThatTheNumberOfTrianglesHasLimitedIt) {
+  MovingSurfaceOptions options{.edge_length_mm = 0.1, .box = {}};
+  EXPECT_FALSE(MovingSurface(ball({0, 0, 0}, 1, 0.2), options).is_limited());
+  options.adaptivity.max_elements = 500;
+  EXPECT_TRUE(MovingSurface(ball({0, 0, 0}, 1, 0.3), options).is_limited());
+}
+
+TEST(MovingSurface, ScalesItsLargestStepWithTheEdgeLength) {
+  MovingSurface surface(ball({0, 0, 0}, 2, 0.5),
+                        {.edge_length_mm = 0.5, .max_displacement_mm = 0.2, .box = {}});
+  surface.set_edge_length(0.75);
+  EXPECT_DOUBLE_EQ(surface.max_displacement(), 0.3);
+}
+
 // Vertices that jitter by as much as a step allows: every triangle may fold onto a neighbour.
 TEST(MovingSurface, DoesNotFoldUnderNoise) {
   for (unsigned seed = 1; seed <= 4; ++seed) {
