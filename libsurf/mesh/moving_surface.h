@@ -9,6 +9,7 @@
 
 #include "libsurf/flow/moving_shape.h"
 #include "libsurf/mesh/adaptivity.h"
+#include "libsurf/mesh/topology.h"
 #include "libsurf/mesh/triangle_mesh.h"
 
 namespace surf::mesh {
@@ -18,19 +19,6 @@ struct VolumeBox {
   Eigen::Affine3d world_to_index;
   Eigen::Affine3d index_to_world;
   std::array<int, 3> size;
-};
-
-enum class Topology {
-  kFree,   ///< sheets that meet are rebuilt: shells merge, split, get handles and cavities
-  kFixed,  ///< sheets are held apart: the topology of the initial surface stays
-  kGenus0  ///< free, but what would leave a shell with a handle is held apart
-};
-
-/// How far a step goes that brings sheets together (thesis Alg. 10).
-enum class StepAdjustment {
-  kNone,         ///< as far as it goes; all events are resolved then
-  kCatchFirst,   ///< to just before the first event
-  kResolveFirst  ///< to just after the first event, which is resolved then
 };
 
 struct MovingSurfaceOptions {

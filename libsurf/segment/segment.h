@@ -11,7 +11,7 @@
 
 #include "libsurf/flow/evolution.h"
 #include "libsurf/mesh/hierarchy.h"
-#include "libsurf/mesh/moving_surface.h"
+#include "libsurf/mesh/topology.h"
 #include "libsurf/volume/image_fields.h"
 #include "libsurf/volume/volume.h"
 

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <numbers>
+
 #include "libsurf/base/error.h"
 #include "libsurf/mesh/measure.h"
 #include "libsurf/mesh/primitives.h"
@@ -203,6 +205,99 @@ TEST(MovingSurface, ScalesItsLargestStepWithTheEdgeLength) {
 }
 
 // Vertices that jitter by as much as a step allows: every triangle may fold onto a neighbour.
+/// Two balls side by side, 0.2 apart.
+Triangles two_balls() {
+  Triangles both = ball({-1.1, 0, 0}, 1, 0.2);
+  const Triangles other = ball({1.1, 0, 0}, 1, 0.2);
+  const auto n = both.points.rows(), m = both.elements.rows();
+  both.points.conservativeResize(2 * n, 3);
+  both.points.bottomRows(n) = other.points;
+  both.elements.conservativeResize(2 * m, 3);
+  both.elements.bottomRows(m) = other.elements.array() + int(n);
+  return both;
+}
+
+TEST(MovingSurface, MergesShellsThatMeetUnlessItsTopologyIsFixed) {
+  for (const auto& [topology, n_shells] :
+       {std::pair{Topology::kFree, 1u}, {Topology::kGenus0, 1u}, {Topology::kFixed, 2u}}) {
+    MovingSurface surface(two_balls(), {.edge_length_mm = 0.2, .topology = topology, .box = {}});
+    std::vector<flow::TopologyEvent> events;
+    for (int k = 0; k < 12; ++k) {
+      step(surface, 0.05 * normals(surface));
+      for (const auto& event : surface.take_events()) events.push_back(event);
+      expect_sound(surface);
+    }
+    EXPECT_EQ(measure_components(surface.triangles()).size(), n_shells);
+    EXPECT_EQ(events.empty(), topology == Topology::kFixed);
+    if (events.empty()) continue;
+    EXPECT_EQ(events[0].kind, "merging");
+    EXPECT_LT(events[0].place.norm(), 0.2);
+  }
+}
+
+TEST(MovingSurface, SplitsWhereANeckCloses) {
+  Triangles dumbbell = ellipsoid({0, 0, 0}, Eigen::Vector3d(3, 1, 1).asDiagonal(), 0.2);
+  for (auto row : dumbbell.points.rowwise())
+    row.tail<2>() *= 1 - 0.6 * std::exp(-row[0] * row[0] / 0.3);
+  MovingSurface surface(dumbbell, {.edge_length_mm = 0.2, .topology = Topology::kFree, .box = {}});
+  for (int k = 0; k < 12; ++k) {
+    step(surface, -0.04 * normals(surface));
+    expect_sound(surface);
+  }
+  EXPECT_EQ(measure_components(surface.triangles()).size(), 2u);
+}
+
+TEST(MovingSurface, HoldsApartWhatWouldBeAHandle) {
+  // A ring with a gap, which closes as it grows.
+  const auto ring = [] {
+    Triangles surface = ellipsoid({0, 0, 0}, Eigen::Vector3d(2.9, 0.35, 0.35).asDiagonal(), 0.15);
+    for (auto row : surface.points.rowwise()) {
+      const double angle = row[0], r = 1 + row[1];
+      row[0] = r * std::cos(angle);
+      row[1] = r * std::sin(angle);
+    }
+    surface.elements.col(1).swap(surface.elements.col(2));  // the map turns surfaces inside out
+    return surface;
+  };
+  for (const auto& [topology, genus] :
+       {std::pair{Topology::kFree, 1}, {Topology::kGenus0, 0}, {Topology::kFixed, 0}}) {
+    MovingSurface surface(ring(), {.edge_length_mm = 0.15, .topology = topology, .box = {}});
+    for (int k = 0; k < 10; ++k) {
+      step(surface, 0.04 * normals(surface));
+      expect_sound(surface);
+    }
+    const auto parts = measure_components(surface.triangles());
+    ASSERT_EQ(parts.size(), 1u);
+    EXPECT_EQ(parts[0].genus(), genus);
+  }
+}
+
+TEST(MovingSurface, CatchesOrResolvesTheFirstEventOfAStep) {
+  for (const StepAdjustment adjustment :
+       {StepAdjustment::kCatchFirst, StepAdjustment::kResolveFirst}) {
+    MovingSurface surface(two_balls(), {.edge_length_mm = 0.2,
+                                        .topology = Topology::kFree,
+                                        .step_adjustment = adjustment,
+                                        .box = {}});
+    step(surface, 0.3 * normals(surface));  // they would overlap by 0.4
+    expect_sound(surface);
+    const bool is_caught = adjustment == StepAdjustment::kCatchFirst;
+    EXPECT_EQ(measure_components(surface.triangles()).size(), is_caught ? 2u : 1u);
+    // The first event is that of sheets 0.9 of the resolution apart, 0.7 of the edges.
+    const double gap = 0.9 * 0.7 * 0.2, moved = (0.2 - gap) / 2;
+    const double radius = std::cbrt(surface.geometry().enclosed() / 2 * 3 / (4 * std::numbers::pi));
+    EXPECT_NEAR(radius, 1 + moved, 0.02);
+  }
+}
+
+TEST(MovingSurface, BeginsWithTheUnionOfBallsThatOverlap) {
+  Triangles both = two_balls();
+  for (auto row : both.points.rowwise()) row[0] -= std::copysign(0.3, row[0]);
+  MovingSurface surface(both, {.edge_length_mm = 0.2, .topology = Topology::kFree, .box = {}});
+  expect_sound(surface);
+  EXPECT_EQ(measure_components(surface.triangles()).size(), 1u);
+}
+
 TEST(MovingSurface, DoesNotFoldUnderNoise) {
   for (unsigned seed = 1; seed <= 4; ++seed) {
     MovingSurface surface(ball({0, 0, 0}, 1, 0.25), {.edge_length_mm = 0.25, .box = {}});

@@ -119,14 +119,48 @@ TEST(Segment, GrowsTwoBallsFromTwoSeeds) {
   auto options = phantom(PhantomKind::kTwoBalls);
   SegmentOptions run = minimal_surface(PhantomKind::kTwoBalls);
   run.seeds_ras_mm = {Vector3d(-0.4, 0, 0), Vector3d(0.4, 0, 0)};
+  // They touch: one surface where sheets may join, two where they may not.
+  for (const auto& [topology, n_components] :
+       {std::pair{mesh::Topology::kFree, 1u}, {mesh::Topology::kFixed, 2u}}) {
+    run.topology = topology;
+    const SegmentResult result = segment(volume::make_phantom(options), run);
+    expect_found(result, options, 0.3, "two balls from two seeds");
+    EXPECT_EQ(mesh::measure_components(result.surface).size(), n_components);
+  }
+}
+
+TEST(Segment, MakesOneSurfaceOfThreeSeedsInABall) {
+  const auto options = phantom(PhantomKind::kBall);
+  SegmentOptions run = minimal_surface(PhantomKind::kBall);
+  run.seeds_ras_mm = {Vector3d(0.3, 0, 0), Vector3d(-0.25, 0.2, 0), Vector3d(0, -0.1, 0.3)};
   const SegmentResult result = segment(volume::make_phantom(options), run);
-  expect_found(result, options, 0.3, "two balls from two seeds");
-  EXPECT_EQ(mesh::measure_components(result.surface).size(), 2u);
+  expect_found(result, options, kBallTolerance, "ball from three seeds");
+  const auto parts = mesh::measure_components(result.surface);
+  ASSERT_EQ(parts.size(), 1u);
+  EXPECT_EQ(parts[0].genus(), 0);
+}
+
+TEST(Segment, FindsTheHandleOfATorusAndTheCavityOfAShell) {
+  for (const auto& [kind, seed, genus, n_shells] :
+       {std::tuple{PhantomKind::kTorus, Vector3d(0.5, 0, 0), 1, 1u},
+        {PhantomKind::kShell, Vector3d(0.45, 0, 0), 0, 2u}}) {
+    const auto options = phantom(kind);
+    SegmentOptions run = minimal_surface(kind);
+    run.seeds_ras_mm = {seed};
+    const SegmentResult result = segment(volume::make_phantom(options), run);
+    expect_found(result, options, 0.3, "torus or shell");
+    const auto parts = mesh::measure_components(result.surface);
+    ASSERT_EQ(parts.size(), n_shells);
+    int genera = 0;
+    for (const auto& part : parts) genera += part.genus();
+    EXPECT_EQ(genera, genus);
+  }
 }
 
 TEST(Segment, LeavesOutASeedWhoseBallWouldTouchAnother) {
   SegmentOptions run = minimal_surface(PhantomKind::kBall);
   run.seeds_ras_mm = {Vector3d::Zero(), Vector3d(0.05, 0, 0)};
+  run.topology = mesh::Topology::kFixed;
   const SegmentResult result = segment(volume::make_phantom(phantom(PhantomKind::kBall)), run);
   ASSERT_FALSE(result.notes.empty());
   EXPECT_NE(result.notes[0].find("would touch another one"), std::string::npos);
