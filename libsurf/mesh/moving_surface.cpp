@@ -181,6 +181,7 @@ void MovingSurface::move_to(const Points<3>& to) {
 
 /// After a move: surgery where it has brought sheets together.
 bool MovingSurface::resolve_events() {
+  self_contact_share_ = 0;
   if (!displacement_.is_valid()) return false;
   const Points<3> to = points(mesh_);
   Points<3> from = to;
@@ -208,9 +209,13 @@ bool MovingSurface::resolve_events() {
   has_vanished_ = mesh_.n_faces() == 0;
   if (report.n_unresolved > 0 || has_vanished_) return take_back();
   if (!report.refused.empty() && !hold_refused(report.refused)) return take_back();
-  for (const RebuiltRegion& region : report.regions)
-    if (region.change != TopologyChange::kUntangling)
-      events_.push_back({to_string(region.change), region.place, region.volume_change_mm3});
+  const double area = surface_area(before);
+  for (const RebuiltRegion& region : report.regions) {
+    if (region.change == TopologyChange::kUntangling) continue;
+    events_.push_back({to_string(region.change), region.place, region.volume_change_mm3});
+    if (region.change != TopologyChange::kMerging)
+      self_contact_share_ += region.event_area_mm2 / area;
+  }
   remove_phantoms_and_crumbs();
   return true;
 }

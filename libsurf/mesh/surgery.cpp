@@ -1103,7 +1103,14 @@ class Surgery {
       const Cluster& cluster = clusters_[c];
       RebuiltRegion& region = regions.emplace_back();
       region.place = Eigen::Vector3d::Zero();
-      for (const int t : cluster.events) region.place += centroid_of(surface.triangles, t);
+      for (const int t : cluster.events) {
+        region.place += centroid_of(surface.triangles, t);
+        region.event_area_mm2 +=
+            area_normal(corner(surface.triangles, t, 0), corner(surface.triangles, t, 1),
+                        corner(surface.triangles, t, 2))
+                .norm() /
+            2;
+      }
       region.place /= double(cluster.events.size());
       region.n_events = static_cast<int>(cluster.events.size());
       region.n_removed = static_cast<int>(cluster.patch.removed.size());

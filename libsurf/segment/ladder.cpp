@@ -212,7 +212,8 @@ class Climb {
         return false;
       }
       adapt_edge_length(record.enclosed);
-      const bool meets_itself = record.held_share > kLargestContact;
+      const bool meets_itself =
+          record.held_share + surface_->self_contact_share() > kLargestContact;
       if (meets_itself ||
           (record.k % 10 == 0 && sphericity(surface_->geometry()) < kLeastSphericity)) {
         end = RungEnd::kRough;

@@ -55,7 +55,7 @@ struct SegmentOptions {
   std::optional<double> geometry_tolerance_mm;
   /// epsilon_int of Alg. 7 per area, for the integrands on the surface; 0 = not used.
   double integral_tolerance = 0.016;
-  /// What happens where sheets meet; the ladder of a run without energies always holds them apart.
+  /// What happens where sheets meet.
   mesh::Topology topology = mesh::Topology::kFree;
   /// See MovingSurfaceOptions; none = half of the edge length.
   std::optional<double> topology_resolution_mm;
