@@ -119,7 +119,7 @@ double MovingSurface::restrict_move(Points<3>& to) {
   if (options_.topology == Topology::kFixed) {
     hold_sheets_apart(from, to, T);
   } else {
-    hold_intersecting(from, to, T, HeldPairs::kNeighbours);
+    hold_intersecting(from, to, T, HeldPairs::kNone);
     adjust_step(from, to, T);
   }
   return share_of_area(
@@ -208,7 +208,10 @@ bool MovingSurface::resolve_events() {
   });
   has_vanished_ = mesh_.n_faces() == 0;
   if (report.n_unresolved > 0 || has_vanished_) return take_back();
-  if (!report.refused.empty() && !hold_refused(report.refused)) return take_back();
+  if (!report.refused.empty()) {
+    self_contact_share_ += share_of_faces(report.refused);
+    if (!hold_refused(report.refused)) return take_back();
+  }
   const double area = surface_area(before);
   for (const RebuiltRegion& region : report.regions) {
     if (region.change == TopologyChange::kUntangling) continue;
@@ -218,6 +221,16 @@ bool MovingSurface::resolve_events() {
   }
   remove_phantoms_and_crumbs();
   return true;
+}
+
+double MovingSurface::share_of_faces(const std::vector<char>& flags) const {
+  double chosen = 0, all = 0;
+  for (const auto face : mesh_.faces()) {
+    const double area = mesh_.calc_face_area(face);
+    all += area;
+    if (flags[face.idx()]) chosen += area;
+  }
+  return chosen / all;
 }
 
 /// Vertices of refused events go back to where they were before the move; false if the surface then

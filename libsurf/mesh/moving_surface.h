@@ -88,6 +88,7 @@ class MovingSurface : public flow::MovingShape<3> {
   void adjust_step(const Points<3>& from, Points<3>& to, const Elements<3>& T) const;
   void resolve_initial_crossings();
   bool resolve_events();
+  double share_of_faces(const std::vector<char>& flags) const;
   bool hold_refused(const std::vector<char>& refused);
   bool remove_phantoms_and_crumbs();
 

@@ -101,9 +101,9 @@ class Holding {
     };
     for (Eigen::Index t = 0; t < T_.rows(); ++t)
       if (active[t] && has_turned(t)) mark_corners(t);
+    if (pairs_ == HeldPairs::kNone) return is_any;
     for (const auto& [a, b] : self_intersections(to_, T_, active)) {
       if (!has_moved(a) && !has_moved(b)) continue;
-      if (pairs_ == HeldPairs::kNeighbours && !share_vertex(T_, a, b)) continue;
       if (has_area(a) && has_area(b) && do_intersect(from_, T_, a, b)) continue;
       mark_corners(a);
       mark_corners(b);

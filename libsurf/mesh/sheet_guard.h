@@ -21,8 +21,8 @@ std::vector<std::pair<int, int>> triangles_in_contact(const Points<3>& from, con
                                                       const Elements<3>& elements, double distance);
 
 enum class HeldPairs {
-  kAll,        ///< intersecting triangles
-  kNeighbours  ///< intersecting triangles with a common vertex: folds
+  kAll,  ///< of intersecting triangles
+  kNone  ///< only triangles without area or that turned over
 };
 
 /// Takes back what a step may not do: vertices of triangles of `to` that intersect, that have no

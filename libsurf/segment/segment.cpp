@@ -218,6 +218,10 @@ class Run {
     ladder.surface.edge_length_mm =
         std::max(result_.edge_length_mm, 2 * model_.volume().voxel_size());
     ladder.surface.max_displacement_mm = 0.6 * ladder.surface.edge_length_mm;
+    // A leak is known by the front's contact with itself, so it is held there; but seeds may merge.
+    if (options_.topology == mesh::Topology::kFree)
+      ladder.surface.topology = options_.seeds_ras_mm.size() > 1 ? mesh::Topology::kGenus0
+                                                                 : mesh::Topology::kFixed;
     ladder.flow = options_.flow;
     ladder.flow.energy_tol = std::max(ladder.flow.energy_tol, 3e-3);
     ladder.flow.energy_share_on_the_way = 1;  // a leak is on its way too
