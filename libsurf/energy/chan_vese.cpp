@@ -75,6 +75,17 @@ void ChanVese<Dim>::differentiate(const Eigen::VectorXd& curvature, double weigh
       terms);
 }
 
+template <int Dim>
+void ChanVese<Dim>::add_density(const Points<Dim>& points, double weight,
+                                Eigen::VectorXd& density) const {
+  const auto [mu_1, mu_2] = means();
+  const double scale = weight / (options_.intensity_scale * options_.intensity_scale);
+  Samples<Dim> samples;
+  I_->sample(points, Derivatives::kNone, samples);
+  density.array() +=
+      scale * ((samples.value.array() - mu_1).square() - (samples.value.array() - mu_2).square());
+}
+
 template class ChanVese<2>;
 template class ChanVese<3>;
 

@@ -45,6 +45,8 @@ class ChanVese : public ShapeEnergy<Dim> {
   void remesh(const fem::Geometry<Dim>& shape) override;
   void differentiate(const Eigen::VectorXd& curvature, double weight,
                      ShapeTerms<Dim>& terms) const override;
+  void add_density(const Points<Dim>& points, double weight,
+                   Eigen::VectorXd& density) const override;
 
   /// Means inside and outside the current shape, in the image's unit.
   std::array<double, 2> means() const;

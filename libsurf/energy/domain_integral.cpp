@@ -50,6 +50,14 @@ void DomainIntegral<Dim>::differentiate(const Eigen::VectorXd& curvature, double
       terms);
 }
 
+template <int Dim>
+void DomainIntegral<Dim>::add_density(const Points<Dim>& points, double weight,
+                                      Eigen::VectorXd& density) const {
+  Samples<Dim> samples;
+  F_->sample(points, Derivatives::kNone, samples);
+  density += weight * samples.value;
+}
+
 template class DomainIntegral<2>;
 template class DomainIntegral<3>;
 

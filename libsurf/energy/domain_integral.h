@@ -33,6 +33,8 @@ class DomainIntegral : public ShapeEnergy<Dim> {
   void remesh(const fem::Geometry<Dim>& shape) override;
   void differentiate(const Eigen::VectorXd& curvature, double weight,
                      ShapeTerms<Dim>& terms) const override;
+  void add_density(const Points<Dim>& points, double weight,
+                   Eigen::VectorXd& density) const override;
 
  private:
   std::shared_ptr<const Field<Dim>> F_;

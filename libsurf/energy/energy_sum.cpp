@@ -53,6 +53,12 @@ void EnergySum<Dim>::differentiate(const Eigen::VectorXd& curvature, double weig
 }
 
 template <int Dim>
+void EnergySum<Dim>::add_density(const Points<Dim>& points, double weight,
+                                 Eigen::VectorXd& density) const {
+  for (const Term& term : terms_) term.energy->add_density(points, weight * term.weight, density);
+}
+
+template <int Dim>
 void add_minimal_surface(EnergySum<Dim>& sum, std::shared_ptr<const Field<Dim>> H, double gamma_0,
                          double gamma, const DomainIntegralOptions& options) {
   sum.add(gamma_0, std::make_unique<BoundaryIntegral<Dim>>(H, options.quadrature_order));

@@ -57,6 +57,14 @@ class ShapeEnergy {
   /// @param curvature  mean curvature at the vertices, (n), for alpha and beta
   virtual void differentiate(const Eigen::VectorXd& curvature, double weight,
                              ShapeTerms<Dim>& terms) const = 0;
+  /// Adds weight * F(x) at points inside the current shape, with F the density of the domain part:
+  /// without a small ball B about x, J changes by -F(x) |B| and what its boundary costs. So F is
+  /// the topological derivative, up to its sign. Boundary energies have none.
+  /// @param points  (n, Dim);  @param density  (n)
+  virtual void add_density(const Points<Dim>& points, double weight,
+                           Eigen::VectorXd& density) const {
+    (void)points, (void)weight, (void)density;
+  }
 };
 
 }  // namespace surf::energy

@@ -15,6 +15,7 @@
 #include "libsurf/segment/edge_offset.h"
 #include "libsurf/segment/ladder.h"
 #include "libsurf/segment/model.h"
+#include "libsurf/segment/nucleation.h"
 #include "libsurf/segment/seed_model.h"
 
 namespace surf::segment {
@@ -23,6 +24,7 @@ namespace {
 // Of a step, by the deviation of the blur: an edge is about three times as wide.
 constexpr double kStepPerBlur = 1.2;
 constexpr double kCoarseTolerance = 30;  // of the flow on coarser levels, times that of the last
+constexpr int kMostNucleations = 3;
 constexpr int kSettleSteps = 8;
 constexpr double kSettleStep = 0.25;  // voxels, largest move in a step
 
@@ -220,8 +222,8 @@ class Run {
     ladder.surface.max_displacement_mm = 0.6 * ladder.surface.edge_length_mm;
     // A leak is known by the front's contact with itself, so it is held there; but seeds may merge.
     if (options_.topology == mesh::Topology::kFree)
-      ladder.surface.topology = options_.seeds_ras_mm.size() > 1 ? mesh::Topology::kGenus0
-                                                                 : mesh::Topology::kFixed;
+      ladder.surface.topology =
+          options_.seeds_ras_mm.size() > 1 ? mesh::Topology::kGenus0 : mesh::Topology::kFixed;
     ladder.flow = options_.flow;
     ladder.flow.energy_tol = std::max(ladder.flow.energy_tol, 3e-3);
     ladder.flow.energy_share_on_the_way = 1;  // a leak is on its way too
@@ -262,8 +264,18 @@ class Run {
                                             result_.stages.back().flow.message));
       }
     }
-    return evolve("evolve", model_, result_.energies, start, options_.flow,
-                  surface_options(result_.edge_length_mm));
+    bool go_on = evolve("evolve", model_, result_.energies, start, options_.flow,
+                        surface_options(result_.edge_length_mm));
+    for (int round = 1; go_on && options_.open_cavities && round <= kMostNucleations; ++round) {
+      Triangles opened = result_.surface;
+      const auto energy = model_.energy(result_.energies);
+      energy->reset({opened.points, opened.elements});
+      const std::vector<Hole> holes = find_holes(opened, *energy, model_.volume());
+      if (open_holes(opened, holes, result_.edge_length_mm, *energy) == 0) break;
+      go_on = evolve(fmt::format("cavities {}", round), model_, result_.energies, opened,
+                     options_.flow, surface_options(result_.edge_length_mm));
+    }
+    return go_on;
   }
 
   /// Lengths are 2^level times those of the result, and the tolerances of the flow kCoarseTolerance

@@ -59,6 +59,9 @@ struct SegmentOptions {
   mesh::Topology topology = mesh::Topology::kFree;
   /// See MovingSurfaceOptions; none = half of the edge length.
   std::optional<double> topology_resolution_mm;
+  /// After explicit energies have come to rest: cavities where the domain part of the energy asks
+  /// for them (nucleation.h), and on from there.
+  bool open_cavities = false;
   /// Multi-resolution (the continuation of 5.2): level l of n_levels - 1, ..., 0 runs explicit
   /// energies with sigma, edge lengths and tolerances 2^l times those of the result, each from the
   /// surface of the level before. An expanding front may leak through what the blur of a coarse

@@ -53,7 +53,7 @@ struct Arguments {
   double coarseness = 4, integral_tolerance = 0.016;
   int levels = 1;
   double tolerance = 1e-4;
-  bool no_settle = false;
+  bool no_settle = false, open_cavities = false;
   double min_component_mm3 = 0;
   bool fill_cavities = false;
   std::string keep = "all";
@@ -272,6 +272,7 @@ class SegmentCommand {
     if (arguments_.initial.any()) set_initial_surface(out, space, volume);
     out.energies = energies();
     out.settle = !arguments_.no_settle;
+    out.open_cavities = arguments_.open_cavities;
     out.solids.min_volume_mm3 = arguments_.min_component_mm3;
     out.solids.fill_cavities = arguments_.fill_cavities;
     if (arguments_.keep == "largest") out.solids.keep = surf::mesh::Keep::kLargest;
@@ -610,6 +611,13 @@ void add_options(CLI::App& command, Arguments& a) {
       .add_option("--topology-resolution", a.topology_resolution,
                   "What is thinner is joined or cut where sheets meet, such as 1mm [half of "
                   "--edge-length]")
+      ->group(topology);
+
+  command
+      .add_flag(
+          "--open-cavities", a.open_cavities,
+          "Open cavities where chan-vese or window asks for them, though the surface came from "
+          "outside")
       ->group(topology);
 
   const std::string components = "Components of the result, in this order";
