@@ -917,16 +917,9 @@ class Surgery {
                 !take_in(region.wanted(), cluster, is_event) || !is_whole)
               ++cluster.n_failures;
             break;
-          case Region::State::kWantsMore: {
-            const int wanted = region.wanted().front();
-            for (std::size_t other = 0; other < clusters_.size(); ++other)
-              if (other != c && std::binary_search(clusters_[other].events.begin(),
-                                                   clusters_[other].events.end(), wanted)) {
-                join(c, other);
-                return plan(surface, is_event);
-              }
-            ++cluster.n_failures;
-          }
+          case Region::State::kWantsMore:
+            if (!join_owners(c, region.wanted())) ++cluster.n_failures;
+            return plan(surface, is_event);
         }
       }
     }
@@ -946,29 +939,49 @@ class Surgery {
     return cluster.events.size() > n_before;
   }
 
-  /// Joins two clusters to one without a plan, at the place of the first in the list.
-  void join(std::size_t a, std::size_t b) {
-    if (a > b) std::swap(a, b);
-    Cluster& into = clusters_[a];
-    into.events.insert(into.events.end(), clusters_[b].events.begin(), clusters_[b].events.end());
-    std::sort(into.events.begin(), into.events.end());
-    into.n_failures = std::max(into.n_failures, clusters_[b].n_failures);
-    into.is_planned = false;
-    clusters_.erase(clusters_.begin() + static_cast<std::ptrdiff_t>(b));
+  /// Clusters of one set become one without a plan, at the place of the first. False if all sets
+  /// have one cluster.
+  bool join(DisjointSets& sets) {
+    std::vector<Cluster> joined;
+    std::map<int, std::size_t> place;
+    const std::size_t n_before = clusters_.size();
+    for (std::size_t c = 0; c < n_before; ++c) {
+      const auto [entry, is_new] = place.emplace(sets.find(int(c)), joined.size());
+      if (is_new) {
+        joined.push_back(std::move(clusters_[c]));
+        continue;
+      }
+      Cluster& into = joined[entry->second];
+      into.events.insert(into.events.end(), clusters_[c].events.begin(), clusters_[c].events.end());
+      std::sort(into.events.begin(), into.events.end());
+      into.n_failures = std::max(into.n_failures, clusters_[c].n_failures);
+      into.is_planned = false;
+    }
+    clusters_ = std::move(joined);
+    return clusters_.size() < n_before;
+  }
+
+  /// Joins a cluster with those that own some events; false if there are none.
+  bool join_owners(std::size_t c, const std::vector<int>& events) {
+    DisjointSets sets(clusters_.size());
+    for (std::size_t other = 0; other < clusters_.size(); ++other)
+      for (const int t : events)
+        if (std::binary_search(clusters_[other].events.begin(), clusters_[other].events.end(), t))
+          sets.join(int(c), int(other));
+    return join(sets);
   }
 
   /// Clusters that remove the same triangle, or triangles of one vertex, become one.
   bool join_overlapping(const Connected& surface) {
+    DisjointSets sets(clusters_.size());
     std::unordered_map<int, std::size_t> owner;
     for (std::size_t c = 0; c < clusters_.size(); ++c)
       for (const int t : clusters_[c].patch.removed)
         for (int i = 0; i < 3; ++i) {
           const auto [entry, is_new] = owner.emplace(surface.triangles.elements(t, i), c);
-          if (is_new || entry->second == c) continue;
-          join(entry->second, c);
-          return true;
+          if (!is_new) sets.join(int(entry->second), int(c));
         }
-    return false;
+    return join(sets);
   }
 
   /// The surface with all patches.

@@ -60,8 +60,7 @@ segment::SegmentOptions shrunk(double radius, std::vector<segment::EnergyTerm> e
 std::vector<Case> cases() {
   const std::vector<segment::EnergyTerm> balloon = {{"minimal-surface", 1, {}}};
   const std::vector<segment::EnergyTerm> edges = {{"minimal-surface", 1, {{"gamma", 0}}}};
-  const std::vector<segment::EnergyTerm> regions = {{"chan-vese", 1, {}},
-                                                    {"area", 1, {{"weight", 0.005}}}};
+  const std::vector<segment::EnergyTerm> regions = {{"chan-vese", 1, {}}};
   std::vector<Case> all = {
       {"ball",
        "three seeds",
@@ -74,7 +73,6 @@ std::vector<Case> cases() {
        PhantomKind::kTorus,
        {1, 0, 1},
        grown({{0.5, 0, 0}, {-0.25, 0.43, 0}, {-0.25, -0.43, 0}}, 0.1, balloon)},
-      {"torus", "enclosing sphere", PhantomKind::kTorus, {1, 0, 1}, shrunk(0.9, edges)},
       {"shell",
        "a seed in the wall",
        PhantomKind::kShell,
@@ -102,9 +100,9 @@ std::vector<Case> cases() {
        PhantomKind::kRods,
        {1, 0, 40},
        grown({{0, 0.05, 0.05}}, 0.06,
-             {{"window", 1, {{"mean", 1}, {"half-width", 0.5}}}, {"area", 1, {{"weight", 0.003}}}}),
+             {{"window", 1, {{"mean", 1}, {"half-width", 0.5}}}, {"area", 0.003, {}}}),
        1}};
-  all[5].options.open_cavities = true;
+  all[4].options.open_cavities = true;
   Case& open_rods = all.back();
   const double voxel = 2.0 / (kSize - 1);
   open_rods.options.sigma_mm = 0.3 * voxel;

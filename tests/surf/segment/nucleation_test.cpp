@@ -1,0 +1,99 @@
+#include "libsurf/segment/nucleation.h"
+
+#include <gtest/gtest.h>
+
+#include <numbers>
+
+#include "libsurf/mesh/hierarchy.h"
+#include "libsurf/mesh/primitives.h"
+#include "libsurf/segment/model.h"
+#include "libsurf/segment/segment.h"
+#include "libsurf/volume/phantom.h"
+
+namespace surf::segment {
+namespace {
+
+constexpr int kSize = 48;
+
+volume::Volume shell() {
+  volume::PhantomOptions options;
+  options.kind = volume::PhantomKind::kShell;
+  options.size = {kSize, kSize, kSize};
+  return volume::make_phantom(options);
+}
+
+struct Setting {
+  volume::Volume image = shell();
+  ImageModel model{image, {.sigma_mm = 0.03}, volume::DerivativeFilter::kBSpline};
+  Triangles surface = mesh::ball({0, 0, 0}, 0.6, 0.08);
+
+  std::unique_ptr<energy::EnergySum<3>> energy(const std::vector<EnergyTerm>& terms) {
+    auto out = model.energy(terms);
+    out->reset({surface.points, surface.elements});
+    return out;
+  }
+};
+
+TEST(Nucleation, DensityIsWhatASmallHoleChanges) {
+  Setting s;
+  const EnergyTerm window{"window", 2, {{"mean", 1}, {"half-width", 0.5}}};
+  for (const auto& term : {EnergyTerm{"chan-vese", 1, {}}, window}) {
+    const auto energy = s.energy({term});
+    const double J = energy->value();
+    for (const Vector<3>& at : {Vector<3>(0.02, 0, 0.01), Vector<3>(0, 0.45, 0)}) {
+      Eigen::VectorXd density = Eigen::VectorXd::Zero(1);
+      energy->add_density(Points<3>(at.transpose()), 1, density);
+      const double radius = 0.08;
+      Triangles hole = mesh::ball(at, radius, 0.02);
+      const double volume = 4 * std::numbers::pi / 3 * std::pow(radius, 3);
+      hole.elements.col(1).swap(hole.elements.col(2));
+      Triangles with{Points<3>(s.surface.points.rows() + hole.points.rows(), 3),
+                     Elements<3>(s.surface.elements.rows() + hole.elements.rows(), 3)};
+      with.points << s.surface.points, hole.points;
+      with.elements << s.surface.elements,
+          (hole.elements.array() + int(s.surface.points.rows())).matrix();
+      const auto other = s.model.energy({{term}});
+      other->reset({with.points, with.elements});
+      // The ball is sampled by a few rays, and chan-vese's means move by its share of the volume.
+      EXPECT_NEAR(other->value() - J, -density[0] * volume, 0.15 * std::abs(density[0]) * volume)
+          << term.name << " at " << at.transpose();
+      energy->reset({s.surface.points, s.surface.elements});
+    }
+  }
+}
+
+TEST(Nucleation, FindsTheCavityOfAShellAndNothingElse) {
+  Setting s;
+  const auto energy = s.energy({{"chan-vese", 1, {}}});
+  const std::vector<Hole> holes = find_holes(s.surface, *energy, s.image);
+  ASSERT_EQ(holes.size(), 1u);
+  EXPECT_LT(holes[0].center.norm(), 0.1);
+  EXPECT_LT(holes[0].center.norm() + holes[0].radius_mm, 0.3);
+  EXPECT_GT(holes[0].radius_mm, 0.1);
+  EXPECT_EQ(open_holes(s.surface, holes, 0.08, *energy), 1);
+  EXPECT_EQ(mesh::shell_hierarchy(s.surface).shells.size(), 2u);
+}
+
+TEST(Nucleation, OpensNothingWhereTheBoundaryCostsMore) {
+  Setting s;
+  const auto energy = s.energy({{"chan-vese", 1, {}}, {"area", 100, {}}});
+  const std::vector<Hole> holes = find_holes(s.surface, *energy, s.image);
+  EXPECT_EQ(holes.size(), 1u);
+  EXPECT_EQ(open_holes(s.surface, holes, 0.08, *energy), 0);
+}
+
+TEST(Nucleation, IsWhatARunFromOutsideNeedsForACavity) {
+  SegmentOptions run;
+  run.initial_surface = mesh::ball({0, 0, 0}, 0.9, 0.1);
+  run.energies = {{"chan-vese", 1, {}}};
+  for (const bool is_on : {false, true}) {
+    run.open_cavities = is_on;
+    const SegmentResult result = segment(shell(), run);
+    const auto solids = mesh::solids(mesh::shell_hierarchy(result.surface));
+    ASSERT_EQ(solids.size(), 1u);
+    EXPECT_EQ(solids[0].cavities.size(), is_on ? 1u : 0u);
+  }
+}
+
+}  // namespace
+}  // namespace surf::segment
