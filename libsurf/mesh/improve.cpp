@@ -479,7 +479,7 @@ class Improvement {
       const HalfedgeHandle h = mesh_.halfedge_handle(edge, 0);
       const VertexHandle kept = mesh_.to_vertex_handle(h);
       if (!is_star_flagged(flags, mesh_.from_vertex_handle(h)) || !is_star_flagged(flags, kept) ||
-          !try_collapse(edge, cos_move_, CollapseFor::kCoarseness))
+          !try_collapse(edge, cos_coarsen_, CollapseFor::kCoarseness))
         continue;
       for (const FaceHandle face : mesh_.vf_range(kept)) flags[face.idx()] = 0;
     }
@@ -594,6 +594,7 @@ class Improvement {
   const ImproveOptions& options_;
   const double cos_bound_ = cos_deg(options_.min_angle_deg);
   const double cos_move_ = cos_deg(options_.min_angle_deg + 10);
+  const double cos_coarsen_ = cos_deg(options_.min_angle_deg + 5);
   std::vector<std::optional<std::vector<Vector3d>>> witnesses_;  // of each face that was touched
   std::vector<bool> is_reconnected_;  // faces that a flip or a collapse has changed
   Patch patch_;

@@ -20,7 +20,7 @@ struct ImproveOptions {
   /// this + 10 degrees are moved along the surface. In (0, 50).
   double min_angle_deg = 20;
   /// One flag per face; edges whose two stars hold flagged faces only are collapsed too, each face
-  /// at most once, if angles stay above min_angle_deg + 10 degrees and the geometric variation of
+  /// at most once, if angles stay above min_angle_deg + 5 degrees and the geometric variation of
   /// the new triangles (fem/indicators.h) below max_variation_mm. Empty = none.
   std::vector<char> may_coarsen = {};
   double max_variation_mm = std::numeric_limits<double>::infinity();
