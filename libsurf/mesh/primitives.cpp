@@ -219,4 +219,27 @@ Triangles box(const Vector3d& lower, const Vector3d& upper, double edge_length) 
   return {points.points(), to_elements(triangles)};
 }
 
+Triangles joined(const std::vector<Triangles>& parts) {
+  Eigen::Index n_points = 0, n_triangles = 0;
+  for (const Triangles& part : parts) {
+    n_points += part.points.rows();
+    n_triangles += part.elements.rows();
+  }
+  Triangles all{Points<3>(n_points, 3), Elements<3>(n_triangles, 3)};
+  Eigen::Index point = 0, triangle = 0;
+  for (const Triangles& part : parts) {
+    all.points.middleRows(point, part.points.rows()) = part.points;
+    all.elements.middleRows(triangle, part.elements.rows()) =
+        part.elements.array() + static_cast<int>(point);
+    point += part.points.rows();
+    triangle += part.elements.rows();
+  }
+  return all;
+}
+
+Triangles flipped(Triangles surface) {
+  surface.elements.col(1).swap(surface.elements.col(2));
+  return surface;
+}
+
 }  // namespace surf::mesh

@@ -1,7 +1,8 @@
-// Initial surfaces: balls, ellipsoids and boxes.
+// Initial surfaces: balls, ellipsoids, boxes and what is put together from them.
 #pragma once
 
 #include <Eigen/Dense>
+#include <vector>
 
 #include "libsurf/base/types.h"
 
@@ -28,5 +29,11 @@ Triangles ellipsoid(const Eigen::Vector3d& center, const Eigen::Matrix3d& axes, 
 /// @param edge_length   longest side of the squares [mm]
 /// @throws UsageError   lower >= upper somewhere; as for ball()
 Triangles box(const Eigen::Vector3d& lower, const Eigen::Vector3d& upper, double edge_length);
+
+/// Surfaces as one of several components: points and triangles one after the other.
+Triangles joined(const std::vector<Triangles>& parts);
+
+/// The same surface with its normals the other way.
+Triangles flipped(Triangles surface);
 
 }  // namespace surf::mesh

@@ -158,14 +158,7 @@ int open_holes(Triangles& surface, const std::vector<Hole>& holes, double edge_l
   for (const Hole& hole : holes) {
     const Triangles ball =
         mesh::ball(hole.center, hole.radius_mm, std::min(edge_length_mm, hole.radius_mm / 2));
-    Triangles with{Points<3>(surface.points.rows() + ball.points.rows(), 3),
-                   Elements<3>(surface.elements.rows() + ball.elements.rows(), 3)};
-    with.points << surface.points, ball.points;
-    with.elements << surface.elements,
-        (ball.elements.array() + int(surface.points.rows())).matrix();
-    with.elements.bottomRows(ball.elements.rows())
-        .col(1)
-        .swap(with.elements.bottomRows(ball.elements.rows()).col(2));
+    Triangles with = mesh::joined({surface, mesh::flipped(ball)});
     energy.reset({with.points, with.elements});
     if (energy.value() >= J) continue;
     J = energy.value();

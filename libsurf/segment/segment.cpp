@@ -54,7 +54,7 @@ Triangles seed_balls(const std::vector<Eigen::Vector3d>& seeds, double radius, d
                      mesh::Topology topology, std::vector<std::string>& notes) {
   const double least = topology == mesh::Topology::kFixed ? 2 * radius + edge_length
                                                           : edge_length / 4;  // the same place
-  Triangles all;
+  std::vector<Triangles> balls;
   std::vector<Eigen::Vector3d> used;
   for (const Eigen::Vector3d& seed : seeds) {
     if (is_too_close(used, seed, least)) {
@@ -64,15 +64,9 @@ Triangles seed_balls(const std::vector<Eigen::Vector3d>& seeds, double radius, d
       continue;
     }
     used.push_back(seed);
-    const Triangles ball = mesh::ball(seed, radius, edge_length);
-    const int first = static_cast<int>(all.points.rows());
-    all.points.conservativeResize(first + ball.points.rows(), 3);
-    all.points.bottomRows(ball.points.rows()) = ball.points;
-    const Eigen::Index first_element = all.elements.rows();
-    all.elements.conservativeResize(first_element + ball.elements.rows(), 3);
-    all.elements.bottomRows(ball.elements.rows()) = ball.elements.array() + first;
+    balls.push_back(mesh::ball(seed, radius, edge_length));
   }
-  return all;
+  return mesh::joined(balls);
 }
 
 mesh::SolidFilter solid_filter(const SegmentOptions& options) {

@@ -16,13 +16,8 @@ int main() {
   using namespace surf;
   using Clock = std::chrono::steady_clock;
   const double edge = 0.02;
-  Triangles both = mesh::ball({0, 0, 0}, 1, edge);
-  const Triangles other = mesh::ball({1.996, 0.003, 0.001}, 1, edge);
-  const auto n = both.points.rows(), m = both.elements.rows();
-  both.points.conservativeResize(2 * n, 3);
-  both.points.bottomRows(n) = other.points;
-  both.elements.conservativeResize(2 * m, 3);
-  both.elements.bottomRows(m) = other.elements.array() + int(n);
+  const Triangles both =
+      mesh::joined({mesh::ball({0, 0, 0}, 1, edge), mesh::ball({1.996, 0.003, 0.001}, 1, edge)});
   std::vector<double> detect, operate;
   mesh::SurgeryReport report;
   for (int run = 0; run < 7; ++run) {

@@ -82,17 +82,10 @@ struct Ball {
   double radius;
 };
 
-Triangles joined(const std::vector<Ball>& balls) {
-  Triangles all{Points<3>(0, 3), Elements<3>(0, 3)};
-  for (const Ball& b : balls) {
-    const Triangles part = mesh::ball(b.center, b.radius, kEdge);
-    const auto n = all.points.rows(), m = all.elements.rows();
-    all.points.conservativeResize(n + part.points.rows(), 3);
-    all.points.bottomRows(part.points.rows()) = part.points;
-    all.elements.conservativeResize(m + part.elements.rows(), 3);
-    all.elements.bottomRows(part.elements.rows()) = part.elements.array() + int(n);
-  }
-  return all;
+Triangles surface_of(const std::vector<Ball>& balls) {
+  std::vector<Triangles> parts;
+  for (const Ball& b : balls) parts.push_back(mesh::ball(b.center, b.radius, kEdge));
+  return mesh::joined(parts);
 }
 
 openvdb::FloatGrid::Ptr level_set(const std::vector<Ball>& balls, double voxel) {
@@ -174,7 +167,7 @@ Outcome run(int seed, mesh::Topology topology) {
   options.step_adjustment = static_cast<mesh::StepAdjustment>(seed % 5 < 3 ? 0 : seed % 5 - 2);
   const bool has_reference =
       topology == mesh::Topology::kFree && options.step_adjustment == mesh::StepAdjustment::kNone;
-  mesh::MovingSurface surface(joined(balls), options);
+  mesh::MovingSurface surface(surface_of(balls), options);
   const Topologies initial(surface.triangles());
 
   const double voxel = kEdge / 2;

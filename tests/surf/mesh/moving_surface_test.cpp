@@ -206,16 +206,7 @@ TEST(MovingSurface, ScalesItsLargestStepWithTheEdgeLength) {
 
 // Vertices that jitter by as much as a step allows: every triangle may fold onto a neighbour.
 /// Two balls side by side, 0.2 apart.
-Triangles two_balls() {
-  Triangles both = ball({-1.1, 0, 0}, 1, 0.2);
-  const Triangles other = ball({1.1, 0, 0}, 1, 0.2);
-  const auto n = both.points.rows(), m = both.elements.rows();
-  both.points.conservativeResize(2 * n, 3);
-  both.points.bottomRows(n) = other.points;
-  both.elements.conservativeResize(2 * m, 3);
-  both.elements.bottomRows(m) = other.elements.array() + int(n);
-  return both;
-}
+Triangles two_balls() { return joined({ball({-1.1, 0, 0}, 1, 0.2), ball({1.1, 0, 0}, 1, 0.2)}); }
 
 TEST(MovingSurface, MergesShellsThatMeetUnlessItsTopologyIsFixed) {
   for (const auto& [topology, n_shells] :

@@ -18,18 +18,6 @@ namespace {
 
 constexpr double kEdge = 0.1, kResolution = 0.05;
 
-Triangles joined(const std::vector<Triangles>& parts) {
-  Triangles all{Points<3>(0, 3), Elements<3>(0, 3)};
-  for (const Triangles& part : parts) {
-    const auto n = all.points.rows(), m = all.elements.rows();
-    all.points.conservativeResize(n + part.points.rows(), 3);
-    all.points.bottomRows(part.points.rows()) = part.points;
-    all.elements.conservativeResize(m + part.elements.rows(), 3);
-    all.elements.bottomRows(part.elements.rows()) = part.elements.array() + int(n);
-  }
-  return all;
-}
-
 std::vector<char> intersecting(const Triangles& surface) {
   std::vector<char> events(surface.elements.rows(), 0);
   for (const auto& [a, b] : self_intersections(surface)) events[a] = events[b] = 1;

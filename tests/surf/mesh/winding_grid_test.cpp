@@ -13,19 +13,6 @@ CubicGrid some_grid() {
   return {.origin = {-1.47, -1.52, -1.49}, .spacing = 0.1, .size = {31, 30, 32}};
 }
 
-Triangles inverted(Triangles surface) {
-  surface.elements.col(1).swap(surface.elements.col(2));
-  return surface;
-}
-
-Triangles joined(const Triangles& a, const Triangles& b) {
-  Triangles all{Points<3>(a.points.rows() + b.points.rows(), 3),
-                Elements<3>(a.elements.rows() + b.elements.rows(), 3)};
-  all.points << a.points, b.points;
-  all.elements << a.elements, (b.elements.array() + int(a.points.rows())).matrix();
-  return all;
-}
-
 /// Compares the flags with a rule for all nodes further than the mesh's error from its surfaces.
 template <class Rule>
 void expect_inside(const Triangles& surface, const Rule& rule) {
@@ -55,7 +42,7 @@ TEST(WindingGrid, IsOneInABall) {
 }
 
 TEST(WindingGrid, CountsWhatIsCoveredTwiceOnce) {
-  expect_inside(joined(ball({-0.4, 0, 0}, 0.8, 0.1), ball({0.4, 0, 0}, 0.8, 0.1)),
+  expect_inside(joined({ball({-0.4, 0, 0}, 0.8, 0.1), ball({0.4, 0, 0}, 0.8, 0.1)}),
                 [](const auto& x) {
                   const int a = in_ball(x, {-0.4, 0, 0}, 0.8), b = in_ball(x, {0.4, 0, 0}, 0.8);
                   return a == 1 || b == 1 ? 1 : std::min(a, b);
@@ -63,12 +50,12 @@ TEST(WindingGrid, CountsWhatIsCoveredTwiceOnce) {
 }
 
 TEST(WindingGrid, LeavesOutCavitiesAndWhatIsInverted) {
-  expect_inside(joined(ball({0, 0, 0}, 1.2, 0.1), inverted(ball({0, 0, 0}, 0.6, 0.1))),
+  expect_inside(joined({ball({0, 0, 0}, 1.2, 0.1), flipped(ball({0, 0, 0}, 0.6, 0.1))}),
                 [](const auto& x) {
                   const int outer = in_ball(x, {0, 0, 0}, 1.2), inner = in_ball(x, {0, 0, 0}, 0.6);
                   return outer < 0 || inner < 0 ? -1 : int(outer && !inner);
                 });
-  expect_inside(inverted(ball({0, 0, 0}, 1, 0.1)), [](const auto& x) {
+  expect_inside(flipped(ball({0, 0, 0}, 1, 0.1)), [](const auto& x) {
     return in_ball(x, {0, 0, 0}, 1) < 0 ? -1 : 0;
   });
 }
@@ -100,16 +87,16 @@ TEST(WindingGrid, FindsCrossingsOnTheSphere) {
 TEST(WindingGrid, TellsTheSidesOfATriangle) {
   const Triangles outer = ball({0, 0, 0}, 1, 0.3), inner = ball({0.1, 0, 0}, 0.5, 0.3);
   const auto sides_of_second = [](const Triangles& first, const Triangles& second) {
-    const Triangles both = joined(first, second);
+    const Triangles both = joined({first, second});
     return winding_beside(both.points, both.elements, int(first.elements.rows()) + 3);
   };
   const auto is = [](const SidesOfTriangle& sides, int inner_side, int outer_side) {
     return sides.inner == inner_side && sides.outer == outer_side;
   };
-  EXPECT_TRUE(is(sides_of_second(inner, outer), 1, 0));            // real
-  EXPECT_TRUE(is(sides_of_second(outer, inner), 2, 1));            // covered twice
-  EXPECT_TRUE(is(sides_of_second(outer, inverted(inner)), 1, 0));  // a cavity
-  EXPECT_TRUE(is(sides_of_second(inner, inverted(outer)), 0, -1));
+  EXPECT_TRUE(is(sides_of_second(inner, outer), 1, 0));           // real
+  EXPECT_TRUE(is(sides_of_second(outer, inner), 2, 1));           // covered twice
+  EXPECT_TRUE(is(sides_of_second(outer, flipped(inner)), 1, 0));  // a cavity
+  EXPECT_TRUE(is(sides_of_second(inner, flipped(outer)), 0, -1));
 }
 
 }  // namespace

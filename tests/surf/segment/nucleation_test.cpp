@@ -44,14 +44,8 @@ TEST(Nucleation, DensityIsWhatASmallHoleChanges) {
       Eigen::VectorXd density = Eigen::VectorXd::Zero(1);
       energy->add_density(Points<3>(at.transpose()), 1, density);
       const double radius = 0.08;
-      Triangles hole = mesh::ball(at, radius, 0.02);
       const double volume = 4 * std::numbers::pi / 3 * std::pow(radius, 3);
-      hole.elements.col(1).swap(hole.elements.col(2));
-      Triangles with{Points<3>(s.surface.points.rows() + hole.points.rows(), 3),
-                     Elements<3>(s.surface.elements.rows() + hole.elements.rows(), 3)};
-      with.points << s.surface.points, hole.points;
-      with.elements << s.surface.elements,
-          (hole.elements.array() + int(s.surface.points.rows())).matrix();
+      const Triangles with = mesh::joined({s.surface, mesh::flipped(mesh::ball(at, radius, 0.02))});
       const auto other = s.model.energy({{term}});
       other->reset({with.points, with.elements});
       // The ball is sampled by a few rays, and chan-vese's means move by its share of the volume.
