@@ -35,7 +35,7 @@ struct MovingSurfaceOptions {
   double max_displacement_mm = std::numeric_limits<double>::infinity();
   Topology topology = Topology::kFixed;
   /// Unless the topology is fixed: spacing of the grid of a surgery (surgery.h) [mm]; sheets that
-  /// face each other and come closer than 0.9 of it are rebuilt. 0 = half of edge_length_mm.
+  /// face each other and come closer than 0.9 of it are rebuilt. 0 = 0.7 of edge_length_mm.
   double topology_resolution_mm = 0;
   StepAdjustment step_adjustment = StepAdjustment::kNone;
   /// Sheets that have to stay apart are held at this share of edge_length_mm.

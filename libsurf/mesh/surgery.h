@@ -44,8 +44,8 @@ struct RebuiltRegion {
   Eigen::Vector3d place;  ///< centre of the triangles that asked for it [mm]
   int n_events = 0;       ///< these triangles
   double event_area_mm2 = 0;
-  int n_removed = 0;      ///< triangles of the old surface
-  int n_added = 0;        ///< triangles of the patch
+  int n_removed = 0;  ///< triangles of the old surface
+  int n_added = 0;    ///< triangles of the patch
   double volume_change_mm3 = 0;
   bool is_whole = false;  ///< whole components had to be rebuilt
 };
@@ -66,7 +66,7 @@ struct SurgeryReport {
 ///
 /// Near the events, faces are first bisected down to the resolution (Alg. 11). The domain is
 /// sampled on a grid of cubic cells, thin gaps and walls are removed, and the cells that the
-/// surface meets within the reach of three spacings are filled by marching cubes with vertices on
+/// surface meets within two spacings of them are filled by marching cubes with vertices on
 /// the surface itself. A strip of triangles joins this patch to the rest, which stays as it is, bit
 /// for bit. A patch is accepted only if it closes the surface without an intersection of its own.
 ///

@@ -196,6 +196,7 @@ class Run {
     out.adaptivity.integral_tolerance = options_.integral_tolerance;
     out.topology = options_.topology;
     out.topology_resolution_mm = options_.topology_resolution_mm.value_or(0);
+    if (options_.sheet_distance_mm) out.sheet_distance = *options_.sheet_distance_mm / edge_length;
     out.max_displacement_mm = kStepPerBlur * blur(result_.sigma_mm);
     out.box = volume_box(model_.volume());
     return out;

@@ -57,8 +57,11 @@ struct SegmentOptions {
   double integral_tolerance = 0.016;
   /// What happens where sheets meet.
   mesh::Topology topology = mesh::Topology::kFree;
-  /// See MovingSurfaceOptions; none = half of the edge length.
+  /// See MovingSurfaceOptions; none = 0.7 of the edge length.
   std::optional<double> topology_resolution_mm;
+  /// Distance at which sheets are held apart where they may not join [mm]; none = 0.7 of the edge
+  /// length.
+  std::optional<double> sheet_distance_mm;
   /// After explicit energies have come to rest: cavities where the domain part of the energy asks
   /// for them (nucleation.h), and on from there.
   bool open_cavities = false;

@@ -40,7 +40,8 @@ struct Arguments {
   int frame_index = 0;
   std::vector<std::string> seeds;
   std::string space = "ras";
-  std::string radius, sigma, selective_sigma, edge_length, geometry_tolerance, topology_resolution;
+  std::string radius, sigma, selective_sigma, edge_length, geometry_tolerance, topology_resolution,
+      sheet_distance;
   std::string topology = "free";
   InitialArguments initial;
   double selective_threshold = 0;
@@ -225,7 +226,8 @@ class SegmentCommand {
     for (const auto& [option, text] : {std::pair{"--radius", arguments_.radius},
                                        {"--edge-length", arguments_.edge_length},
                                        {"--geometry-tolerance", arguments_.geometry_tolerance},
-                                       {"--topology-resolution", arguments_.topology_resolution}})
+                                       {"--topology-resolution", arguments_.topology_resolution},
+                                       {"--sheet-distance", arguments_.sheet_distance}})
       if (!text.empty()) parse_positive_length(option, text);
     arguments_.initial.check();
     surf::segment::check_terms(energies());
@@ -266,6 +268,7 @@ class SegmentCommand {
     out.topology = arguments_.topology == "fixed"    ? surf::mesh::Topology::kFixed
                    : arguments_.topology == "genus0" ? surf::mesh::Topology::kGenus0
                                                      : surf::mesh::Topology::kFree;
+    out.sheet_distance_mm = length("--sheet-distance", arguments_.sheet_distance);
     out.topology_resolution_mm = length("--topology-resolution", arguments_.topology_resolution);
     if (arguments_.derivatives == "scharr")
       out.derivative_filter = surf::volume::DerivativeFilter::kScharr;
@@ -609,7 +612,7 @@ void add_options(CLI::App& command, Arguments& a) {
       ->group(topology);
   command
       .add_option("--topology-resolution", a.topology_resolution,
-                  "What is thinner is joined or cut where sheets meet, such as 1mm [half of "
+                  "What is thinner is joined or cut where sheets meet, such as 1mm [0.7 of "
                   "--edge-length]")
       ->group(topology);
 
@@ -618,6 +621,12 @@ void add_options(CLI::App& command, Arguments& a) {
           "--open-cavities", a.open_cavities,
           "Open cavities where chan-vese or window asks for them, though the surface came from "
           "outside")
+      ->group(topology);
+  command
+      .add_option(
+          "--sheet-distance", a.sheet_distance,
+          "Distance at which sheets are held apart where they may not join, such as 1mm [0.7 "
+          "of --edge-length]")
       ->group(topology);
 
   const std::string components = "Components of the result, in this order";
