@@ -31,6 +31,7 @@ class DomainIntegral : public ShapeEnergy<Dim> {
   double try_move(const fem::Geometry<Dim>& moved) override;
   void accept() override;
   void remesh(const fem::Geometry<Dim>& shape) override;
+  void rebuild(const fem::Geometry<Dim>& shape) override { remesh(shape); }
   void differentiate(const Eigen::VectorXd& curvature, double weight,
                      ShapeTerms<Dim>& terms) const override;
   void add_density(const Points<Dim>& points, double weight,

@@ -46,6 +46,11 @@ void EnergySum<Dim>::remesh(const fem::Geometry<Dim>& shape) {
 }
 
 template <int Dim>
+void EnergySum<Dim>::rebuild(const fem::Geometry<Dim>& shape) {
+  for (const Term& term : terms_) term.energy->rebuild(shape);
+}
+
+template <int Dim>
 void EnergySum<Dim>::differentiate(const Eigen::VectorXd& curvature, double weight,
                                    ShapeTerms<Dim>& terms) const {
   for (const Term& term : terms_)

@@ -23,6 +23,7 @@ class EnergySum : public ShapeEnergy<Dim> {
   double try_move(const fem::Geometry<Dim>& moved) override;
   void accept() override;
   void remesh(const fem::Geometry<Dim>& shape) override;
+  void rebuild(const fem::Geometry<Dim>& shape) override;
   void differentiate(const Eigen::VectorXd& curvature, double weight,
                      ShapeTerms<Dim>& terms) const override;
   void add_density(const Points<Dim>& points, double weight,

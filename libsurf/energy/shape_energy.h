@@ -53,6 +53,9 @@ class ShapeEnergy {
   /// Takes `shape`, another mesh of (nearly) the same domain, as current: boundary integrals
   /// are computed anew, domain integrals are kept.
   virtual void remesh(const fem::Geometry<Dim>& shape) = 0;
+  /// Takes `shape`, whose domain has been changed by topology surgery, as current. What the
+  /// derivative depends on is computed anew; J may be off by a constant until the next reset.
+  virtual void rebuild(const fem::Geometry<Dim>& shape) { reset(shape); }
   /// Adds weight * (first derivative, g, alpha, beta) at the current shape.
   /// @param curvature  mean curvature at the vertices, (n), for alpha and beta
   virtual void differentiate(const Eigen::VectorXd& curvature, double weight,

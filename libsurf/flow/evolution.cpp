@@ -169,7 +169,9 @@ FlowSummary evolve(MovingShape<Dim>& shape, energy::ShapeEnergy<Dim>& energy,
                    const FlowOptions& options, const StepCallback& callback) {
   if (const std::string error = options.error(); !error.empty()) throw UsageError(error);
   FlowSummary summary;
+  bool is_rebuilt = false;  // J may be off by a constant
   const auto finish = [&](Termination termination, std::string message) {
+    if (is_rebuilt) energy.reset(shape.geometry());
     summary.termination = termination;
     summary.message = std::move(message);
     summary.final_energy = energy.value();
@@ -190,7 +192,11 @@ FlowSummary evolve(MovingShape<Dim>& shape, energy::ShapeEnergy<Dim>& energy,
     const bool is_remeshed = shape.mend();
     record.events = shape.take_events();
     geometry = shape.geometry();
-    if (is_remeshed) energy.remesh(geometry);
+    is_rebuilt |= shape.has_changed_domain();
+    if (shape.has_changed_domain())
+      energy.rebuild(geometry);
+    else if (is_remeshed)
+      energy.remesh(geometry);
     record.enclosed = geometry.enclosed();
     record.n_vertices = geometry.n_vertices();
     record.n_elements = geometry.n_elements();

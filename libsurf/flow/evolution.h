@@ -39,7 +39,7 @@ std::string to_string(Termination termination);
 /// One accepted step = a line of the log = a row of the table.
 struct StepRecord {
   int k = 0;
-  double energy = 0;  ///< J after the step
+  double energy = 0;  ///< J after the step; after topology surgery up to a constant
   double tau = 0;
   double shape_derivative = 0;  ///< dJ(Gamma_k; V_k)
   double max_displacement_mm = 0;

@@ -37,6 +37,9 @@ class MovingShape {
   /// A reason to end the run ("the object vanished", "the surface meets the volume's
   /// border"), else empty.
   virtual std::string obstacle() const = 0;
+  /// Whether the last mend() changed the domain too, by topology surgery: integrals over it have to
+  /// be computed anew.
+  virtual bool has_changed_domain() const { return false; }
   /// What happened since the last call.
   virtual std::vector<TopologyEvent> take_events() { return {}; }
 };

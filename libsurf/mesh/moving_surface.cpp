@@ -290,8 +290,8 @@ AdaptivityOptions MovingSurface::adaptivity() const {
 }
 
 bool MovingSurface::mend() {
-  const bool is_rebuilt = options_.topology != Topology::kFixed && resolve_events();
-  return mend(kRoundsInAStep) || is_rebuilt;
+  has_changed_domain_ = options_.topology != Topology::kFixed && resolve_events();
+  return mend(kRoundsInAStep) || has_changed_domain_;
 }
 
 bool MovingSurface::mend(int max_rounds) {

@@ -63,6 +63,7 @@ class MovingSurface : public flow::MovingShape<3> {
   void move_to(const Points<3>& to) override;
   bool mend() override;
   std::string obstacle() const override;
+  bool has_changed_domain() const override { return has_changed_domain_; }
   std::vector<flow::TopologyEvent> take_events() override;
 
   Triangles triangles() const;
@@ -97,6 +98,7 @@ class MovingSurface : public flow::MovingShape<3> {
   OpenMesh::VPropHandleT<Eigen::Vector3d> displacement_;  ///< of the last move; 0 for new vertices
   std::vector<flow::TopologyEvent> events_;
   double self_contact_share_ = 0;
+  bool has_changed_domain_ = false;  ///< in the last mend()
   bool has_vanished_ = false;  ///< a surgery would leave nothing
   bool is_limited_ = false;
 };
