@@ -99,7 +99,7 @@ class MovingSurface : public flow::MovingShape<3> {
   std::vector<flow::TopologyEvent> events_;
   double self_contact_share_ = 0;
   bool has_changed_domain_ = false;  ///< in the last mend()
-  bool has_vanished_ = false;  ///< a surgery would leave nothing
+  bool has_vanished_ = false;        ///< a surgery would leave nothing
   bool is_limited_ = false;
 };
 
