@@ -29,7 +29,8 @@ std::vector<ElementPair> by_definition(const Segments& s) {
         for (const int j : s.elements.row(f)) n_shared += i == j;
       const auto common = CGAL::intersection(segment(s, e), segment(s, f));
       if (!common) continue;
-      if (n_shared == 0 || boost::get<Kernel::Segment_2>(&*common)) out.emplace_back(e, f);
+      const auto* overlap = boost::get<Kernel::Segment_2>(&*common);
+      if (n_shared == 0 || (overlap && !overlap->is_degenerate())) out.emplace_back(e, f);
     }
   return out;
 }
