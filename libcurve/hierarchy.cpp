@@ -89,11 +89,11 @@ void nest(const Segments& curves, CurveHierarchy& hierarchy) {
   for (std::size_t n = 0; n < parts.size(); ++n) {
     const int e = longest_element(curves, starting, parts[n].first_element);
     std::map<int, int> winding;
-    rays.for_each_crossed(exact_point(curves.points, curves.elements(e, 0)),
-                          exact_point(curves.points, curves.elements(e, 1)),
-                          [&](int other, int sign, bool is_on) {
-                            if (!is_on) winding[hierarchy.of_element[other]] += sign;
-                          });
+    const ExactPoint a = exact_point(curves.points, curves.elements(e, 0)),
+                     b = exact_point(curves.points, curves.elements(e, 1));
+    rays.for_each_crossed(a, b, is_flat(a, b), [&](int other, int sign, bool is_on) {
+      if (!is_on) winding[hierarchy.of_element[other]] += sign;
+    });
     parts[n].winding_before = parts[n].is_outward ? 0 : -1;
     for (const auto& [other, sum] : winding) {
       if (sum == 0 || other == int(n)) continue;

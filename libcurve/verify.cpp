@@ -66,7 +66,7 @@ class Check {
       boxes.emplace_back(start(e).bbox() + end(e).bbox(), e);
     }
     CGAL::box_self_intersection_d(boxes.begin(), boxes.end(), [&](const Box& a, const Box& b) {
-      const auto [e, f] = std::minmax(a.info(), b.info());
+      const int e = std::min(a.info(), b.info()), f = std::max(a.info(), b.info());
       if (!is_intersection(e, f)) return;
       ++out_.n_intersections;
       if (out_.intersections.size() < Verification::kMaxListed)

@@ -47,8 +47,10 @@ const WindingRays::Columns& WindingRays::columns(int axis) {
 
 WindingRays::Sides WindingRays::sides(const ExactPoint& a, const ExactPoint& b) {
   int before = 0, on = 0;
-  for_each_crossed(a, b, [&](int, int sign, bool is_on) { (is_on ? on : before) += sign; });
-  const bool is_from_right = is_flat(a, b) ? a.x() < b.x() : b.y() < a.y();
+  const bool from_below = is_flat(a, b);
+  for_each_crossed(a, b, from_below,
+                   [&](int, int sign, bool is_on) { (is_on ? on : before) += sign; });
+  const bool is_from_right = from_below ? a.x() < b.x() : b.y() < a.y();
   return is_from_right ? Sides{before, before + on} : Sides{before + on, before};
 }
 

@@ -18,14 +18,15 @@ inline ExactPoint exact_point(const Points<2>& points, int i) {
   return {points(i, 0), points(i, 1)};
 }
 
-/// Whether a piece goes rather along x than along y.
+/// Whether a piece goes rather along x than along y: rounded, so two calls may differ at 45
+/// degrees.
 inline bool is_flat(const ExactPoint& a, const ExactPoint& b) {
   return std::abs(CGAL::to_double(b.x() - a.x())) >= std::abs(CGAL::to_double(b.y() - a.y()));
 }
 
-/// Rays to the middle of a piece of an element, from below if the piece is rather flat, else from
-/// the left. The elements that such rays may cross are found in columns across them: for n elements
-/// O(n) to set up, and about the number of sheets that a ray crosses for each.
+/// Rays to the middle of a piece of an element, from below or from the left; the piece must not be
+/// parallel to its ray. The elements that such rays may cross are found in columns across them: for
+/// n elements O(n) to set up, and about the number of sheets that a ray crosses for each.
 class WindingRays {
  public:
   /// Both must outlive this object.
@@ -35,7 +36,8 @@ class WindingRays {
   /// from a to b crosses before it, or that contains the middle; sign is +1 if the winding number
   /// grows there.
   template <class Visit>
-  void for_each_crossed(const ExactPoint& a, const ExactPoint& b, const Visit& visit);
+  void for_each_crossed(const ExactPoint& a, const ExactPoint& b, bool from_below,
+                        const Visit& visit);
 
   struct Sides {
     int right = 0, left = 0;
@@ -58,8 +60,9 @@ class WindingRays {
 };
 
 template <class Visit>
-void WindingRays::for_each_crossed(const ExactPoint& a, const ExactPoint& b, const Visit& visit) {
-  const int axis = is_flat(a, b) ? 0 : 1, along = 1 - axis;
+void WindingRays::for_each_crossed(const ExactPoint& a, const ExactPoint& b, bool from_below,
+                                   const Visit& visit) {
+  const int axis = from_below ? 0 : 1, along = 1 - axis;
   const ExactPoint middle = CGAL::midpoint(a, b);
   const auto [low, high] = CGAL::to_interval(middle[axis]);
   const double level_low = CGAL::to_interval(middle[along]).first,
