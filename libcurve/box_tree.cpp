@@ -46,10 +46,10 @@ std::vector<int> order_along_curves(const Points<2>& points, const Elements<2>& 
   std::vector<int> starting(points.rows(), -1);
   for (int e = n - 1; e >= 0; --e) starting[elements(e, 0)] = e;
   std::vector<char> is_placed(n, 0);
-  const auto follow = [&](int first, std::vector<int>* order) {
+  const auto follow = [&](int first, std::vector<int>* into) {
     for (int e = first; e >= 0 && !is_placed[e]; e = starting[elements(e, 1)]) {
       is_placed[e] = 1;
-      if (order) order->push_back(e);
+      into->push_back(e);
     }
   };
   std::vector<int> parts;
