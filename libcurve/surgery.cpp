@@ -152,8 +152,14 @@ class Surgery {
   bool reconnect_all() {
     std::vector<Segments> parts = {curves_.segments()};
     const int n_real = curves_.size();
-    for (const auto& [e, f] : contacts()) parts.push_back(bridge(e, f));
+    std::vector<char> meets(n_real, 0);
+    for (const auto& [e, f] : intersections(parts[0].points, parts[0].elements))
+      meets[e] = meets[f] = 1;
+    // Where sheets cross already no bridge is wanted.
+    for (const auto& [e, f] : contacts())
+      if (!meets[e] && !meets[f]) parts.push_back(bridge(e, f));
     Segments now = joined(parts);
+    is_new_.assign(now.points.rows(), 0);
     const double scale = scale_of(now);
     for (int round = 0; round < options_.max_rounds; ++round) {
       const auto pairs = intersections(now.points, now.elements);
@@ -162,9 +168,10 @@ class Surgery {
         return true;
       }
       report_.has_changed = true;
-      Reconnection next =
-          reconnect(now, pairs, round == 0 ? n_real : int(now.elements.rows()), scale);
+      Reconnection next = reconnect(now, pairs, round == 0 ? n_real : int(now.elements.rows()),
+                                    scale, options_.min_area_mm2);
       now = std::move(next.curves);
+      keep_track(next.kept_nodes, now.points.rows());
       // Later rounds mend what rounding did.
       if (round == 0) report_.events = std::move(next.events);
       if (now.elements.rows() == 0) {
@@ -173,6 +180,13 @@ class Surgery {
       }
     }
     return false;
+  }
+
+  /// Which nodes a surgery has made.
+  void keep_track(const std::vector<int>& kept_nodes, Eigen::Index n_nodes) {
+    std::vector<char> is_new(n_nodes, 1);
+    for (std::size_t i = 0; i < kept_nodes.size(); ++i) is_new[i] = is_new_[kept_nodes[i]];
+    is_new_ = std::move(is_new);
   }
 
   double scale_of(const Segments& curves) const {
@@ -202,7 +216,8 @@ class Surgery {
     for (std::size_t n = 0; n < parts.size(); ++n) by_depth[n] = static_cast<int>(n);
     std::stable_sort(by_depth.begin(), by_depth.end(),
                      [&](int a, int b) { return parts[a].depth < parts[b].depth; });
-    std::vector<char> is_crumb(parts.size(), 0), is_gone(parts.size(), 0);
+    std::vector<char> is_crumb(parts.size(), 0), is_gone(parts.size(), 0), is_made(parts.size(), 0);
+    for (int i = 0; i < curves_.size(); ++i) is_made[hierarchy.of_element[i]] |= is_new_[i];
     for (const int n : by_depth) {
       const bool is_small = std::abs(parts[n].area_mm2) < options_.min_area_mm2;
       is_crumb[n] =
@@ -210,12 +225,17 @@ class Surgery {
       is_gone[n] =
           !parts[n].is_real() || is_crumb[n] || (parts[n].parent && is_crumb[*parts[n].parent]);
       if (!is_gone[n]) continue;
+      report_.has_changed = true;
+      if (is_made[n]) {
+        ++report_.n_crumbs;
+        report_.crumb_area_mm2 += std::abs(parts[n].area_mm2);
+        continue;
+      }
       flow::TopologyEvent event;
       event.kind = "vanishing";
       event.place << parts[n].centre, 0;
       event.enclosed_change = -parts[n].area_mm2;
       report_.events.push_back(event);
-      report_.has_changed = true;
     }
     if (std::find(is_gone.begin(), is_gone.end(), 1) == is_gone.end()) return;
     std::vector<char> goes(curves_.size());
@@ -226,7 +246,7 @@ class Surgery {
   CurveMesh& curves_;
   SurgeryOptions options_;
   Points<2> before_;
-  std::vector<char> at_events_;
+  std::vector<char> at_events_, is_new_;
   SurgeryReport report_;
 };
 
