@@ -97,7 +97,8 @@ struct Outcome {
   std::string message;
   bool has_vanished = false;
   bool is_compared = false;
-  double difference = 0;  ///< area in which domain and reference differ, of length * resolution
+  double difference =
+      0;  ///< area in which domain and reference differ, of longest length * resolution
   int n_steps = 0, n_taken_back = 0;
   std::map<std::string, int> kinds;
 };
@@ -139,10 +140,11 @@ class Evolution {
     Outcome out;
     MovingCurve curve(initial(), options_);
     bool is_full = options_.step_adjustment == StepAdjustment::kNone;
-    double time = 0;
+    double time = 0, longest = 0;
     for (int k = 0; k < steps_ && out.is_valid && !out.has_vanished; ++k) {
       const fem::Geometry<2> shape = curve.geometry();
       const double dt = step(shape);
+      longest = std::max(longest, shape.measure());
       Points<2> to = shape.points();
       for (Eigen::Index i = 0; i < to.rows(); ++i)
         to.row(i) = flow_.moved(to.row(i), dt) +
@@ -163,7 +165,7 @@ class Evolution {
     out.is_compared = true;
     PolygonSet different = domain(curve.segments());
     different.symmetric_difference(reference(time));
-    out.difference = area(different) / (curve.geometry().measure() * kResolution);
+    out.difference = area(different) / (longest * kResolution);
     return out;
   }
 

@@ -102,6 +102,13 @@ TEST(MovingCurve, EndsWhereTheObjectVanishes) {
   EXPECT_NE(curve.obstacle().find("vanished"), std::string::npos);
 }
 
+TEST(MovingCurve, DoesNotComeOutOnTheOtherSideOfAPoint) {
+  MovingCurve curve(joined({circle({0, 0}, 0.5, kEdge), circle({5, 0}, 2, kEdge)}),
+                    options_with(kEdge));
+  EXPECT_EQ(grow(curve, -0.8, 1).at("vanishing"), 1);
+  EXPECT_EQ(n_components(curve), 1);
+}
+
 TEST(MovingCurve, KeepsElementsNearTheWantedLength) {
   MovingCurve curve(circle({0, 0}, 0.3, 0.03), options_with(kEdge));
   grow(curve, 0.05, 40);
