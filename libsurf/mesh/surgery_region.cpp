@@ -23,13 +23,13 @@ namespace {
 using OpenMesh::FaceHandle;
 using Index3 = std::array<int, 3>;
 
-constexpr int kAttempts = 4;               // of a plan that fails, with more cells in narrow parts
-constexpr int kSmallestIsland = 40;        // triangles
-constexpr int kPad = 5;                    // cells between a region and the grid's border
-constexpr double kOffset = 0.381966;       // of the grid, so that round numbers are no nodes
-constexpr double kShortRim = 12;           // in units of the resolution
-constexpr double kNearestCrossing = 0.05;  // of a vertex to the end of its grid edge
-constexpr int kSmoothings = 6;             // of vertices that lie on no crossing
+constexpr int kAttempts = 4;  // of a plan that fails, with more cells in narrow parts
+constexpr std::size_t kSmallestIsland = 40;  // triangles
+constexpr int kPad = 5;                      // cells between a region and the grid's border
+constexpr double kOffset = 0.381966;         // of the grid, so that round numbers are no nodes
+constexpr double kShortRim = 12;             // in units of the resolution
+constexpr double kNearestCrossing = 0.05;    // of a vertex to the end of its grid edge
+constexpr int kSmoothings = 6;               // of vertices that lie on no crossing
 constexpr std::size_t kMostNodes = std::size_t(1) << 27;
 
 /// The face across the side of each corner and the next one, in the order of elements().
@@ -123,7 +123,7 @@ class Region {
       zone.emplace(grid_);
       cover(near, *cells, *zone);
       remove(near, *cells);
-      is_complete = !add_islands(near) && !add_bridges(near);
+      is_complete = !add_bridges(near);
     }
     fill(*cells);
     const WindingGrid winding(surface_.points, surface_.elements, grid_);
@@ -335,7 +335,7 @@ class Region {
       for (int i = 0; i < 3; ++i) remove_star(surface_.elements(t, i));
     met_ = core_;
     do make_rims_simple();
-    while (remove_chords());
+    while (remove_chords() || remove_islands());
     const std::vector<char> is_border = border_vertices();
     core_.clear();
     for (int t = 0; t < surface_.elements.rows(); ++t)
@@ -367,30 +367,34 @@ class Region {
     return !ends.empty();
   }
 
-  /// Parts of the surface that the cells leave and the ring round them takes, or nearly: they join
-  /// the region. True if there were any.
-  bool add_islands(std::vector<int>& near) const {
-    std::vector<char> is_seen(surface_.elements.rows(), 0);
-    for (const int t : core_) is_seen[t] = 1;
-    const std::size_t n_before = near.size();
-    for (const int t : core_)
-      for (int i = 0; i < 3; ++i) {
+  /// Small parts of the surface that are left within what is removed go too. True if there were
+  /// any.
+  bool remove_islands() {
+    enum : char { kUnseen, kSmall, kLarge };
+    std::vector<char> state(surface_.elements.rows(), kUnseen);
+    bool is_any = false;
+    for (int t = 0; t < surface_.elements.rows(); ++t)
+      for (int i = 0; is_removed_[t] && i < 3; ++i) {
         const int start = across_(t, i);
-        if (is_seen[start]) continue;
+        if (is_removed_[start] || state[start] != kUnseen) continue;
         std::vector<int> part = {start};
-        is_seen[start] = 1;
-        int n_left = 0;
-        for (std::size_t at = 0; at < part.size(); ++at) {
-          n_left += !is_removed_[part[at]];
-          for (int side = 0; side < 3; ++side)
-            if (const int next = across_(part[at], side); !is_seen[next]) {
-              is_seen[next] = 1;
-              part.push_back(next);
-            }
+        state[start] = kSmall;
+        bool is_large = false;
+        for (std::size_t at = 0; at < part.size() && !is_large; ++at)
+          for (int side = 0; side < 3; ++side) {
+            const int next = across_(part[at], side);
+            if (is_removed_[next] || state[next] == kSmall) continue;
+            is_large |= state[next] == kLarge || part.size() >= kSmallestIsland;
+            state[next] = kSmall;
+            part.push_back(next);
+          }
+        for (const int s : part) {
+          if (is_large) state[s] = kLarge;
+          if (!is_large) is_removed_[s] = 1;
         }
-        if (n_left < kSmallestIsland) near.insert(near.end(), part.begin(), part.end());
+        is_any |= !is_large;
       }
-    return near.size() > n_before;
+    return is_any;
   }
 
   /// Where the rings round the cells meet, what is removed hangs together and the cells do not: the
@@ -618,11 +622,21 @@ class Region {
       if (is_free[m.part_of_surface]) return false;
     for (int t = 0; t < surface_.elements.rows(); ++t)
       if (is_removed_[t] && is_free[parts.find(surface_.elements(t, 0))]) is_removed_[t] = 0;
+    std::vector<char> is_joined(points_.rows(), 0);
+    for (const Match& m : matches) is_joined[m.part_of_patch] = 1;
     for (std::size_t p = 0; p < patch_rims_.size(); ++p) {
       if (is_taken[p]) continue;
       if (!is_short(patch_rims_[p])) return false;
-      caps_.push_back(reversed(patch_rims_[p]));
+      if (is_joined[parts.find(patch_rims_[p].front())]) caps_.push_back(reversed(patch_rims_[p]));
     }
+    // Scraps where cells meet the surface by a corner.
+    std::vector<char> is_scrap(points_.rows(), 0);
+    for (const auto& rim : patch_rims_) {
+      const int part = parts.find(rim.front());
+      is_scrap[part] = !is_joined[part];
+    }
+    std::erase_if(grown_.triangles,
+                  [&](const auto& triangle) { return is_scrap[parts.find(triangle[0])]; });
     return true;
   }
 
