@@ -311,19 +311,27 @@ class Surgery {
   /// Clusters with a side that another triangle runs through the same way, or whose two ends are an
   /// edge of the rest already.
   void mark_crowded_edges(const Patched& all, std::vector<char>& is_bad) const {
-    const auto key = [](int from, int to) {
-      return std::uint64_t(std::uint32_t(from)) << 32 | std::uint32_t(to);
+    struct Side {
+      int from, to, owner;
+      auto operator<=>(const Side&) const = default;
     };
-    std::unordered_map<std::uint64_t, int> owner;
+    std::vector<Side> sides;  // of new triangles
+    std::vector<char> is_used(all.points.rows(), 0);
     for (Eigen::Index t = 0; t < all.elements.rows(); ++t)
-      for (int i = 0; all.owner[t] >= 0 && i < 3; ++i)
-        if (!owner.emplace(key(all.elements(t, i), all.elements(t, (i + 1) % 3)), all.owner[t])
-                 .second)
-          is_bad[all.owner[t]] = 1;
+      for (int i = 0; all.owner[t] >= 0 && i < 3; ++i) {
+        sides.push_back({all.elements(t, i), all.elements(t, (i + 1) % 3), all.owner[t]});
+        is_used[all.elements(t, i)] = 1;
+      }
+    std::sort(sides.begin(), sides.end());
+    for (std::size_t i = 1; i < sides.size(); ++i)
+      if (sides[i].from == sides[i - 1].from && sides[i].to == sides[i - 1].to)
+        is_bad[sides[i].owner] = 1;
     for (Eigen::Index t = 0; t < all.elements.rows(); ++t)
       for (int i = 0; all.owner[t] < 0 && i < 3; ++i) {
-        const auto at = owner.find(key(all.elements(t, i), all.elements(t, (i + 1) % 3)));
-        if (at != owner.end()) is_bad[at->second] = 1;
+        const int from = all.elements(t, i), to = all.elements(t, (i + 1) % 3);
+        if (!is_used[from] || !is_used[to]) continue;
+        const auto at = std::lower_bound(sides.begin(), sides.end(), Side{from, to, -1});
+        if (at != sides.end() && at->from == from && at->to == to) is_bad[at->owner] = 1;
       }
   }
 

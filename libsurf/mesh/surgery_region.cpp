@@ -43,32 +43,18 @@ Elements<3> neighbours(const TriMesh& mesh) {
   return out;
 }
 
-/// Directed sides of triangles that no other one runs through the other way, as closed polygons;
-/// none where a vertex begins more than one of them.
-template <class ForEachTriangle>
-std::optional<std::vector<std::vector<int>>> rims(const ForEachTriangle& for_each_triangle,
+using Side = std::pair<int, int>;  // from, to
+
+/// Directed sides as closed polygons; none where a vertex begins more than one of them.
+std::optional<std::vector<std::vector<int>>> rims(const std::vector<Side>& sides,
                                                   std::vector<int>* crowded = nullptr) {
-  std::unordered_map<std::uint64_t, int> sides;
-  const auto key = [](int from, int to) {
-    return std::uint64_t(std::uint32_t(from)) << 32 | std::uint32_t(to);
-  };
-  std::vector<std::pair<int, int>> in_order;
-  for_each_triangle([&](const std::array<int, 3>& triangle) {
-    for (int i = 0; i < 3; ++i) {
-      const int from = triangle[i], to = triangle[(i + 1) % 3];
-      ++sides[key(from, to)];
-      in_order.emplace_back(from, to);
-    }
-  });
   std::map<int, int> next;
   bool is_crowded = false;
-  for (const auto& [from, to] : in_order) {
-    if (sides.contains(key(to, from))) continue;
+  for (const auto& [from, to] : sides)
     if (!next.emplace(from, to).second) {
       is_crowded = true;
       if (crowded) crowded->push_back(from);
     }
-  }
   if (is_crowded) return std::nullopt;
   std::vector<std::vector<int>> loops;
   while (!next.empty()) {
@@ -83,6 +69,20 @@ std::optional<std::vector<std::vector<int>>> rims(const ForEachTriangle& for_eac
     loops.push_back(std::move(loop));
   }
   return loops;
+}
+
+/// Sides of triangles that no other one runs through the other way.
+std::vector<Side> free_sides(const std::vector<std::array<int, 3>>& triangles) {
+  std::vector<Side> sides;
+  sides.reserve(3 * triangles.size());
+  for (const auto& triangle : triangles)
+    for (int i = 0; i < 3; ++i) sides.emplace_back(triangle[i], triangle[(i + 1) % 3]);
+  std::sort(sides.begin(), sides.end());
+  std::vector<Side> out;
+  for (const Side& side : sides)
+    if (!std::binary_search(sides.begin(), sides.end(), Side(side.second, side.first)))
+      out.push_back(side);
+  return out;
 }
 
 /// Plans the patch for a region of a surface.
@@ -260,11 +260,7 @@ class Region {
         }
       });
       std::vector<int> crowded;
-      if (auto loops = rims(
-              [this](const auto& visit) {
-                for (const auto& triangle : grown_.triangles) visit(triangle);
-              },
-              &crowded)) {
+      if (auto loops = rims(free_sides(grown_.triangles), &crowded)) {
         patch_rims_ = std::move(*loops);
         return true;
       }
@@ -555,11 +551,12 @@ class Region {
 
   /// Joins the rims of what was removed to those of what has grown.
   bool join() {
-    const auto surface_rims = rims([this](const auto& visit) {
-      for (int t = 0; t < surface_.elements.rows(); ++t)
-        if (is_removed_[t])
-          visit({surface_.elements(t, 0), surface_.elements(t, 1), surface_.elements(t, 2)});
-    });
+    std::vector<Side> sides;
+    for (int t = 0; t < surface_.elements.rows(); ++t)
+      for (int i = 0; is_removed_[t] && i < 3; ++i)
+        if (!is_removed_[across_(t, i)])
+          sides.emplace_back(surface_.elements(t, i), surface_.elements(t, (i + 1) % 3));
+    const auto surface_rims = rims(sides);
     if (!surface_rims) return false;
     points_.resize(n_vertices_ + Eigen::Index(grown_.points.size()), 3);
     points_.topRows(n_vertices_) = surface_.points;
