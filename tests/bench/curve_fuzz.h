@@ -15,6 +15,7 @@
 #include "libcurve/hierarchy.h"
 #include "libcurve/moving_curve.h"
 #include "libcurve/primitives.h"
+#include "libcurve/surgery.h"
 #include "libcurve/verify.h"
 #include "libsurf/fem/geometry.h"
 
@@ -99,6 +100,9 @@ struct Outcome {
   bool is_compared = false;
   double difference =
       0;  ///< area in which domain and reference differ, of longest length * resolution
+  /// The same between the domains before and after a mend with events, the largest of the run:
+  /// what was joined, cut, dropped and smoothed.
+  double change = 0;
   int n_steps = 0, n_taken_back = 0;
   std::map<std::string, int> kinds;
 };
@@ -151,15 +155,20 @@ class Evolution {
                     dt * flow_.normal_speed * shape.nodal_normals().row(i).transpose().normalized();
       curve.restrict_move(to);
       curve.move_to(to);
+      const CurveMesh unmended(curve.segments());
+      const bool was_taken_back = curve.n_taken_back() > 0;
       curve.mend();
       time += dt;
       ++out.n_steps;
       out.n_taken_back = curve.n_taken_back();
       out.has_vanished = !curve.obstacle().empty();
-      for (const auto& event : curve.take_events()) ++out.kinds[event.kind];
+      const auto events = curve.take_events();
+      for (const auto& event : events) ++out.kinds[event.kind];
       const Verification verification = verify(curve.segments());
       out.is_valid = verification.passed();
       out.message = verification.message();
+      if (!events.empty() && out.is_valid && curve.n_taken_back() == int(was_taken_back))
+        out.change = std::max(out.change, change_by_mending(unmended, curve));
     }
     if (!out.is_valid || out.has_vanished || !is_full || kind_ == Kind::kBoth) return out;
     out.is_compared = true;
@@ -170,6 +179,15 @@ class Evolution {
   }
 
  private:
+  /// Against the exact domain round which the moved curves wind.
+  static double change_by_mending(CurveMesh unmended, const MovingCurve& curve) {
+    const double length = fem::Geometry<2>(unmended.points(), unmended.elements()).measure();
+    operate(unmended, {});
+    PolygonSet different = domain(curve.segments());
+    if (unmended.size() > 0) different.symmetric_difference(domain(unmended.segments()));
+    return area(different) / (length * kResolution);
+  }
+
   bool is_alone(std::size_t k) const {
     for (std::size_t other = 0; other < discs_.size(); ++other)
       if (other != k && (discs_[k].centre - discs_[other].centre).norm() <
