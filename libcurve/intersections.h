@@ -12,7 +12,7 @@ namespace surf::curve {
 using ElementPair = std::pair<int, int>;  ///< first < second
 
 enum class Detection {
-  kBoxes,  ///< tree of boxes along the curves and exact predicates: the faster one, see docs
+  kBoxes,  ///< tree of boxes along the curves and exact predicates: the faster one, docs/curves.md
   kSweep   ///< line sweep, thesis Alg. 9
 };
 

@@ -253,8 +253,19 @@ bool MovingCurve::mend_mesh(int max_rounds) {
   is_limited_ |= adapted.is_limited;
   const int n_moved = smooth(mesh_, {.max_ratio = kRatio, .max_height_mm = tolerance});
   if (n_removed + adapted.n_coarsened + n_moved == 0) return adapted.n_refined > 0;
-  // Its checks are local: where far parts come to intersect only refinement is left.
   if (intersections(mesh_.points(), mesh_.elements()).empty()) return true;
+  // Its checks are local. Where far parts come to intersect that is an event like others, unless
+  // the topology is fixed: then only refinement is left.
+  if (options_.topology == Topology::kFree) {
+    SurgeryOptions surgery;
+    surgery.min_area_mm2 = min_area();
+    const SurgeryReport report = operate(mesh_, surgery);
+    if (report.is_resolved && mesh_.size() > 0) {
+      events_.insert(events_.end(), report.events.begin(), report.events.end());
+      has_changed_domain_ = true;
+      return true;
+    }
+  }
   mesh_ = unmended;
   sizes.gamma_coarsen = 0;
   if (adapt(mesh_, sizes, max_rounds).n_refined == 0) return false;

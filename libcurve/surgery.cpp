@@ -18,6 +18,7 @@ namespace surf::curve {
 namespace {
 
 constexpr double kAlong = 3;       // of the distance: nearer elements are one sheet
+constexpr double kShortest = 0.3;  // of the resolution: elements that are bridged
 constexpr double kLongest = 2;     // of the resolution: elements at events
 constexpr double kFacing = -0.17;  // cosine of the normals: 100 degrees
 constexpr double kOverlap = 0.05;  // of the resolution: by which bridges reach into sheets
@@ -153,12 +154,7 @@ class Surgery {
   bool reconnect_all() {
     std::vector<Segments> parts = {curves_.segments()};
     const int n_real = curves_.size();
-    std::vector<char> meets(n_real, 0);
-    for (const auto& [e, f] : intersections(parts[0].points, parts[0].elements))
-      meets[e] = meets[f] = 1;
-    // Where sheets cross already no bridge is wanted.
-    for (const auto& [e, f] : contacts())
-      if (!meets[e] && !meets[f]) parts.push_back(bridge(e, f));
+    for (const auto& [e, f] : bridged_pairs()) parts.push_back(bridge(e, f));
     Segments now = joined(parts);
     origin_.assign(now.points.rows(), -1);
     std::iota(origin_.begin(), origin_.begin() + n_real, 0);
@@ -196,6 +192,20 @@ class Surgery {
     for (const auto e : curves.elements.rowwise())
       sum += (curves.points.row(e[1]) - curves.points.row(e[0])).norm();
     return sum / double(curves.elements.rows());
+  }
+
+  /// Sheets in contact. Where sheets cross already no bridge is wanted; nor from elements much
+  /// shorter than the resolution, whose normals say little and of which there may be many.
+  std::vector<ElementPair> bridged_pairs() const {
+    std::vector<char> is_out(curves_.size(), 0);
+    for (const auto& [e, f] : intersections(curves_.points(), curves_.elements()))
+      is_out[e] = is_out[f] = 1;
+    for (int i = 0; i < curves_.size(); ++i)
+      is_out[i] |= curves_.length(i) < kShortest * options_.resolution_mm;
+    std::vector<ElementPair> out;
+    for (const auto& [e, f] : contacts())
+      if (!is_out[e] && !is_out[f]) out.emplace_back(e, f);
+    return out;
   }
 
   /// A polygon that makes the gap between two elements part of the domain, or cuts the wall.
