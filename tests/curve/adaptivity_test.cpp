@@ -1,5 +1,6 @@
 #include "libcurve/adaptivity.h"
 
+#include <Eigen/Geometry>
 #include <random>
 
 #include "libcurve/hierarchy.h"
