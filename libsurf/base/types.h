@@ -26,6 +26,13 @@ struct Triangles {
   Elements<3> elements;  ///< (m, 3), counter-clockwise seen from outside
 };
 
+/// Closed polygons in the plane as plain arrays: each vertex ends one element and starts one. The
+/// domain is on the left, so the outward normal of element (a, b) is (dy, -dx) / length.
+struct Segments {
+  Points<2> points;      ///< (n, 2) [mm]
+  Elements<2> elements;  ///< (m, 2), start and end
+};
+
 using SparseMatrix = Eigen::SparseMatrix<double, Eigen::RowMajor>;
 
 }  // namespace surf

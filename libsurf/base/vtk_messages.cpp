@@ -6,29 +6,42 @@
 #include <vtkOutputWindow.h>
 #include <vtkSmartPointer.h>
 
+#include <algorithm>
+#include <mutex>
+
 namespace surf {
 namespace {
 
-class CaptureErrors : public vtkOutputWindow {
+class Messages : public vtkOutputWindow {
  public:
-  static CaptureErrors* New();
-  vtkTypeMacro(CaptureErrors, vtkOutputWindow);
-  void DisplayText(const char*) override {}
-  void DisplayErrorText(const char*) override { has_error = true; }
-  void DisplayWarningText(const char*) override {}
-  void DisplayGenericWarningText(const char*) override {}
-  void DisplayDebugText(const char*) override {}
+  static Messages* New();
+  vtkTypeMacro(Messages, vtkOutputWindow);
 
+  void DisplayText(const char* text) override {
+    if (first.empty() && text != nullptr) first = text;
+  }
+  void DisplayErrorText(const char* text) override {
+    has_error = true;
+    DisplayText(text);
+  }
+
+  std::string first;
   bool has_error = false;
 };
-vtkStandardNewMacro(CaptureErrors);
+vtkStandardNewMacro(Messages);
+
+std::mutex& mutex() {
+  static std::mutex the_mutex;
+  return the_mutex;
+}
 
 }  // namespace
 
 struct VtkMessages::Impl {
+  std::lock_guard<std::mutex> lock{mutex()};
   vtkLogger::Verbosity verbosity = vtkLogger::GetCurrentVerbosityCutoff();
   vtkSmartPointer<vtkOutputWindow> before = vtkOutputWindow::GetInstance();
-  vtkNew<CaptureErrors> window;
+  vtkNew<Messages> window;
 };
 
 VtkMessages::VtkMessages() : impl_(std::make_unique<Impl>()) {
@@ -42,5 +55,14 @@ VtkMessages::~VtkMessages() {
 }
 
 bool VtkMessages::has_error() const { return impl_->window->has_error; }
+
+std::string VtkMessages::first() const {
+  const std::string& all = impl_->window->first;
+  const std::size_t at = all.find("): ");
+  std::string text = at == std::string::npos ? all : all.substr(at + 3);
+  std::replace(text.begin(), text.end(), '\n', ' ');
+  while (text.ends_with(' ')) text.pop_back();
+  return text;
+}
 
 }  // namespace surf

@@ -2,17 +2,20 @@
 #pragma once
 
 #include <memory>
+#include <string>
 
 namespace surf {
 
-/// Takes VTK's messages in place of its output window while it lives: readers, parsers and arrays
-/// each report in their own way, and a truncated file may be read without any other sign.
+/// Collects VTK's messages while it lives. VTK has one window and one log for the whole process
+/// (observers do not reach all the objects inside a reader), so that one thread at a time has one.
 class VtkMessages {
  public:
   VtkMessages();
   ~VtkMessages();
 
   bool has_error() const;
+  /// The first message without the source file and the object's address, on one line.
+  std::string first() const;
 
  private:
   struct Impl;

@@ -170,14 +170,7 @@ void write_surface(const std::string& path, const Triangles& surface, const Writ
   Triangles in_file = rounded(surface, format);
   check(in_file, path);
   in_file.points = converted(in_file.points, options.space);
-  const std::string bytes = format.encode(in_file, options.space);
-  write_atomically(path, [&](const std::string& temporary) {
-    std::ofstream stream(temporary, std::ios::binary);
-    stream.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-    stream.close();
-    if (!stream)
-      throw OutputError(fmt::format("{}: cannot be written: {}", path, std::strerror(errno)));
-  });
+  write_bytes(path, format.encode(in_file, options.space));
 }
 
 }  // namespace surf::io
