@@ -18,7 +18,7 @@ enum class Interpolation {
 /// How an image becomes a field.
 struct FieldOptions {
   /// As for volumes; the grid is always that of the pixels.
-  volume::SmoothingOptions smoothing;
+  volume::SmoothingOptions smoothing = {};
   volume::DerivativeFilter filter = volume::DerivativeFilter::kBSpline;
   Interpolation interpolation = Interpolation::kSpline;
 };

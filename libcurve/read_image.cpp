@@ -1,22 +1,13 @@
 #include "libcurve/read_image.h"
 
 #include <fmt/format.h>
-#include <vtkDataArray.h>
-#include <vtkImageData.h>
-#include <vtkJPEGReader.h>
-#include <vtkNew.h>
-#include <vtkPNGReader.h>
-#include <vtkPointData.h>
-#include <vtkSmartPointer.h>
-#include <vtkTIFFReader.h>
 
 #include <cerrno>
-#include <cmath>
 #include <cstring>
 #include <fstream>
 
+#include "libcurve/raster.h"
 #include "libsurf/base/error.h"
-#include "libsurf/base/vtk_messages.h"
 
 namespace surf::curve {
 namespace {
@@ -45,63 +36,44 @@ const char* name(Format format) {
   return format == Format::kPng ? "PNG" : format == Format::kJpeg ? "JPEG" : "TIFF";
 }
 
-vtkSmartPointer<vtkImageReader2> make_reader(Format format) {
-  if (format == Format::kJpeg) return vtkSmartPointer<vtkJPEGReader>::New();
-  if (format == Format::kTiff) return vtkSmartPointer<vtkTIFFReader>::New();
-  const auto reader = vtkSmartPointer<vtkPNGReader>::New();
-  reader->ReadSpacingFromFileOn();
-  return reader;
+Raster read_raster(const std::string& path, Format format, int page) {
+  if (format == Format::kTiff) return read_tiff(path, page);
+  if (page != 0)
+    throw InputError(
+        fmt::format("{}: there is no page {}; the file has 1, counted from 0", path, page));
+  return format == Format::kPng ? read_png(path) : read_jpeg(path);
 }
 
-/// Rec. 709 luminance of the first components, or the first alone.
-double grey(const double* components, int n) {
-  if (n < 3) return components[0];
-  return 0.2126 * components[0] + 0.7152 * components[1] + 0.0722 * components[2];
-}
-
-/// VTK counts rows from the bottom.
-std::vector<float> values_of(vtkImageData& data, int page, const std::array<int, 2>& size) {
-  vtkDataArray& scalars = *data.GetPointData()->GetScalars();
-  const int n = scalars.GetNumberOfComponents();
-  std::vector<double> tuple(n);
-  std::vector<float> values;
-  values.reserve(std::size_t(size[0]) * size[1]);
-  for (int j = 0; j < size[1]; ++j) {
-    const vtkIdType row = (vtkIdType(page) * size[1] + size[1] - 1 - j) * size[0];
-    for (int i = 0; i < size[0]; ++i) {
-      scalars.GetTuple(row + i, tuple.data());
-      values.push_back(static_cast<float>(grey(tuple.data(), n)));
-    }
+/// Rec. 709 luminance of the first three components, or the first alone.
+std::vector<float> greys(const Raster& raster) {
+  const int n = raster.n_components;
+  if (n == 1) return raster.values;
+  std::vector<float> out;
+  out.reserve(raster.values.size() / n);
+  for (std::size_t at = 0; at + n <= raster.values.size(); at += n) {
+    const float* c = &raster.values[at];
+    out.push_back(n < 3 ? c[0] : static_cast<float>(0.2126 * c[0] + 0.7152 * c[1] + 0.0722 * c[2]));
   }
-  return values;
+  return out;
 }
 
-void add_notes(ImageSource& source, int n_components, int n_pages) {
-  if (n_components >= 3)
-    source.notes.push_back("colors are turned into luminance: 0.2126 R + 0.7152 G + 0.0722 B");
-  if (n_components == 2 || n_components == 4) source.notes.push_back("transparency is dropped");
-  if (n_pages > 1)
-    source.notes.push_back(fmt::format("the file has {} pages; --page chooses another", n_pages));
-}
-
-Eigen::Vector2d spacing_of(const vtkImageReader2& reader, Format format, ImageSource& source,
-                           const ReadImageOptions& options) {
-  if (options.spacing_mm) {
-    source.spacing_source = "options";
-    return *options.spacing_mm;
-  }
-  const double* spacing = const_cast<vtkImageReader2&>(reader).GetDataSpacing();
-  const bool is_stated = spacing[0] > 0 && spacing[1] > 0 && std::isfinite(spacing[0]) &&
-                         std::isfinite(spacing[1]) && (spacing[0] != 1 || spacing[1] != 1);
-  if (format == Format::kJpeg || !is_stated) {
-    source.spacing_source = "unknown";
-    return {1, 1};
-  }
-  source.spacing_source = "file";
-  return {spacing[0], spacing[1]};
+std::vector<std::string> notes_of(const Raster& raster) {
+  std::vector<std::string> notes;
+  if (raster.n_components >= 3)
+    notes.push_back("colors are turned into luminance: 0.2126 R + 0.7152 G + 0.0722 B");
+  if (raster.n_components == 2 || raster.n_components == 4)
+    notes.push_back("transparency is dropped");
+  if (raster.n_pages > 1)
+    notes.push_back(fmt::format("the file has {} pages; --page chooses another", raster.n_pages));
+  return notes;
 }
 
 }  // namespace
+
+InputError damaged(const std::string& path, const char* format, const std::string& why) {
+  return InputError(fmt::format("{}: {} is truncated or damaged{}{}; get the file again", path,
+                                format, why.empty() ? "" : ": ", why));
+}
 
 bool is_image_file(const std::string& path) {
   return format_of(first_bytes(path)) != Format::kNone;
@@ -115,37 +87,16 @@ Image read_image(const std::string& path, const ReadImageOptions& options) {
   const Format format = format_of(bytes);
   if (format == Format::kNone)
     throw InputError(fmt::format("{}: not a PNG, JPEG or TIFF image", path));
-  const VtkMessages messages;
-  const auto reader = make_reader(format);
-  const auto check = [&](const char* what) {
-    if (messages.has_error() || reader->GetErrorCode() != 0)
-      throw InputError(fmt::format("{}: {} {}; get the file again", path, name(format), what));
-  };
-  reader->SetFileName(path.c_str());
-  reader->UpdateInformation();
-  check("header is damaged or of an unsupported kind");
-  const int* extent = reader->GetDataExtent();
-  const std::array<int, 2> size = {extent[1] - extent[0] + 1, extent[3] - extent[2] + 1};
-  const int n_pages = extent[5] - extent[4] + 1;
-  check_image_size({size[0], size[1]}, path);
-  if (options.page < 0 || options.page >= n_pages)
-    throw InputError(fmt::format("{}: there is no page {}; the file has {}, counted from 0", path,
-                                 options.page, n_pages));
-  reader->Update();
-  check("is truncated or damaged");
-  vtkImageData& data = *reader->GetOutput();
-  if (!data.GetPointData()->GetScalars() ||
-      data.GetNumberOfPoints() != vtkIdType(size[0]) * size[1] * n_pages)
-    throw InputError(
-        fmt::format("{}: {} is truncated or damaged; get the file again", path, name(format)));
+  const Raster raster = read_raster(path, format, options.page);
   ImageSource source;
   source.path = path;
   source.format = name(format);
-  source.scalar_type = data.GetScalarTypeAsString();
-  add_notes(source, data.GetNumberOfScalarComponents(), n_pages);
-  const Eigen::Vector2d spacing = spacing_of(*reader, format, source, options);
-  return Image(size, pixel_to_plane(spacing), values_of(data, options.page, size),
-               std::move(source));
+  source.scalar_type = raster.scalar_type;
+  source.spacing_source = options.spacing_mm ? "options" : raster.spacing_mm ? "file" : "unknown";
+  source.notes = notes_of(raster);
+  const Eigen::Vector2d spacing =
+      options.spacing_mm.value_or(raster.spacing_mm.value_or(Eigen::Vector2d(1, 1)));
+  return Image(raster.size, pixel_to_plane(spacing), greys(raster), std::move(source));
 }
 
 }  // namespace surf::curve

@@ -10,7 +10,7 @@ namespace surf::curve {
 
 struct ReadImageOptions {
   /// Pixel size [mm]; none = what the file states, else 1.
-  std::optional<Eigen::Vector2d> spacing_mm;
+  std::optional<Eigen::Vector2d> spacing_mm = {};
   /// Page of a TIFF file, from 0.
   int page = 0;
 };
