@@ -21,7 +21,7 @@ else()
   set(SURFSEG_PRIVATE_HEADERS
       assemble.h byte_stream.h dicom_structure.h edge_offset.h exact_segments.h ladder.h model.h raster.h
       openvdb_grid.h raw_scalars.h read_dicom.h read_metaimage.h read_nifti.h read_nrrd.h
-      read_vdb.h read_vti.h region_terms.h seed_model.h slice_stack.h spline.h surface_formats.h vtp_file.h)
+      read_vdb.h read_vti.h region_terms.h seed_model.h slice_stack.h spline.h surface_formats.h surface_setting.h vtp_file.h)
   set(excluded "")
   foreach(header ${SURFSEG_PRIVATE_HEADERS})
     list(APPEND excluded PATTERN ${header} EXCLUDE)

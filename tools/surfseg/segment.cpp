@@ -16,7 +16,6 @@
 #include "libsurf/mesh/measure.h"
 #include "libsurf/mesh/rasterize.h"
 #include "libsurf/mesh/verify.h"
-#include "libsurf/segment/model.h"
 #include "libsurf/volume/read_volume.h"
 #include "libsurf/volume/write_volume.h"
 #include "tools/common/arguments.h"
@@ -149,7 +148,7 @@ class SegmentCommand {
         });
     clock_.begin("verify");
     const surf::Triangles surface =
-        surf::io::rounded_to_file(result.surface, surf::extension(arguments_.output));
+        surf::io::rounded_to_file(result.shape, surf::extension(arguments_.output));
     const surf::mesh::Verification verification = surf::mesh::verify(surface);
     clock_.begin("write");
     ExitCode exit_code = exit_code_of(result);
@@ -254,7 +253,7 @@ class SegmentCommand {
     };
     surf::segment::SegmentOptions out;
     for (const std::string& seed : arguments_.seeds)
-      out.seeds_ras_mm.push_back(
+      out.seeds_mm.push_back(
           to_ras_mm(parse_point("--seed", seed), space, volume.index_to_world()));
     out.seed_radius_mm = length("--radius", arguments_.radius);
     out.sigma_mm = length("--sigma", arguments_.sigma);
@@ -297,9 +296,9 @@ class SegmentCommand {
                            const surf::volume::Volume& volume) const {
     InitialSurface initial = make_initial_surface(
         arguments_.initial, space, volume, out.edge_length_mm.value_or(1.5 * volume.voxel_size()));
-    out.initial_surface = std::move(initial.surface);
-    if (out.seeds_ras_mm.empty() && initial.center_ras_mm)
-      out.seeds_ras_mm.push_back(*initial.center_ras_mm);
+    out.initial = std::move(initial.surface);
+    if (out.seeds_mm.empty() && initial.center_ras_mm)
+      out.seeds_mm.push_back(*initial.center_ras_mm);
   }
 
   /// The --energy terms with the shorthands --gamma, --gamma0 and --lambda filled in.
@@ -382,7 +381,7 @@ class SegmentCommand {
       surf::io::write_surface((path.parent_path() / fmt::format("{}-{}{}", path.stem().string(),
                                                                 i + 1, path.extension().string()))
                                   .string(),
-                              result.candidates[i].surface, options);
+                              result.candidates[i].shape, options);
   }
 
   ordered_json summarise(const surf::segment::SegmentResult& result, const surf::Triangles& surface,
@@ -431,7 +430,7 @@ class SegmentCommand {
     for (const auto& term : result.energies) chosen["energies"].push_back(to_string(term));
     out["chosen"] = chosen;
     for (const auto& candidate : result.candidates) {
-      ordered_json entry{{"score", candidate.score}, {"volume_mm3", candidate.volume_mm3}};
+      ordered_json entry{{"score", candidate.score}, {"volume_mm3", candidate.enclosed}};
       for (const auto& term : candidate.energies) entry["energies"].push_back(to_string(term));
       out["candidates"].push_back(entry);
     }

@@ -50,7 +50,7 @@ struct Scene {
 
   SegmentResult result() const {
     SegmentOptions options;
-    options.seeds_ras_mm = {to_plain.inverse() * Vector3d(3, -2, 2)};
+    options.seeds_mm = {to_plain.inverse() * Vector3d(3, -2, 2)};
     if (!is_automatic) {
       options.seed_radius_mm = seed_radius_mm * unit();
       options.energies = {{"minimal-surface", 1, {{"gamma", -0.7 / unit()}}}};
