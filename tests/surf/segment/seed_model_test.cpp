@@ -4,6 +4,7 @@
 
 #include <random>
 
+#include "libsurf/segment/model.h"
 #include "libsurf/volume/image_fields.h"
 #include "libsurf/volume/phantom.h"
 
@@ -109,7 +110,7 @@ TEST(EdgeStrength, TakesNoiseForNoEdge) {
 TEST(EdgeStrength, OfAnEmptyImageIsPositive) {
   const volume::Volume empty({8, 8, 8}, Eigen::Affine3d::Identity(), std::vector<float>(512, 3));
   EXPECT_GT(estimate_edge_strength<3>(*volume::intensity_field(empty, {}),
-                                      std::vector{Vector3d(4, 4, 4)}, empty),
+                                      std::vector{Vector3d(4, 4, 4)}, extent_of(empty)),
             0);
 }
 
