@@ -60,7 +60,7 @@ struct Scene {
 
   /// The verified surface, brought back to the plain world, where a voxel is 1 mm.
   Triangles surface() const {
-    Triangles out = result().surface;
+    Triangles out = result().shape;
     const mesh::Verification check = mesh::verify(out);
     EXPECT_TRUE(check.passed()) << check.message();
     for (Eigen::Index i = 0; i < out.points.rows(); ++i)
