@@ -10,8 +10,8 @@
 #include <string>
 #include <vector>
 
+#include "libcurve/adaptivity.h"
 #include "libcurve/curve_mesh.h"
-#include "libsurf/fem/adaptivity.h"
 #include "libsurf/flow/moving_shape.h"
 #include "libsurf/mesh/topology.h"
 
@@ -19,7 +19,6 @@ namespace surf::curve {
 
 using mesh::StepAdjustment;
 using mesh::Topology;
-using AdaptivityOptions = fem::AdaptivityOptions<2>;
 
 /// The part of the plane that pixel centres of an image span: 0 <= index <= size - 1.
 struct ImageBox {
@@ -43,6 +42,8 @@ struct MovingCurveOptions {
   /// With kFree: sheets that face each other and come closer than 0.9 of it are joined [mm]. 0 =
   /// 0.7 of edge_length_mm.
   double topology_resolution_mm = 0;
+  /// Alg. 10: steps are shortened until only two places are left where elements meet, as one event
+  /// has them (kCatchFirst), or one (kResolveFirst); if that cannot be, to the first events.
   StepAdjustment step_adjustment = StepAdjustment::kNone;
   /// Components that enclose less go, with what lies in them [mm^2]; 0 = those of a circle of
   /// radius topology_resolution_mm.

@@ -16,7 +16,6 @@
 namespace surf::curve {
 namespace {
 
-constexpr double kContact = 0.9;   // of the resolution: sheets are joined
 constexpr double kAlong = 3;       // of the distance: nearer elements are one sheet
 constexpr double kLongest = 2;     // of the resolution: elements at events
 constexpr double kFacing = -0.17;  // cosine of the normals: 100 degrees
@@ -263,13 +262,6 @@ std::vector<std::pair<int, int>> sheets_in_contact(const CurveMesh& curves, cons
     if (now < then && !are_near_along(curves, e, f, kAlong * distance)) out.emplace_back(e, f);
   }
   return out;
-}
-
-bool has_events(const Points<2>& from, const Points<2>& to, const Elements<2>& elements,
-                double resolution_mm) {
-  if (!intersections(to, elements).empty()) return true;
-  return resolution_mm > 0 &&
-         !sheets_in_contact(CurveMesh({to, elements}), from, kContact * resolution_mm).empty();
 }
 
 SurgeryReport operate(CurveMesh& curves, const SurgeryOptions& options, const Points<2>& before) {

@@ -10,6 +10,9 @@
 
 namespace surf::curve {
 
+/// Sheets are joined below this share of the resolution.
+constexpr double kContact = 0.9;
+
 struct SurgeryOptions {
   /// Topology resolution [mm], >= 0. Elements at events are bisected down to twice this length
   /// (Alg. 11), and sheets that face each other and come closer than 0.9 of it are joined: gaps are
@@ -42,10 +45,6 @@ struct SurgeryReport {
 /// @throws UsageError  options.error() is not empty
 SurgeryReport operate(CurveMesh& curves, const SurgeryOptions& options,
                       const Points<2>& before = {});
-
-/// Whether a move brings elements to meet or sheets to be joined.
-bool has_events(const Points<2>& from, const Points<2>& to, const Elements<2>& elements,
-                double resolution_mm);
 
 /// Pairs of elements without a common node that face each other (normals more than 100 degrees
 /// apart) closer than `distance` and closer than before the move, and that are not near along the
