@@ -221,6 +221,7 @@ bool MovingCurve::resolve_events() {
   if (!report.is_resolved || has_vanished_) {
     mesh_ = at_move;
     mesh_.set_points(before);
+    ++n_taken_back_;
     return true;
   }
   events_.insert(events_.end(), report.events.begin(), report.events.end());
@@ -256,7 +257,10 @@ bool MovingCurve::mend_mesh(int max_rounds) {
   if (intersections(mesh_.points(), mesh_.elements()).empty()) return true;
   mesh_ = unmended;
   sizes.gamma_coarsen = 0;
-  return adapt(mesh_, sizes, max_rounds).n_refined > 0;
+  if (adapt(mesh_, sizes, max_rounds).n_refined == 0) return false;
+  if (intersections(mesh_.points(), mesh_.elements()).empty()) return true;
+  mesh_ = unmended;  // midpoints are rounded, too
+  return false;
 }
 
 std::string MovingCurve::obstacle() const {

@@ -82,6 +82,9 @@ class MovingCurve : public flow::MovingShape<2> {
   double border_share() const;
   /// adaptivity.max_elements has kept the curves from being refined, now or earlier.
   bool is_limited() const { return is_limited_; }
+  /// Moves that were taken back because surgery could not resolve what they led to, or would have
+  /// left nothing.
+  int n_taken_back() const { return n_taken_back_; }
   /// Changes the wanted edge length, and the largest displacement in proportion; the mesh follows
   /// with the next mend.
   void set_edge_length(double edge_length_mm);
@@ -104,6 +107,7 @@ class MovingCurve : public flow::MovingShape<2> {
   bool has_changed_domain_ = false;  ///< in the last mend()
   bool has_vanished_ = false;        ///< a surgery would leave nothing
   bool is_limited_ = false;
+  int n_taken_back_ = 0;
 };
 
 }  // namespace surf::curve
