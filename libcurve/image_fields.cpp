@@ -191,6 +191,56 @@ class GridField : public Field<2> {
   Padded nodes_;
 };
 
+/// Integral of the cubic B-spline field along the columns, from column 0.
+class SplineIntegral : public Field<2> {
+ public:
+  SplineIntegral(const Image& image, const std::vector<float>& values)
+      : plane_to_pixel_(image.plane_to_pixel()), nodes_(padded(image.size(), values, 2)) {
+    const auto& size = image.size();
+    for (int j = -1; j <= size[1] + 1; ++j) {
+      double sum = 0;
+      for (int i = 0; i < size[0]; ++i) {
+        whole_.push_back(sum);
+        const float* c = nodes_.at(i - 1, j);
+        sum += (double(c[0]) + c[3]) / 24 + 11.0 / 24 * (double(c[1]) + c[2]);
+      }
+    }
+  }
+
+  void sample(const Points<2>& x, Derivatives, Samples<2>& out) const override {
+    out.resize(x.rows(), Derivatives::kNone);
+    for (Eigen::Index at = 0; at < x.rows(); ++at) out.value[at] = value(x.row(at));
+  }
+
+ private:
+  double value(const Vector<2>& x) const {
+    const Vector<2> u = plane_to_pixel_ * x;
+    const auto& size = nodes_.size();
+    const double at_u = std::clamp(u[0], 0.0, size[0] - 1.0),
+                 at_v = std::clamp(u[1], 0.0, size[1] - 1.0);
+    const int i = static_cast<int>(at_u), j = static_cast<int>(at_v);
+    const double t = at_u - i, s = 1 - t, t2 = t * t, t3 = t2 * t, t4 = t2 * t2;
+    // Integrals of the four weights from 0 to t.
+    const std::array<double, 4> partial = {(1 - s * s * s * s) / 24,
+                                           (0.75 * t4 - 2 * t3 + 4 * t) / 6,
+                                           (t + 1.5 * t2 + t3 - 0.75 * t4) / 6, t4 / 24};
+    const volume::SplineWeights wx(t), wy(at_v - j);
+    double sum = 0;
+    for (int d = 0; d < 4; ++d) {
+      const float* c = nodes_.at(i - 1, j - 1 + d);
+      const double before = whole_[std::size_t(j + d) * size[0] + i];
+      // The constant continuation beyond the first and last column adds its share.
+      sum += wy.value[d] *
+             (before + volume::dot(partial, c) + (u[0] - at_u) * volume::dot(wx.value, c));
+    }
+    return sum;
+  }
+
+  Eigen::Affine2d plane_to_pixel_;
+  Padded nodes_;
+  std::vector<double> whole_;  // up to each column, rows -1 to size + 1
+};
+
 /// Gradient at pixel (i, j) along the index axes: differences, each averaged across.
 Vector<2> index_gradient(const Padded& in, int i, int j, double side) {
   const std::array<double, 3> mean = {side, 1 - 2 * side, side};
@@ -207,6 +257,11 @@ Vector<2> index_gradient(const Padded& in, int i, int j, double side) {
 std::shared_ptr<const Field<2>> intensity_field(const Image& image, const FieldOptions& options) {
   return std::make_shared<const GridField>(image, smoothed(image, options.smoothing),
                                            options.interpolation);
+}
+
+std::shared_ptr<const Field<2>> intensity_antiderivative(const Image& image,
+                                                         const FieldOptions& options) {
+  return std::make_shared<const SplineIntegral>(image, smoothed(image, options.smoothing));
 }
 
 std::shared_ptr<const Field<2>> edge_indicator(const Image& image, const FieldOptions& options,

@@ -45,6 +45,11 @@ class ImageModel : public EnergyModel<2> {
     const double pixel = image_.pixel_size() * image_.pixel_size();
     return {pixel * double(image_.n_pixels()), pixel * sum, pixel * squares};
   }
+  std::optional<energy::Antiderivative<2>> antiderivative() const override {
+    if (options_.interpolation != Interpolation::kSpline) return {};
+    return energy::Antiderivative<2>{image_.pixel_to_plane().linear().col(0),
+                                     intensity_antiderivative(image_, options_)};
+  }
 
  private:
   Image image_;

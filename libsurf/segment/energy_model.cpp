@@ -54,7 +54,8 @@ std::unique_ptr<energy::EnergySum<Dim>> EnergyModel<Dim>::energy(
       energy::ChanVeseOptions options;
       options.ray_spacing_mm = extent_.cell_mm();
       options.intensity_scale = std::sqrt(std::max(variance, 1e-300));
-      sum->add(term.weight, std::make_unique<energy::ChanVese<Dim>>(intensity(), all, options));
+      sum->add(term.weight, std::make_unique<energy::ChanVese<Dim>>(intensity(), all, options,
+                                                                    antiderivative()));
     } else if (term.name == "window") {
       sum->add(term.weight,
                std::make_unique<energy::DomainIntegral<Dim>>(window(term), domain_options()));

@@ -56,6 +56,8 @@ class EnergyModel {
   virtual std::shared_ptr<const Field<Dim>> make_edge_indicator(double lambda) const = 0;
   /// Sums over the whole image.
   virtual energy::ImageTotals totals() const = 0;
+  /// Of the intensity, where it is cheap to have.
+  virtual std::optional<energy::Antiderivative<Dim>> antiderivative() const { return {}; }
 
  private:
   energy::DomainIntegralOptions domain_options() const;

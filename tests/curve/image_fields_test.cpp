@@ -77,6 +77,23 @@ TEST_P(ImageFields, DerivativesAreThoseOfTheValue) {
   }
 }
 
+TEST(SplineIntegral, ItsSlopeAlongTheColumnsIsTheField) {
+  const auto affine = odd_affine();
+  const Image image = image_of(
+      {40, 30}, affine, [](const auto& x) { return std::sin(0.3 * x[0]) * std::cos(0.2 * x[1]); });
+  const FieldOptions options{.smoothing = {.sigma_mm = 0.5}};
+  const auto I = intensity_field(image, options), P = intensity_antiderivative(image, options);
+  constexpr double kStep = 1e-4, kTolerance = 1e-6;  // kStep^2 times third derivatives
+  for (const Eigen::Vector2d& pixel :
+       {Eigen::Vector2d(20.3, 14.6), {0.5, 0.2}, {38.9, 28.9}, {-3, 12}, {50, -2}}) {
+    const auto at = [&](double u) {
+      return sample(*P, affine * Eigen::Vector2d(pixel[0] + u, pixel[1])).value[0];
+    };
+    EXPECT_NEAR((at(kStep) - at(-kStep)) / (2 * kStep), sample(*I, affine * pixel).value[0],
+                kTolerance);
+  }
+}
+
 TEST_P(ImageFields, GoOnConstantlyOutside) {
   const Image image =
       image_of({8, 8}, Eigen::Affine2d::Identity(), [](const auto& x) { return x[0]; });
