@@ -123,12 +123,43 @@ double RungFeatures::score() const {
 
 namespace {
 
-/// Everything one climb with one neck radius needs.
+/// The rungs of one climb.
+struct Rungs {
+  std::string name;
+  double neck_radius;  ///< [cells], of the start
+  int end;             ///< rungs are 2 to end - 1
+  std::function<std::vector<EnergyTerm>(int q)> terms;
+};
+
+/// Wider and wider windows.
+Rungs window_rungs(const SeedModel& seed, double neck_radius, double cell_mm, int end) {
+  return {fmt::format("ladder r={:.3g}", neck_radius * cell_mm), neck_radius, end,
+          [seed, beta = neck_radius * cell_mm / 2](int q) -> std::vector<EnergyTerm> {
+            const double half_width = seed.deviation * std::pow(2, q / 2.0);
+            return {{"window", 1, {{"mean", seed.mean}, {"half-width", half_width}}},
+                    {"area", beta, {}}};
+          }};
+}
+
+/// Stronger and stronger balloons.
+Rungs edge_rungs(double lambda, double cell_mm) {
+  constexpr double kFirstGamma = 0.1;  // per cell
+  constexpr double kStartRadius = 6;   // a circle of 1.4 times that grows by the second rung
+  constexpr int kEnd = 8;
+  return {
+      fmt::format("ladder lambda={:.3g}", lambda), kStartRadius, kEnd,
+      [=](int q) -> std::vector<EnergyTerm> {
+        const double gamma = -kFirstGamma * std::pow(2, (q - 2) / 2.0) / cell_mm;
+        return {{"minimal-surface", 1, {{"gamma0", 1.0}, {"gamma", gamma}, {"lambda", lambda}}}};
+      }};
+}
+
+/// Everything one climb needs.
 template <int Dim>
 class Climb {
  public:
   Climb(const Setting<Dim>& setting, EnergyModel<Dim>& model, const SeedModel& seed,
-        double neck_radius, const Simplices<Dim>& start, const LadderOptions<Dim>& options,
+        const Rungs& rungs_of_climb, const Simplices<Dim>& start, const LadderOptions<Dim>& options,
         std::vector<StageReport>& stages, const ProgressOf<Dim>& progress)
       : setting_(setting),
         model_(model),
@@ -136,7 +167,7 @@ class Climb {
         options_(options),
         stages_(stages),
         progress_(progress),
-        beta_(neck_radius * model.extent().cell_mm() / 2),
+        rungs_(rungs_of_climb),
         start_(start) {
     restart();
   }
@@ -145,13 +176,12 @@ class Climb {
     std::vector<RungFeatures> rungs;
     std::vector<CandidateOf<Dim>> found;
     RungEnd end = RungEnd::kRest;
-    for (int q = 2; q < options_.max_rungs; ++q) {
-      const double half_width = seed_.deviation * std::pow(2, q / 2.0);
-      end = grow(half_width, rungs.empty() ? 0 : rungs.back().enclosed, q);
+    for (int q = 2; q < rungs_.end; ++q) {
+      end = grow(rungs_.terms(q), rungs.empty() ? 0 : rungs.back().enclosed, q);
       if (end == RungEnd::kStopped) {  // what has grown so far is a candidate, of no score
         rungs.emplace_back().enclosed = shape_->moving().geometry().enclosed();
-        found.push_back({shape_->simplices(), 0, rungs.back().enclosed, terms(half_width),
-                         stages_.back().name});
+        found.push_back(
+            {shape_->simplices(), 0, rungs.back().enclosed, rungs_.terms(q), stages_.back().name});
         break;
       }
       // Rough after a calm rung of some size: it leaks through its noise.
@@ -172,17 +202,16 @@ class Climb {
       }
       rungs.push_back(rung);
       found.push_back(
-          {shape_->simplices(), 0, rung.enclosed, terms(half_width), stages_.back().name});
+          {shape_->simplices(), 0, rung.enclosed, rungs_.terms(q), stages_.back().name});
     }
     for (std::size_t i = 0; i < found.size(); ++i) {
       found[i].score = is_judged(rungs[i], kLeastRadius) ? rungs[i].score() : 0;
       log(LogLevel::kDebug,
-          fmt::format(
-              "rung {:2} beta {:.2f} a {:8.2f} V {:12.1f} mm^n  O {:.2f} e {:.2f} Q {:.2f} b "
-              "{:.2f} g {:.2f}  score {:.3f}",
-              i, beta_, found[i].energies[0].parameters["half-width"], rungs[i].enclosed,
-              rungs[i].separation, rungs[i].edge_share, rungs[i].sphericity, rungs[i].growth_in,
-              rungs[i].growth_out, found[i].score));
+          fmt::format("{} rung {:2} V {:12.1f} mm^n  O {:.2f} e {:.2f} Q {:.2f} b "
+                      "{:.2f} g {:.2f}  score {:.3f}",
+                      rungs_.name, i, rungs[i].enclosed, rungs[i].separation, rungs[i].edge_share,
+                      rungs[i].sphericity, rungs[i].growth_in, rungs[i].growth_out,
+                      found[i].score));
       candidates.push_back(std::move(found[i]));
     }
   }
@@ -195,13 +224,9 @@ class Climb {
     return rung.enclosed > content_of_ball<Dim>(radius * model_.extent().cell_mm());
   }
 
-  std::vector<EnergyTerm> terms(double half_width) const {
-    return {{"window", 1, {{"mean", seed_.mean}, {"half-width", half_width}}}, {"area", beta_, {}}};
-  }
-
   void restart() {
     ShapeOptions<Dim> shape = options_.shape;
-    shape.adaptivity.integrands = model_.integrands(terms(seed_.deviation));
+    shape.adaptivity.integrands = model_.integrands(rungs_.terms(0));
     shape_ = setting_.make_shape(start_, shape);
   }
 
@@ -212,10 +237,10 @@ class Climb {
     shape_->set_edge_length(std::clamp(radius / 20, shortest, 2 * shortest));
   }
 
-  RungEnd grow(double half_width, double enclosed_before, int q) {
-    const auto energy = model_.energy(terms(half_width));
-    shape_->set_integrands(model_.integrands(terms(half_width)));
-    const std::string stage = fmt::format("ladder r={:.3g} rung {}", 2 * beta_, q - 1);
+  RungEnd grow(const std::vector<EnergyTerm>& terms, double enclosed_before, int q) {
+    const auto energy = model_.energy(terms);
+    shape_->set_integrands(model_.integrands(terms));
+    const std::string stage = fmt::format("{} rung {}", rungs_.name, q - 1);
     const double start_content = fem::Geometry<Dim>(start_.points, start_.elements).enclosed();
     // A tiny first rung may fill a whole plateau at once.
     const bool may_leak =
@@ -260,7 +285,7 @@ class Climb {
   const LadderOptions<Dim>& options_;
   std::vector<StageReport>& stages_;
   const ProgressOf<Dim>& progress_;
-  double beta_;
+  Rungs rungs_;
   const Simplices<Dim>& start_;
   std::unique_ptr<GrowingShape<Dim>> shape_;
 };
@@ -273,7 +298,14 @@ std::vector<CandidateOf<Dim>> climb(const Setting<Dim>& setting, EnergyModel<Dim
                                     const LadderOptions<Dim>& options,
                                     std::vector<StageReport>& stages,
                                     const ProgressOf<Dim>& progress) {
-  const int n = static_cast<int>(options.neck_radii.size());
+  std::vector<Rungs> climbs;
+  for (const double radius : options.neck_radii)
+    climbs.push_back(window_rungs(seed, radius, model.extent().cell_mm(), options.max_rungs));
+  for (const double lambda : options.edge_strengths) {
+    climbs.push_back(edge_rungs(lambda, model.extent().cell_mm()));
+    model.edge_indicator(lambda);  // the model's fields are not made by several threads at once
+  }
+  const int n = static_cast<int>(climbs.size());
   std::vector<std::vector<CandidateOf<Dim>>> found(n);
   std::vector<std::vector<StageReport>> reports(n);
   std::mutex mutex;
@@ -283,9 +315,8 @@ std::vector<CandidateOf<Dim>> climb(const Setting<Dim>& setting, EnergyModel<Dim
     return !progress || progress(stage, record, shape);
   };
   tbb::parallel_for(0, n, [&](int i) {
-    const Simplices<Dim> start = starts(options.neck_radii[i]);
-    Climb<Dim>(setting, model, seed, options.neck_radii[i], start, options, reports[i],
-               one_at_a_time)
+    const Simplices<Dim> start = starts(climbs[i].neck_radius);
+    Climb<Dim>(setting, model, seed, climbs[i], start, options, reports[i], one_at_a_time)
         .run(found[i]);
   });
   std::vector<CandidateOf<Dim>> candidates;

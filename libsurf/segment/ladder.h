@@ -26,6 +26,9 @@ struct LadderOptions {
   /// of smaller radius.
   std::vector<double> neck_radii = {1, 2, 4};
   int max_rungs = 24;
+  /// Edge strengths lambda: for each, rungs of minimal-surface whose gamma grows from -0.1 to -0.57
+  /// per cell. They cross weak edges that windows do not see apart from noise.
+  std::vector<double> edge_strengths = {};
   flow::FlowOptions flow;
 };
 
@@ -33,7 +36,8 @@ struct LadderOptions {
 template <int Dim>
 using Start = std::function<Simplices<Dim>(double neck_radius)>;
 
-/// Candidates of all rungs of all neck radii, best score first; empty if none grew.
+/// Candidates of all rungs of all neck radii and edge strengths, best score first; empty if none
+/// grew.
 template <int Dim>
 std::vector<CandidateOf<Dim>> climb(const Setting<Dim>& setting, EnergyModel<Dim>& model,
                                     const SeedModel& seed, const Start<Dim>& starts,

@@ -151,6 +151,11 @@ class Run {
     if (options_.topology == mesh::Topology::kFree)
       ladder.shape.topology =
           options_.seeds_mm.size() > 1 ? mesh::Topology::kGenus0 : mesh::Topology::kFixed;
+    if (Dim == 2)  // cheap there
+      for (const double share : {0.5, 1.0})
+        ladder.edge_strengths.push_back(share * estimate_edge_strength<Dim>(*model_->intensity(),
+                                                                            seeds_or_centre(),
+                                                                            setting_.extent()));
     ladder.flow = options_.flow;
     ladder.flow.energy_tol = std::max(ladder.flow.energy_tol, 3e-3);
     ladder.flow.energy_share_on_the_way = 1;  // a leak is on its way too
