@@ -3,8 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "libcurve/contour_file.h"
+#include "libcurve/hierarchy.h"
 #include "libcurve/primitives.h"
 #include "libsurf/base/error.h"
 #include "tools/common/arguments.h"
@@ -27,6 +29,22 @@ std::pair<std::string, std::string> split_circle(const std::string& text) {
   return {text.substr(0, comma), text.substr(comma + 1)};
 }
 
+/// Circles at whose centre the image is brighter, or darker, than its mean: those all over it would
+/// lie as much in the background, and regions that compete might as well take that for the object.
+Segments circles_in_objects(const Image& image, const Segments& circles, bool are_dark) {
+  double mean = 0;
+  for (const float value : image.values()) mean += value / double(image.n_pixels());
+  const auto hierarchy = surf::curve::curve_hierarchy(circles);
+  std::vector<char> keep;
+  for (const auto& component : hierarchy.components) {
+    const Eigen::Vector2d pixel = image.plane_to_pixel() * component.centre;
+    const int i = std::clamp(int(std::lround(pixel[0])), 0, image.size()[0] - 1),
+              j = std::clamp(int(std::lround(pixel[1])), 0, image.size()[1] - 1);
+    keep.push_back((image.value(i, j) > mean) != are_dark);
+  }
+  return surf::curve::kept(circles, hierarchy, keep);
+}
+
 Segments grid_of_seeds(const CurveArguments& a, const Image& image, double edge_length) {
   const double pixel = image.pixel_size();
   const double spacing = parse_positive_length("--seeds-grid", a.seeds_grid).mm(pixel);
@@ -38,8 +56,11 @@ Segments grid_of_seeds(const CurveArguments& a, const Image& image, double edge_
   for (const double i : {0.0, image.size()[0] - 1.0})
     for (const double j : {0.0, image.size()[1] - 1.0})
       box.extend(image.pixel_to_plane() * Eigen::Vector2d(i, j));
-  Segments out = surf::curve::grid_of_circles(box.min(), box.max(), spacing, radius,
-                                              std::min(edge_length, radius / 2));
+  Segments out =
+      circles_in_objects(image,
+                         surf::curve::grid_of_circles(box.min(), box.max(), spacing, radius,
+                                                      std::min(edge_length, radius / 2)),
+                         a.dark);
   if (out.elements.rows() == 0)
     throw UsageError(fmt::format("--seeds-grid: {} is more than the image", a.seeds_grid));
   return out;
@@ -84,9 +105,11 @@ void add_curve_options(CLI::App& command, CurveArguments& a) {
       ->allow_extra_args(false)
       ->group(start);
   command
-      .add_option("--seeds-grid", a.seeds_grid,
-                  "Or circles all over the image, at this distance, such as 20px")
+      .add_option(
+          "--seeds-grid", a.seeds_grid,
+          "Or circles at this distance, such as 20px, where the image is brighter than its mean")
       ->group(start);
+  command.add_flag("--dark", a.dark, "With --seeds-grid: where it is darker")->group(start);
   command.add_option("--contour", a.contour, "Or the contours of a .json or .csv file")
       ->group(start);
   add_run_options(command, a, kWords);

@@ -15,6 +15,7 @@ struct CurveArguments : RunArguments {
   std::vector<std::string> circles;
   std::string contour, seeds_grid;
   std::string sampling = "spline";
+  bool dark = false;
 
   bool has_initial() const { return !circles.empty() || !contour.empty() || !seeds_grid.empty(); }
 };
