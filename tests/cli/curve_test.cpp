@@ -65,11 +65,11 @@ TEST_F(Curveseg, FindsTheHoleOfARingFromOutside) {
 }
 
 TEST_F(Curveseg, WritesEveryFormatMasksAndPictures) {
-  make("blob", {"--size", "64"});
+  make("blob", {"--size", "128"});
   std::filesystem::create_directories(file("frames"));
   for (const char* name : {"o.svg", "o.json", "o.vtp", "o.csv"})
-    must({"segment", "blob.tif", "--seed", "32,32", "-o", name, "--overlay", "o.png", "-q"});
-  run({"segment", "blob.tif", "--circle", "32,32,10px", "--energy", "chan-vese", "-o", "f.json",
+    must({"segment", "blob.tif", "--seed", "64,64", "-o", name, "--overlay", "o.png", "-q"});
+  run({"segment", "blob.tif", "--circle", "64,64,20px", "--energy", "chan-vese", "-o", "f.json",
        "--max-iterations", "3", "--no-settle", "--frames", "frames", "-q"});
   EXPECT_NE(bytes("o.svg").find("<path"), std::string::npos);
   EXPECT_NE(bytes("o.vtp").find("PolyData"), std::string::npos);
@@ -83,8 +83,8 @@ TEST_F(Curveseg, WritesEveryFormatMasksAndPictures) {
 }
 
 TEST_F(Curveseg, SummaryIsAConfig) {
-  make("blob", {"--size", "64"});
-  must({"segment", "blob.tif", "--seed", "32,32", "-o", "a.json", "--json", "s.json", "-q"});
+  make("blob", {"--size", "128"});
+  must({"segment", "blob.tif", "--seed", "64,64", "-o", "a.json", "--json", "s.json", "-q"});
   const auto summary = json("s.json");
   for (const char* key : {"energy", "iterations", "stop_reason", "elements", "area_mm2", "regions",
                           "simple", "alternating", "time_s", "config", "chosen", "evolution"})

@@ -135,10 +135,10 @@ Eigen::Vector2d parse_plane_point(const std::string& option, const std::string& 
     const Eigen::Vector2d point(n[0], n[1]);
     return space == "px" ? image.pixel_to_plane() * point : point;
   }
-  const Eigen::Vector3d point = parse_point(option, text);
   if (!image.plane_to_ras())
     throw UsageError(
         fmt::format("--space {}: the image is no slice of a volume; use px or mm", space));
+  const Eigen::Vector3d point = parse_point(option, text);
   const Eigen::Vector3d ras =
       to_ras_mm(point, space == "lps" ? Space::kLps : Space::kRas, Eigen::Affine3d::Identity());
   return (image.plane_to_ras()->inverse() * ras).head<2>();
