@@ -106,7 +106,8 @@ class Stepper {
     const double speed = velocity_.vector.rowwise().norm().maxCoeff();
     if (!(speed > 0) || !std::isfinite(speed)) return 0;
     double tau = std::min(moving_.max_displacement(), shape.radius()) / speed;
-    const double gradient = max_velocity_gradient<Dim>(shape, velocity_.vector);
+    const double gradient =
+        max_velocity_gradient<Dim>(shape, velocity_.vector, options_.step.exempt_share);
     if (gradient > 0) tau = std::min(tau, options_.step.epsilon_tau / gradient);
     return tau;
   }

@@ -4,6 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <utility>
+#include <vector>
 
 namespace surf::flow {
 
@@ -13,6 +16,9 @@ std::string StepOptions::error() const {
                        beta);
   if (!(epsilon_tau > 0))
     return fmt::format("StepOptions::epsilon_tau = {} violates > 0", epsilon_tau);
+  if (!(exempt_share >= 0 && exempt_share < 1))
+    return fmt::format("StepOptions::exempt_share = {} violates 0 <= exempt_share < 1",
+                       exempt_share);
   if (max_trials < 1) return fmt::format("StepOptions::max_trials = {} violates >= 1", max_trials);
   return {};
 }
@@ -54,19 +60,24 @@ std::optional<Step> choose_step(const StepOptions& options, double tau_first, do
 }
 
 template <int Dim>
-double max_velocity_gradient(const fem::Geometry<Dim>& shape, const Points<Dim>& velocity) {
-  double largest = 0;
+double max_velocity_gradient(const fem::Geometry<Dim>& shape, const Points<Dim>& velocity,
+                             double exempt_share) {
+  std::vector<std::pair<double, double>> of_elements;  // gradient and measure
   for (Eigen::Index t = 0; t < shape.n_elements(); ++t) {
     Eigen::Matrix<double, Dim, Dim> gradient = Eigen::Matrix<double, Dim, Dim>::Zero();
     for (int i = 0; i < Dim; ++i)
       gradient +=
           velocity.row(shape.elements()(t, i)).transpose() * shape.basis_gradients(t).row(i);
-    largest = std::max(largest, gradient.norm());
+    of_elements.emplace_back(gradient.norm(), shape.measures()[t]);
   }
-  return largest;
+  std::sort(of_elements.begin(), of_elements.end(), std::greater<>());
+  double left = exempt_share * shape.measure();
+  for (const auto& [gradient, measure] : of_elements)
+    if ((left -= measure) < 0) return gradient;
+  return 0;
 }
 
-template double max_velocity_gradient<2>(const fem::Geometry<2>&, const Points<2>&);
-template double max_velocity_gradient<3>(const fem::Geometry<3>&, const Points<3>&);
+template double max_velocity_gradient<2>(const fem::Geometry<2>&, const Points<2>&, double);
+template double max_velocity_gradient<3>(const fem::Geometry<3>&, const Points<3>&, double);
 
 }  // namespace surf::flow

@@ -19,6 +19,10 @@ struct StepOptions {
   double alpha = 0.25, beta = 0.75;  // thesis 5.1
   /// Time step control: tau |grad_Gamma V| <= epsilon_tau.
   double epsilon_tau = 0.8;  // thesis 5.1
+  /// Elements with this share of the length or area may have a larger gradient: as printed (0), a
+  /// single poor triangle in a groove between two fronts makes steps 500 times shorter. Those that
+  /// would turn over are held back by the moving shape. In [0, 1).
+  double exempt_share = 1e-3;
   int max_trials = 12;
 
   std::string error() const;  ///< empty if valid
@@ -44,8 +48,10 @@ struct Step {
 std::optional<Step> choose_step(const StepOptions& options, double tau_first, double tau_max,
                                 const std::function<Trial(double)>& attempt);
 
-/// Largest |grad_Gamma V| over the elements, of the vector velocity (n, Dim): Alg. 3.
+/// Largest |grad_Gamma V| over the elements, of the vector velocity (n, Dim), but for those with the
+/// largest ones that make up no more than a share of the length or area: Alg. 3.
 template <int Dim>
-double max_velocity_gradient(const fem::Geometry<Dim>& shape, const Points<Dim>& velocity);
+double max_velocity_gradient(const fem::Geometry<Dim>& shape, const Points<Dim>& velocity,
+                             double exempt_share = 0);
 
 }  // namespace surf::flow

@@ -15,8 +15,9 @@ struct SurgeryOptions {
   /// Topology resolution [mm], > 0: the spacing of the grid on which the domain is sampled. Within
   /// about two spacings of an event gaps and walls thinner than two spacings are closed and cut.
   double resolution_mm = 0;
-  /// Patches that do not fit are tried again with 1.6 times the reach, three times, then with
-  /// what they came to intersect as further events, and at last with the whole components.
+  /// Patches that intersect others grow there, four times. If that does not help, and where nothing
+  /// fits, they are tried again with 1.6 times the reach, three times, then with what they came to
+  /// intersect as further events, and at last with the whole components.
   int max_attempts = 7;
   /// Largest genus of a shell of the result: regions that would give one more handles are refused,
   /// those before them in the list stand.

@@ -1,9 +1,10 @@
 // Phantoms whose surfaces have to merge, split or change genus on the way: the table of
 // docs/topology.md.
 //
-//   topology_study [DIRECTORY]
+//   topology_study [DIRECTORY [NAME]]
 //
-// writes the surfaces (.vtp) and pictures (.png, with a display) into the directory.
+// writes the surfaces (.vtp) and pictures (.png, with a display) into the directory; with a name,
+// only phantoms that have it in "phantom, start".
 #include <fmt/format.h>
 
 #include <chrono>
@@ -178,5 +179,7 @@ int main(int argc, char** argv) {
   fmt::print(
       "| phantom | start | components / cavities / handles | found | mean / max distance voxel | "
       "verification | events | steps | time s |\n|---|---|---|---|---|---|---|---|---|\n");
-  for (const Case& one : cases()) run(one, directory);
+  const std::string name = argc > 2 ? argv[2] : "";
+  for (const Case& one : cases())
+    if ((one.name + ", " + one.start).find(name) != std::string::npos) run(one, directory);
 }

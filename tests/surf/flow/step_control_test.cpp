@@ -141,6 +141,20 @@ TYPED_TEST(VelocityGradient, OfALinearFieldIsTheMatrixTimesTheTangentialProjecti
   EXPECT_NEAR(max_velocity_gradient<Dim>(shape, V), expected, 1e-12);
 }
 
+TYPED_TEST(VelocityGradient, LeavesOutTheSteepestElementsUpToTheExemptShare) {
+  constexpr int Dim = TypeParam::value;
+  const auto arrays = test::rough_sphere<Dim>(3);
+  const fem::Geometry<Dim> shape(arrays.X, arrays.T);
+  Points<Dim> V = Points<Dim>::Zero(arrays.X.rows(), Dim);
+  V(0, 0) = 1e6;  // only the elements of vertex 0 have a gradient
+  double share = 0;
+  for (Eigen::Index t = 0; t < shape.n_elements(); ++t)
+    if ((shape.elements().row(t).array() == 0).any()) share += shape.measures()[t];
+  share /= shape.measure();
+  EXPECT_EQ(max_velocity_gradient<Dim>(shape, V, 1.01 * share), 0);
+  EXPECT_GT(max_velocity_gradient<Dim>(shape, V, 0.99 * share), 0);
+}
+
 TYPED_TEST(VelocityGradient, OfATranslationIsZero) {
   constexpr int Dim = TypeParam::value;
   const auto arrays = test::rough_sphere<Dim>(2);
