@@ -206,8 +206,13 @@ struct Run {
 
 class Boundary {
  public:
-  Boundary(const Segments& curves, const std::vector<ElementPair>& pairs, int n_real, double scale)
-      : curves_(curves), n_real_(n_real), scale_(scale), graph_(curves, pairs, n_real) {
+  Boundary(const Segments& curves, const std::vector<ElementPair>& pairs, int n_real, double scale,
+           double crumb)
+      : curves_(curves),
+        n_real_(n_real),
+        scale_(scale),
+        crumb_(crumb),
+        graph_(curves, pairs, n_real) {
     find_runs();
     decide_runs();
     link_runs();
@@ -215,7 +220,7 @@ class Boundary {
 
   Reconnection result() {
     Reconnection out;
-    build(out.curves);
+    build(out);
     out.events = events();
     return out;
   }
@@ -379,7 +384,7 @@ class Boundary {
   }
 
   /// Old nodes come first; nodes at one point that follow each other become one.
-  void build(Segments& out) {
+  void build(Reconnection& out) {
     is_traced_.assign(runs_.size(), 0);
     std::vector<std::vector<Node>> loops;
     for (int r = 0; r < int(runs_.size()); ++r) {
@@ -397,6 +402,7 @@ class Boundary {
     for (Eigen::Index i = 0; i < n_old; ++i)
       if (number[i] == 0) {
         number[i] = static_cast<int>(points.size());
+        out.kept_nodes.push_back(static_cast<int>(i));
         points.emplace_back(curves_.points.row(i));
       }
     std::vector<std::pair<int, int>> elements;
@@ -414,11 +420,11 @@ class Boundary {
         elements.emplace_back(ids[k], ids[(k + 1) % ids.size()]);
     }
     std::sort(elements.begin(), elements.end());
-    out.points.resize(Eigen::Index(points.size()), 2);
-    out.elements.resize(Eigen::Index(elements.size()), 2);
-    for (std::size_t i = 0; i < points.size(); ++i) out.points.row(Eigen::Index(i)) = points[i];
+    out.curves = {Points<2>(points.size(), 2), Elements<2>(elements.size(), 2)};
+    for (std::size_t i = 0; i < points.size(); ++i)
+      out.curves.points.row(Eigen::Index(i)) = points[i];
     for (std::size_t e = 0; e < elements.size(); ++e)
-      out.elements.row(Eigen::Index(e)) << elements[e].first, elements[e].second;
+      out.curves.elements.row(Eigen::Index(e)) << elements[e].first, elements[e].second;
   }
 
   static void drop_repeated(std::vector<Node>& loop) {
@@ -550,7 +556,8 @@ class Boundary {
     return out;
   }
 
-  /// Signs of the areas of the cycles through these runs, gaps closed by straight lines.
+  /// Signs of the areas of the cycles through these runs, gaps closed by straight lines; without
+  /// crumbs.
   std::vector<int> cycles(const std::vector<int>& next, const std::vector<int>& through,
                           const std::vector<double>& area) const {
     const Vector<2> origin = curves_.points.row(0);
@@ -566,7 +573,7 @@ class Boundary {
                                graph_.rounded(runs_[next[r]].from) - origin);
         r = next[r];
       } while (r != first);
-      out.push_back(sum > 0 ? 1 : -1);
+      if (std::abs(sum) / 2 >= crumb_) out.push_back(sum > 0 ? 1 : -1);
     }
     return out;
   }
@@ -586,7 +593,7 @@ class Boundary {
 
   const Segments& curves_;
   int n_real_;
-  double scale_;
+  double scale_, crumb_;
   Pieces graph_;
   std::vector<int> run_of_;  // of each piece
   std::vector<Run> runs_;
@@ -599,8 +606,8 @@ class Boundary {
 }  // namespace
 
 Reconnection reconnect(const Segments& curves, const std::vector<ElementPair>& pairs, int n_real,
-                       double scale) {
-  return Boundary(curves, pairs, n_real, scale).result();
+                       double scale, double crumb) {
+  return Boundary(curves, pairs, n_real, scale, crumb).result();
 }
 
 }  // namespace surf::curve

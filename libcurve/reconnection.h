@@ -15,6 +15,7 @@ struct Reconnection {
   /// Elements on the boundary, each with the domain on its left. Nodes of the input that are still
   /// used come first, in their order, bit for bit; then crossings, rounded.
   Segments curves;
+  std::vector<int> kept_nodes;              ///< numbers of those nodes in the input, ascending
   std::vector<flow::TopologyEvent> events;  ///< from left to right
 };
 
@@ -29,7 +30,8 @@ struct Reconnection {
 ///                an event of the curves that they meet
 /// @param scale   crossings this far apart along the boundary are one event [mm]; corners that
 ///                touch are cut by up to a fiftieth of it
+/// @param crumb   components of less area do not count in what an event is called [mm^2]
 Reconnection reconnect(const Segments& curves, const std::vector<ElementPair>& pairs, int n_real,
-                       double scale);
+                       double scale, double crumb);
 
 }  // namespace surf::curve

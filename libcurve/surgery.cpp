@@ -6,6 +6,7 @@
 #include <array>
 #include <cassert>
 #include <cmath>
+#include <numeric>
 
 #include "libcurve/hierarchy.h"
 #include "libcurve/intersections.h"
@@ -152,8 +153,15 @@ class Surgery {
   bool reconnect_all() {
     std::vector<Segments> parts = {curves_.segments()};
     const int n_real = curves_.size();
-    for (const auto& [e, f] : contacts()) parts.push_back(bridge(e, f));
+    std::vector<char> meets(n_real, 0);
+    for (const auto& [e, f] : intersections(parts[0].points, parts[0].elements))
+      meets[e] = meets[f] = 1;
+    // Where sheets cross already no bridge is wanted.
+    for (const auto& [e, f] : contacts())
+      if (!meets[e] && !meets[f]) parts.push_back(bridge(e, f));
     Segments now = joined(parts);
+    origin_.assign(now.points.rows(), -1);
+    std::iota(origin_.begin(), origin_.begin() + n_real, 0);
     const double scale = scale_of(now);
     for (int round = 0; round < options_.max_rounds; ++round) {
       const auto pairs = intersections(now.points, now.elements);
@@ -162,9 +170,10 @@ class Surgery {
         return true;
       }
       report_.has_changed = true;
-      Reconnection next =
-          reconnect(now, pairs, round == 0 ? n_real : int(now.elements.rows()), scale);
+      Reconnection next = reconnect(now, pairs, round == 0 ? n_real : int(now.elements.rows()),
+                                    scale, options_.min_area_mm2);
       now = std::move(next.curves);
+      keep_track(next.kept_nodes, now.points.rows());
       // Later rounds mend what rounding did.
       if (round == 0) report_.events = std::move(next.events);
       if (now.elements.rows() == 0) {
@@ -173,6 +182,12 @@ class Surgery {
       }
     }
     return false;
+  }
+
+  void keep_track(const std::vector<int>& kept_nodes, Eigen::Index n_nodes) {
+    std::vector<int> origin(n_nodes, -1);
+    for (std::size_t i = 0; i < kept_nodes.size(); ++i) origin[i] = origin_[kept_nodes[i]];
+    origin_ = std::move(origin);
   }
 
   double scale_of(const Segments& curves) const {
@@ -194,6 +209,22 @@ class Surgery {
     return sense > 0 ? out : flipped(out);
   }
 
+  /// Components most of whose length turned over in the move have shrunk through themselves: a disc
+  /// that moves inward by more than its radius comes out on the other side with winding number one.
+  std::vector<char> turned_over(const CurveHierarchy& hierarchy) const {
+    std::vector<double> turned(hierarchy.components.size(), 0);
+    for (int i = 0; i < curves_.size() && before_.rows() > 0; ++i) {
+      const int a = origin_[i], b = origin_[curves_.next(i)];
+      if (a < 0 || b < 0) continue;
+      const Vector<2> now = curves_.point(curves_.next(i)) - curves_.point(i);
+      const bool is_turned = now.dot(before_.row(b) - before_.row(a)) < 0;
+      turned[hierarchy.of_element[i]] += is_turned ? now.norm() : -now.norm();
+    }
+    std::vector<char> out;
+    for (const double balance : turned) out.push_back(balance > 0);
+    return out;
+  }
+
   void drop_phantoms_and_crumbs() {
     if (curves_.size() == 0) return;
     const CurveHierarchy hierarchy = curve_hierarchy(curves_.segments());
@@ -202,20 +233,27 @@ class Surgery {
     for (std::size_t n = 0; n < parts.size(); ++n) by_depth[n] = static_cast<int>(n);
     std::stable_sort(by_depth.begin(), by_depth.end(),
                      [&](int a, int b) { return parts[a].depth < parts[b].depth; });
-    std::vector<char> is_crumb(parts.size(), 0), is_gone(parts.size(), 0);
+    std::vector<char> is_crumb(parts.size(), 0), is_gone(parts.size(), 0), is_made(parts.size(), 0);
+    for (int i = 0; i < curves_.size(); ++i) is_made[hierarchy.of_element[i]] |= origin_[i] < 0;
+    const std::vector<char> is_turned = turned_over(hierarchy);
     for (const int n : by_depth) {
-      const bool is_small = std::abs(parts[n].area_mm2) < options_.min_area_mm2;
+      const bool is_small = std::abs(parts[n].area_mm2) < options_.min_area_mm2 || is_turned[n];
       is_crumb[n] =
           parts[n].is_real() && (is_small || (parts[n].parent && is_crumb[*parts[n].parent]));
       is_gone[n] =
           !parts[n].is_real() || is_crumb[n] || (parts[n].parent && is_crumb[*parts[n].parent]);
       if (!is_gone[n]) continue;
+      report_.has_changed = true;
+      if (is_made[n] && std::abs(parts[n].area_mm2) < options_.min_area_mm2) {
+        ++report_.n_crumbs;
+        report_.crumb_area_mm2 += std::abs(parts[n].area_mm2);
+        continue;
+      }
       flow::TopologyEvent event;
       event.kind = "vanishing";
       event.place << parts[n].centre, 0;
       event.enclosed_change = -parts[n].area_mm2;
       report_.events.push_back(event);
-      report_.has_changed = true;
     }
     if (std::find(is_gone.begin(), is_gone.end(), 1) == is_gone.end()) return;
     std::vector<char> goes(curves_.size());
@@ -227,6 +265,7 @@ class Surgery {
   SurgeryOptions options_;
   Points<2> before_;
   std::vector<char> at_events_;
+  std::vector<int> origin_;  // of each node: its number before reconnections, -1 for new ones
   SurgeryReport report_;
 };
 

@@ -31,9 +31,11 @@ struct SurgeryReport {
   /// Nothing meets any more. Else the curves are as they were.
   bool is_resolved = true;
   /// "merging", "inside-opening", "splitting", "self-merging", "self-crossing" (Fig. 4.3) with the
-  /// change of the signed area, and "vanishing": a component that does not bound the domain or is
-  /// too small.
+  /// change of the signed area, and "vanishing": a component that does not bound the domain, is too
+  /// small or has shrunk through itself (most of its length turned over in the move).
   std::vector<flow::TopologyEvent> events;
+  int n_crumbs = 0;           ///< components that the surgery made and that were too small
+  double crumb_area_mm2 = 0;  ///< of these
 };
 
 /// The domain is where the winding number is at least one. Afterwards the curves are simple, closed

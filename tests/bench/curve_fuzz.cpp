@@ -10,13 +10,25 @@
 
 #include <cstdlib>
 
+namespace {
+
+void print_distribution(const char* what, std::vector<double>& values) {
+  if (values.empty()) return;
+  std::sort(values.begin(), values.end());
+  fmt::print("{} {}: median {:.3f}, 95 % {:.3f}, largest {:.3f} of length * resolution\n",
+             values.size(), what, values[values.size() / 2], values[values.size() * 95 / 100],
+             values.back());
+}
+
+}  // namespace
+
 int main(int argc, char** argv) {
   using namespace surf::curve::fuzz;
   const int n_runs = argc > 1 ? std::atoi(argv[1]) : 100, first = argc > 2 ? std::atoi(argv[2]) : 0;
   const double worst = argc > 3 ? std::atof(argv[3]) : 2;
   int n_invalid = 0, n_vanished = 0, n_steps = 0, n_taken_back = 0;
   std::map<std::string, int> kinds;
-  std::vector<double> differences;
+  std::vector<double> differences, changes;
   for (int seed = first; seed < first + n_runs; ++seed) {
     Outcome outcome;
     try {
@@ -30,6 +42,7 @@ int main(int argc, char** argv) {
     n_steps += outcome.n_steps;
     n_taken_back += outcome.n_taken_back - int(outcome.has_vanished && outcome.n_taken_back > 0);
     for (const auto& [kind, n] : outcome.kinds) kinds[kind] += n;
+    if (!outcome.kinds.empty()) changes.push_back(outcome.change);
     if (outcome.is_compared) differences.push_back(outcome.difference);
     if (!outcome.is_valid) fmt::print("run {}: {}\n", seed, outcome.message);
     if (outcome.difference > worst)
@@ -39,11 +52,6 @@ int main(int argc, char** argv) {
   fmt::print("{} runs, {} steps: {} invalid, {} vanished, {} moves taken back\n", n_runs, n_steps,
              n_invalid, n_vanished, n_taken_back);
   for (const auto& [kind, n] : kinds) fmt::print("  {} {}\n", n, kind);
-  std::sort(differences.begin(), differences.end());
-  if (!differences.empty())
-    fmt::print(
-        "{} compared: differ by median {:.3f}, 95 % {:.3f}, largest {:.3f} of length * "
-        "resolution\n",
-        differences.size(), differences[differences.size() / 2],
-        differences[differences.size() * 95 / 100], differences.back());
+  print_distribution("compared with their references", differences);
+  print_distribution("with events, the largest change by a mend", changes);
 }

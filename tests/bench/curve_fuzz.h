@@ -15,6 +15,7 @@
 #include "libcurve/hierarchy.h"
 #include "libcurve/moving_curve.h"
 #include "libcurve/primitives.h"
+#include "libcurve/surgery.h"
 #include "libcurve/verify.h"
 #include "libsurf/fem/geometry.h"
 
@@ -97,7 +98,11 @@ struct Outcome {
   std::string message;
   bool has_vanished = false;
   bool is_compared = false;
-  double difference = 0;  ///< area in which domain and reference differ, of length * resolution
+  double difference =
+      0;  ///< area in which domain and reference differ, of longest length * resolution
+  /// The same between the domains before and after a mend with events, the largest of the run:
+  /// what was joined, cut, dropped and smoothed.
+  double change = 0;
   int n_steps = 0, n_taken_back = 0;
   std::map<std::string, int> kinds;
 };
@@ -139,35 +144,50 @@ class Evolution {
     Outcome out;
     MovingCurve curve(initial(), options_);
     bool is_full = options_.step_adjustment == StepAdjustment::kNone;
-    double time = 0;
+    double time = 0, longest = 0;
     for (int k = 0; k < steps_ && out.is_valid && !out.has_vanished; ++k) {
       const fem::Geometry<2> shape = curve.geometry();
       const double dt = step(shape);
+      longest = std::max(longest, shape.measure());
       Points<2> to = shape.points();
       for (Eigen::Index i = 0; i < to.rows(); ++i)
         to.row(i) = flow_.moved(to.row(i), dt) +
                     dt * flow_.normal_speed * shape.nodal_normals().row(i).transpose().normalized();
       curve.restrict_move(to);
       curve.move_to(to);
+      const CurveMesh unmended(curve.segments());
+      const bool was_taken_back = curve.n_taken_back() > 0;
       curve.mend();
       time += dt;
       ++out.n_steps;
       out.n_taken_back = curve.n_taken_back();
       out.has_vanished = !curve.obstacle().empty();
-      for (const auto& event : curve.take_events()) ++out.kinds[event.kind];
+      const auto events = curve.take_events();
+      for (const auto& event : events) ++out.kinds[event.kind];
       const Verification verification = verify(curve.segments());
       out.is_valid = verification.passed();
       out.message = verification.message();
+      if (!events.empty() && out.is_valid && curve.n_taken_back() == int(was_taken_back))
+        out.change = std::max(out.change, change_by_mending(unmended, curve));
     }
     if (!out.is_valid || out.has_vanished || !is_full || kind_ == Kind::kBoth) return out;
     out.is_compared = true;
     PolygonSet different = domain(curve.segments());
     different.symmetric_difference(reference(time));
-    out.difference = area(different) / (curve.geometry().measure() * kResolution);
+    out.difference = area(different) / (longest * kResolution);
     return out;
   }
 
  private:
+  /// Against the exact domain round which the moved curves wind.
+  static double change_by_mending(CurveMesh unmended, const MovingCurve& curve) {
+    const double length = fem::Geometry<2>(unmended.points(), unmended.elements()).measure();
+    operate(unmended, {});
+    PolygonSet different = domain(curve.segments());
+    if (unmended.size() > 0) different.symmetric_difference(domain(unmended.segments()));
+    return area(different) / (length * kResolution);
+  }
+
   bool is_alone(std::size_t k) const {
     for (std::size_t other = 0; other < discs_.size(); ++other)
       if (other != k && (discs_[k].centre - discs_[other].centre).norm() <
