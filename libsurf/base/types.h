@@ -4,6 +4,7 @@
 
 #include <Eigen/Core>
 #include <Eigen/SparseCore>
+#include <type_traits>
 
 namespace surf {
 
@@ -25,6 +26,17 @@ struct Triangles {
   Points<3> points;      ///< (n, 3) [mm, RAS]
   Elements<3> elements;  ///< (m, 3), counter-clockwise seen from outside
 };
+
+/// Closed polygons in the plane as plain arrays: each vertex ends one element and starts one. The
+/// domain is on the left, so the outward normal of element (a, b) is (dy, -dx) / length.
+struct Segments {
+  Points<2> points;      ///< (n, 2) [mm]
+  Elements<2> elements;  ///< (m, 2), start and end
+};
+
+/// A shape as plain arrays: Segments or Triangles.
+template <int Dim>
+using Simplices = std::conditional_t<Dim == 2, Segments, Triangles>;
 
 using SparseMatrix = Eigen::SparseMatrix<double, Eigen::RowMajor>;
 

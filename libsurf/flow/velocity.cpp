@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "libsurf/fem/stiffness.h"
+#include "libsurf/flow/cyclic_tridiagonal.h"
 
 namespace surf::flow {
 namespace {
@@ -29,6 +30,16 @@ Eigen::VectorXd solve_iteratively(const SparseMatrix& matrix, const Eigen::Vecto
   solver.setMaxIterations(1000);
   solver.compute(matrix);
   return solver.solve(rhs);
+}
+
+/// Directly on curves, else iteratively.
+template <int Dim, class Solver>
+Eigen::VectorXd solve_system(const SparseMatrix& matrix, const Eigen::VectorXd& rhs,
+                             double tolerance) {
+  if constexpr (Dim == 2)
+    return solve_cyclic_tridiagonal(matrix, rhs);
+  else
+    return solve_iteratively<Solver>(matrix, rhs, tolerance);
 }
 
 }  // namespace
@@ -84,10 +95,10 @@ struct VelocitySystem<Dim>::Impl {
       SparseMatrix matrix = tau * bending;
       add_to_diagonal(matrix, product_diagonal);
       return root.cwiseProduct(
-          solve_iteratively<Cg>(matrix, rhs.cwiseQuotient(root), options.solver_tolerance));
+          solve_system<Dim, Cg>(matrix, rhs.cwiseQuotient(root), options.solver_tolerance));
     }
-    if (!implicit) return solve_iteratively<Cg>(product, rhs, options.solver_tolerance);
-    return solve_iteratively<BiCgStab>(product + tau * bending, rhs, options.solver_tolerance);
+    if (!implicit) return solve_system<Dim, Cg>(product, rhs, options.solver_tolerance);
+    return solve_system<Dim, BiCgStab>(product + tau * bending, rhs, options.solver_tolerance);
   }
 
   const fem::Geometry<Dim>& shape;

@@ -21,7 +21,7 @@ struct VelocityOptions {
   /// H1: beta is at least floor * g_max / r^2 with g_max the largest curvature coefficient and
   /// r the shape's own radius. The thesis' eps = 100 (5.1) belongs to lengths of order 1.
   double beta_floor = 100;
-  /// Relative residual at which the iterative solvers stop.
+  /// Relative residual at which the iterative solvers of surfaces stop; curves are solved directly.
   double solver_tolerance = 1e-8;
 
   std::string error() const;  ///< empty if valid

@@ -1,7 +1,5 @@
 #include "libsurf/mesh/adaptivity.h"
 
-#include <fmt/format.h>
-
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
@@ -20,21 +18,6 @@ using OpenMesh::HalfedgeHandle;
 using OpenMesh::VertexHandle;
 
 constexpr double kLargestTurn = 60;  // degrees, of a face when a bisection is undone
-/// Undoing one bisection makes edges up to twice as long: an error of order 3 grows by 8, the
-/// square of one of order 2 by 16.
-constexpr double kGrowthOfQuadratureError = 8, kGrowthOfInterpolationError = 16;
-
-Eigen::VectorXd longest_edges(const fem::Geometry<3>& shape) {
-  const Elements<3>& T = shape.elements();
-  Eigen::VectorXd out(T.rows());
-  for (Eigen::Index t = 0; t < T.rows(); ++t) {
-    const Vector<3> a = shape.points().row(T(t, 0)), b = shape.points().row(T(t, 1)),
-                    c = shape.points().row(T(t, 2));
-    out[t] =
-        std::sqrt(std::max({(b - a).squaredNorm(), (c - b).squaredNorm(), (a - c).squaredNorm()}));
-  }
-  return out;
-}
 
 /// The mark of a face; bisection hands it on to both children, coarsening back to the parent.
 class FaceMarks {
@@ -181,56 +164,6 @@ class Adaptation {
 };
 
 }  // namespace
-
-std::string AdaptivityOptions::error() const {
-  const auto message = [](const char* field, double value, const char* constraint) {
-    return fmt::format("AdaptivityOptions::{} = {} violates {}", field, value, constraint);
-  };
-  if (!(geometry_tolerance_mm >= 0))
-    return message("geometry_tolerance_mm", geometry_tolerance_mm, ">= 0");
-  if (!(integral_tolerance >= 0)) return message("integral_tolerance", integral_tolerance, ">= 0");
-  if (!(function_tolerance >= 0)) return message("function_tolerance", function_tolerance, ">= 0");
-  if (!(gamma_refine > 0 && gamma_refine <= 1))
-    return message("gamma_refine", gamma_refine, "in (0, 1]");
-  if (!(gamma_coarsen >= 0 && gamma_coarsen < gamma_refine))
-    return message("gamma_coarsen", gamma_coarsen, "in [0, gamma_refine)");
-  if (!(min_length_mm >= 0)) return message("min_length_mm", min_length_mm, ">= 0");
-  if (!(max_length_mm >= min_length_mm && max_length_mm > 0))
-    return message("max_length_mm", max_length_mm, ">= min_length_mm and > 0");
-  return {};
-}
-
-std::vector<fem::Mark> adaptivity_marks(const fem::Geometry<3>& shape,
-                                        const AdaptivityOptions& options) {
-  std::vector<Mark> marks(shape.n_elements(),
-                          options.gamma_coarsen > 0 ? Mark::kCoarsen : Mark::kKeep);
-  const auto marking = [&](double tolerance, double growth) {
-    return fem::MarkingOptions{.tolerance = tolerance,
-                               .gamma_refine = options.gamma_refine,
-                               .gamma_coarsen = std::min(options.gamma_coarsen, 1 / growth)};
-  };
-  if (options.geometry_tolerance_mm > 0)
-    fem::combine(marks, fem::mark_geometry(fem::geometric_variation(shape),
-                                           marking(options.geometry_tolerance_mm, 1)));
-  if (options.integral_tolerance > 0)
-    for (const auto& f : options.integrands)
-      fem::combine(marks, fem::mark_integral(fem::quadrature_error(shape, *f), shape.measures(),
-                                             marking(options.integral_tolerance * shape.measure(),
-                                                     kGrowthOfQuadratureError)));
-  if (options.function_tolerance > 0)
-    for (const auto& f : options.functions)
-      fem::combine(marks, fem::mark_function(fem::interpolation_error(shape, *f), shape.measures(),
-                                             marking(options.function_tolerance * shape.measure(),
-                                                     kGrowthOfInterpolationError)));
-  const Eigen::VectorXd longest = longest_edges(shape);
-  for (Eigen::Index t = 0; t < longest.size(); ++t) {
-    if (longest[t] > options.max_length_mm) marks[t] = Mark::kRefine;
-    if (longest[t] > options.max_length_mm / 2 && marks[t] == Mark::kCoarsen)
-      marks[t] = Mark::kKeep;  // it may become twice as long
-    if (longest[t] <= options.min_length_mm && marks[t] == Mark::kRefine) marks[t] = Mark::kKeep;
-  }
-  return marks;
-}
 
 AdaptivityReport adapt(TriMesh& mesh, const AdaptivityOptions& options, int max_rounds) {
   if (const std::string error = options.error(); !error.empty()) throw UsageError(error);

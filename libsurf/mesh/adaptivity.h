@@ -2,47 +2,15 @@
 // bisections undone where fewer do.
 #pragma once
 
-#include <memory>
-#include <string>
 #include <vector>
 
-#include "libsurf/base/field.h"
-#include "libsurf/fem/indicators.h"
+#include "libsurf/fem/adaptivity.h"
 #include "libsurf/mesh/triangle_mesh.h"
 
 namespace surf::mesh {
 
-struct AdaptivityOptions {
-  /// Alg. 6: epsilon_geom for the sum of h_S theta_S over a triangle's sides [mm]; 0 = not used.
-  /// The thesis takes 0.02 where lengths are of order 1 (5.1).
-  double geometry_tolerance_mm = 0;
-  /// Alg. 7: epsilon_int per area of the surface, for each of the integrands; 0 = not used. The
-  /// thesis takes 0.2 on surfaces of area 4 pi: 0.016.
-  double integral_tolerance = 0;
-  std::vector<std::shared_ptr<const Field<3>>> integrands = {};
-  /// Alg. 8: epsilon_data per area, of the square of the interpolation error of each of the
-  /// functions [their unit squared]; 0 = not used.
-  double function_tolerance = 0;
-  std::vector<std::shared_ptr<const Field<3>>> functions = {};
-  double gamma_refine = 0.7;  ///< thesis 5.1
-  /// In [0, gamma_refine); 0: nothing is coarsened. With the thesis' 0.3 a prism of 128^3 voxels
-  /// needs 10 to 30 % more triangles for the same error.
-  double gamma_coarsen = 0.65;
-
-  /// Triangles with a longer edge are refined whatever the indicators say [mm], > 0.
-  double max_length_mm = 0;
-  /// Triangles without a longer edge are refined by the closure only [mm], 0 <= min_length_mm <=
-  /// max_length_mm.
-  double min_length_mm = 0;
-  Eigen::Index max_elements = 2'000'000;
-
-  std::string error() const;  ///< empty if valid
-};
-
-/// What the indicators and the limits on lengths say of each face: refine if any says so, coarsen
-/// if all do.
-std::vector<fem::Mark> adaptivity_marks(const fem::Geometry<3>& shape,
-                                        const AdaptivityOptions& options);
+using AdaptivityOptions = fem::AdaptivityOptions<3>;
+using fem::adaptivity_marks;
 
 struct AdaptivityReport {
   int n_rounds = 0;         ///< rounds that changed something

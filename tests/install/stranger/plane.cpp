@@ -1,9 +1,8 @@
+#include "libcurve/primitives.h"
 #include "libsurf/fem/geometry.h"
 
 int main() {
-  surf::Points<2> points(3, 2);
-  points << 0, 0, 1, 0, 0, 1;
-  surf::Elements<2> segments(3, 2);
-  segments << 0, 1, 1, 2, 2, 0;
-  return surf::fem::Geometry<2>(points, segments).measure() > 3.4 ? 0 : 1;
+  const surf::Segments circle = surf::curve::circle({1, 2}, 1, 0.01);
+  const double length = surf::fem::Geometry<2>(circle.points, circle.elements).measure();
+  return length > 6.28 && length < 6.2832 ? 0 : 1;
 }
