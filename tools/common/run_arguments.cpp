@@ -255,7 +255,7 @@ void check_range(const char* option, int value, int lowest, const char* expected
     throw UsageError(fmt::format("{}: expected {}; got {}", option, expected, value));
 }
 
-void check_run_arguments(const CLI::App& command, const RunArguments& a) {
+void check_run_arguments(const CLI::App& command, const RunArguments& a, const RunWords& words) {
   check_range("--threads", a.threads, 0, "0 (all) or more");
   check_range("--max-iterations", a.max_iterations, 0, "0 or more");
   if (!(a.tolerance >= 0 && a.tolerance < 1))
@@ -270,8 +270,9 @@ void check_run_arguments(const CLI::App& command, const RunArguments& a) {
     throw UsageError(
         fmt::format("--integral-tolerance: expected 0 or more; got {}", a.integral_tolerance));
   if (!(a.min_component >= 0 && std::isfinite(a.min_component)))
-    throw UsageError(
-        fmt::format("--min-component: expected 0 or more, such as 50; got {}", a.min_component));
+    throw UsageError(fmt::format(
+        "--min-component: expected {} {} in mm^{}, 0 or more, such as 50; got {}",
+        words.content == "area" ? "an" : "a", words.content, words.power, a.min_component));
   if (!(a.selective_threshold >= 0))
     throw UsageError(
         fmt::format("--selective-threshold: expected 0 or more; got {}", a.selective_threshold));

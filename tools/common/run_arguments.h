@@ -66,7 +66,7 @@ void add_running_options(CLI::App& command, RunArguments& a);
 
 /// What can be found wrong before the image is known.
 /// @throws surf::UsageError
-void check_run_arguments(const CLI::App& command, const RunArguments& a);
+void check_run_arguments(const CLI::App& command, const RunArguments& a, const RunWords& words);
 
 /// @throws surf::UsageError
 void check_range(const char* option, int value, int lowest, const char* expected);

@@ -122,7 +122,7 @@ void add_curve_options(CLI::App& command, CurveArguments& a) {
 }
 
 void check_curve_arguments(const CLI::App& command, const CurveArguments& a) {
-  check_run_arguments(command, a);
+  check_run_arguments(command, a, kWords);
   for (const std::string& text : a.circles)
     parse_positive_length("--circle", split_circle(text).second);
   if (!a.seeds_grid.empty()) parse_positive_length("--seeds-grid", a.seeds_grid);

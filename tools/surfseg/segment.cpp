@@ -139,7 +139,7 @@ class SegmentCommand {
   }
 
   void check_values() const {
-    check_run_arguments(command_, arguments_);
+    check_run_arguments(command_, arguments_, kWords);
     check_range("--candidates", arguments_.candidates, 0, "0 or more");
     check_range("--frame-index", arguments_.frame_index, 0, "0 or more");
     if (arguments_.keep == "seeded" && arguments_.seeds.empty() && !arguments_.initial.is_body())
