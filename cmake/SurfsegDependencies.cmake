@@ -21,6 +21,8 @@ find_package(spdlog REQUIRED)
 find_package(fmt REQUIRED)
 find_package(nlohmann_json 3.11 REQUIRED)
 find_package(ZLIB REQUIRED)
+find_package(PNG REQUIRED)
+find_package(TIFF REQUIRED)
 # Only the two structs of the file headers (libnifti2-dev).
 find_path(SURFSEG_NIFTI_INCLUDE nifti/nifti2.h REQUIRED)
 mark_as_advanced(SURFSEG_NIFTI_INCLUDE)

@@ -8,24 +8,30 @@ endif()
 
 # surfseg_add_man_page(<page> <verb> <name line>)
 set(SURFSEG_MAN_PAGES "")
-function(surfseg_add_man_page page verb name)
+function(surfseg_add_man_page program page verb name)
   set(output ${CMAKE_BINARY_DIR}/man/${page}.1)
   add_custom_command(
     OUTPUT ${output}
     COMMAND ${CMAKE_COMMAND} -E make_directory ${CMAKE_BINARY_DIR}/man
-    COMMAND ${PROJECT_SOURCE_DIR}/tools/man/make-page.sh $<TARGET_FILE:surfseg>
+    COMMAND ${PROJECT_SOURCE_DIR}/tools/man/make-page.sh $<TARGET_FILE:${program}>
             ${PROJECT_VERSION} "${verb}" "${name}" ${output}
-    DEPENDS surfseg ${PROJECT_SOURCE_DIR}/tools/man/make-page.sh
+    DEPENDS ${program} ${PROJECT_SOURCE_DIR}/tools/man/make-page.sh
     COMMENT "Writing man page ${page}.1"
     VERBATIM)
   set(SURFSEG_MAN_PAGES ${SURFSEG_MAN_PAGES} ${output} PARENT_SCOPE)
 endfunction()
 
-surfseg_add_man_page(surfseg "" "surfaces from CT and MRI volumes")
-surfseg_add_man_page(surfseg-info info "say what a volume is and where it lies")
-surfseg_add_man_page(surfseg-segment segment "grow a surface from seeds in a volume")
-surfseg_add_man_page(surfseg-phantom phantom "make a test volume whose surface is known")
-surfseg_add_man_page(surfseg-evaluate evaluate "compare a surface with a reference")
-surfseg_add_man_page(surfseg-render render "draw a surface, alone or over its volume")
+surfseg_add_man_page(surfseg surfseg "" "surfaces from CT and MRI volumes")
+surfseg_add_man_page(surfseg surfseg-info info "say what a volume is and where it lies")
+surfseg_add_man_page(surfseg surfseg-segment segment "grow a surface from seeds in a volume")
+surfseg_add_man_page(surfseg surfseg-phantom phantom "make a test volume whose surface is known")
+surfseg_add_man_page(surfseg surfseg-evaluate evaluate "compare a surface with a reference")
+surfseg_add_man_page(surfseg surfseg-render render "draw a surface, alone or over its volume")
+surfseg_add_man_page(curveseg curveseg "" "contours from images and slices of volumes")
+surfseg_add_man_page(curveseg curveseg-segment segment "grow or shrink curves in an image")
+surfseg_add_man_page(curveseg curveseg-stack stack "follow contours through a volume")
+surfseg_add_man_page(curveseg curveseg-phantom phantom "make a test image with a known contour")
+surfseg_add_man_page(curveseg curveseg-evaluate evaluate "compare contours with a reference")
+surfseg_add_man_page(curveseg curveseg-info info "say what an image or slice is")
 add_custom_target(surfseg_man ALL DEPENDS ${SURFSEG_MAN_PAGES})
 install(FILES ${SURFSEG_MAN_PAGES} DESTINATION ${CMAKE_INSTALL_MANDIR}/man1)

@@ -5,7 +5,10 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cerrno>
+#include <cstring>
 #include <filesystem>
+#include <fstream>
 
 #include "libsurf/base/error.h"
 
@@ -39,6 +42,16 @@ void write_atomically(const std::string& path,
     fs::remove(temporary, status);
     throw;
   }
+}
+
+void write_bytes(const std::string& path, std::string_view bytes) {
+  write_atomically(path, [&](const std::string& temporary) {
+    std::ofstream stream(temporary, std::ios::binary);
+    stream.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+    stream.close();
+    if (!stream)
+      throw OutputError(fmt::format("{}: cannot be written: {}", path, std::strerror(errno)));
+  });
 }
 
 }  // namespace surf

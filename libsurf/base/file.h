@@ -3,6 +3,7 @@
 
 #include <functional>
 #include <string>
+#include <string_view>
 
 namespace surf {
 
@@ -11,6 +12,9 @@ namespace surf {
 /// @throws OutputError  the folder does not exist or cannot be written to, the rename fails
 void write_atomically(const std::string& path,
                       const std::function<void(const std::string&)>& write);
+
+/// The same for bytes that are ready.
+void write_bytes(const std::string& path, std::string_view bytes);
 
 /// Ending of the file's name in lower case with its dot: ".stl", ".nii.gz"; "" if none.
 std::string extension(const std::string& path);

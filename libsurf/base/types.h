@@ -4,6 +4,7 @@
 
 #include <Eigen/Core>
 #include <Eigen/SparseCore>
+#include <type_traits>
 
 namespace surf {
 
@@ -32,6 +33,10 @@ struct Segments {
   Points<2> points;      ///< (n, 2) [mm]
   Elements<2> elements;  ///< (m, 2), start and end
 };
+
+/// A shape as plain arrays: Segments or Triangles.
+template <int Dim>
+using Simplices = std::conditional_t<Dim == 2, Segments, Triangles>;
 
 using SparseMatrix = Eigen::SparseMatrix<double, Eigen::RowMajor>;
 

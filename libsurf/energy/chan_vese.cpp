@@ -3,9 +3,12 @@
 #include <algorithm>
 
 #include "libsurf/energy/region_terms.h"
+#include "libsurf/fem/quadrature.h"
 
 namespace surf::energy {
 namespace {
+
+constexpr int kAntiderivativeOrder = 4;  // P is smoother than I, elements a few cells long
 
 void one_and_value(const Eigen::VectorXd& value, Eigen::MatrixXd& out) {
   out.col(0).setOnes();
@@ -16,8 +19,10 @@ void one_and_value(const Eigen::VectorXd& value, Eigen::MatrixXd& out) {
 
 template <int Dim>
 ChanVese<Dim>::ChanVese(std::shared_ptr<const Field<Dim>> I, const ImageTotals& totals,
-                        const ChanVeseOptions& options)
+                        const ChanVeseOptions& options,
+                        const std::optional<Antiderivative<Dim>>& antiderivative)
     : I_(std::move(I)),
+      antiderivative_(antiderivative),
       totals_(totals),
       options_(options),
       integrals_(options.quadrature_order, options.ray_spacing_mm, 2) {}
@@ -25,7 +30,25 @@ ChanVese<Dim>::ChanVese(std::shared_ptr<const Field<Dim>> I, const ImageTotals& 
 template <int Dim>
 void ChanVese<Dim>::reset(const fem::Geometry<Dim>& shape) {
   shape_ = std::make_unique<fem::Geometry<Dim>>(shape);
-  inside_ = integrals_.absolute(*I_, one_and_value, shape);
+  inside_ = integrals_over(shape);
+}
+
+template <int Dim>
+Eigen::VectorXd ChanVese<Dim>::integrals_over(const fem::Geometry<Dim>& shape) const {
+  if (!antiderivative_) return integrals_.absolute(*I_, one_and_value, shape);
+  const auto& rule = fem::quadrature<Dim>(kAntiderivativeOrder);
+  Samples<Dim> samples;
+  antiderivative_->P->sample(
+      fem::quadrature_points<Dim>(shape.points(), shape.elements(), rule.points),
+      Derivatives::kNone, samples);
+  double sum = 0;
+  for (Eigen::Index t = 0; t < shape.n_elements(); ++t) {
+    const double flux =
+        shape.measures()[t] * shape.normals().row(t).dot(antiderivative_->direction);
+    for (Eigen::Index q = 0; q < rule.size(); ++q)
+      sum += flux * rule.weights[q] * samples.value[t * rule.size() + q];
+  }
+  return Eigen::Vector2d(shape.enclosed(), sum);
 }
 
 template <int Dim>

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <memory>
+#include <optional>
 
 #include "libsurf/base/field.h"
 #include "libsurf/energy/domain_integrals.h"
@@ -15,6 +16,14 @@ struct ImageTotals {
   double content = 0;            ///< |D| [mm^Dim]
   double intensity = 0;          ///< int_D I
   double intensity_squared = 0;  ///< int_D I^2
+};
+
+/// A way to int_Omega I from the boundary alone: P with direction . grad P = I, so that the
+/// divergence theorem gives int_Gamma P direction . nu dS.
+template <int Dim>
+struct Antiderivative {
+  Vector<Dim> direction;
+  std::shared_ptr<const Field<Dim>> P;  ///< its value
 };
 
 struct ChanVeseOptions {
@@ -34,8 +43,11 @@ struct ChanVeseOptions {
 template <int Dim>
 class ChanVese : public ShapeEnergy<Dim> {
  public:
+  /// @param antiderivative  of I; if there is one, the integrals over Omega, which every change of
+  ///                        topology asks for anew, cost the boundary in place of the domain
   ChanVese(std::shared_ptr<const Field<Dim>> I, const ImageTotals& totals,
-           const ChanVeseOptions& options);
+           const ChanVeseOptions& options,
+           const std::optional<Antiderivative<Dim>>& antiderivative = {});
 
   std::string name() const override { return "chan-vese"; }
   void reset(const fem::Geometry<Dim>& shape) override;
@@ -53,8 +65,10 @@ class ChanVese : public ShapeEnergy<Dim> {
 
  private:
   double value_of(const Eigen::VectorXd& inside) const;
+  Eigen::VectorXd integrals_over(const fem::Geometry<Dim>& shape) const;
 
   std::shared_ptr<const Field<Dim>> I_;
+  std::optional<Antiderivative<Dim>> antiderivative_;
   ImageTotals totals_;
   ChanVeseOptions options_;
   DomainIntegrals<Dim> integrals_;

@@ -8,10 +8,8 @@
 
 #include <algorithm>
 #include <cassert>
-#include <cerrno>
 #include <cmath>
 #include <cstring>
-#include <fstream>
 
 #include "libsurf/base/error.h"
 #include "libsurf/base/file.h"
@@ -19,7 +17,7 @@
 namespace surf::io {
 namespace {
 
-std::vector<char> png_bytes(const Picture& picture) {
+std::string png_bytes(const Picture& picture) {
   vtkNew<vtkImageData> image;
   image->SetDimensions(picture.width(), picture.height(), 1);
   image->AllocateScalars(VTK_UNSIGNED_CHAR, 3);
@@ -56,14 +54,7 @@ void Picture::paste(const Picture& other, int x, int y) {
 void write_png(const std::string& path, const Picture& picture) {
   if (extension(path) != ".png")
     throw UsageError(fmt::format("{}: pictures are written as .png only", path));
-  const std::vector<char> bytes = png_bytes(picture);
-  write_atomically(path, [&](const std::string& temporary) {
-    std::ofstream stream(temporary, std::ios::binary);
-    stream.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-    stream.close();
-    if (!stream)
-      throw OutputError(fmt::format("{}: cannot be written: {}", path, std::strerror(errno)));
-  });
+  write_bytes(path, png_bytes(picture));
 }
 
 }  // namespace surf::io

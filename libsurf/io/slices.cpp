@@ -10,17 +10,17 @@
 #include <vector>
 
 #include "libsurf/base/error.h"
+#include "libsurf/io/draw.h"
 #include "libsurf/mesh/measure.h"
+#include "libsurf/volume/interpolate.h"
 #include "libsurf/volume/orientation.h"
 
 namespace surf::io {
 namespace {
 
 constexpr Color kBackground = {0, 0, 0};
-constexpr Color kOutline = {255, 96, 32};
 constexpr Color kLetters = {120, 200, 255};
-constexpr double kHalfLineWidth = 1.0;  // pixels
-constexpr int kGap = 6;                 // pixels between the slices
+constexpr int kGap = 6;  // pixels between the slices
 
 /// A slice: the world's axes across and up. World coordinates fall to the right, which puts R
 /// and A on the left, and rise upwards.
@@ -60,32 +60,6 @@ Box shown_box(const Triangles& surface, const volume::Volume& volume, const Vect
   return Box(box.min() - margin, box.max() + margin).intersection(whole);
 }
 
-/// Value at a point in voxel indices, linear between voxel centres; NaN outside.
-double interpolate(const volume::Volume& volume, const Vector<3>& index) {
-  constexpr double kRounding = 1e-9;  // of an index, at the border
-  std::array<int, 3> first;
-  Vector<3> share;
-  for (int axis = 0; axis < 3; ++axis) {
-    const int last = volume.size()[axis] - 1;
-    if (!(index[axis] >= -kRounding && index[axis] <= last + kRounding))
-      return std::numeric_limits<double>::quiet_NaN();
-    first[axis] = std::clamp(static_cast<int>(std::floor(index[axis])), 0, last - 1);
-    share[axis] = index[axis] - first[axis];
-  }
-  double sum = 0;
-  for (int corner = 0; corner < 8; ++corner) {
-    double weight = 1;
-    std::array<int, 3> voxel = first;
-    for (int axis = 0; axis < 3; ++axis) {
-      const bool is_upper = (corner >> axis & 1) != 0;
-      weight *= is_upper ? share[axis] : 1 - share[axis];
-      voxel[axis] += is_upper ? 1 : 0;
-    }
-    sum += weight * volume.value(voxel[0], voxel[1], voxel[2]);
-  }
-  return sum;
-}
-
 /// Pixels of one slice and where they lie in the world.
 class Slice {
  public:
@@ -105,7 +79,7 @@ class Slice {
     values.reserve(std::size_t(width_) * height_);
     for (int y = 0; y < height_; ++y)
       for (int x = 0; x < width_; ++x)
-        values.push_back(interpolate(volume, volume.world_to_index() * world(x, y)));
+        values.push_back(volume::interpolate(volume, volume.world_to_index() * world(x, y)));
     return values;
   }
 
@@ -143,9 +117,8 @@ class Slice {
            Eigen::Vector2d(0.5, 0.5);
   }
 
-  /// Weights first, color last, so that segments that meet do not darken each other's ends.
   void draw_outline(Picture& picture, const Triangles& surface) const {
-    std::vector<float> weights(std::size_t(width_) * height_, 0.0f);
+    Lines lines(width_, height_);
     for (const auto element : surface.elements.rowwise()) {
       std::array<Eigen::Vector2d, 2> ends;
       int n_ends = 0;
@@ -157,30 +130,9 @@ class Slice {
         if ((above_a < 0) == (above_b < 0)) continue;
         ends[n_ends++] = project(a + above_a / (above_a - above_b) * (b - a));
       }
-      if (n_ends == 2) add_segment(weights, ends[0], ends[1]);
+      if (n_ends == 2) lines.add(ends[0], ends[1]);
     }
-    for (int y = 0; y < height_; ++y)
-      for (int x = 0; x < width_; ++x)
-        picture.blend(x, y, kOutline, weights[std::size_t(y) * width_ + x]);
-  }
-
-  void add_segment(std::vector<float>& weights, const Eigen::Vector2d& a,
-                   const Eigen::Vector2d& b) const {
-    constexpr double kReach = kHalfLineWidth + 1;
-    const Eigen::Vector2d lower = a.cwiseMin(b).array() - kReach;
-    const Eigen::Vector2d upper = a.cwiseMax(b).array() + kReach;
-    const Eigen::Vector2d direction = b - a;
-    const double square = std::max(direction.squaredNorm(), 1e-12);
-    for (int y = std::max(0, int(lower[1])); y <= std::min(height_ - 1.0, upper[1]); ++y)
-      for (int x = std::max(0, int(lower[0])); x <= std::min(width_ - 1.0, upper[0]); ++x) {
-        const Eigen::Vector2d pixel(x, y);
-        const double t = std::clamp(direction.dot(pixel - a) / square, 0.0, 1.0);
-        const double distance = (pixel - a - t * direction).norm();
-        const auto weight =
-            static_cast<float>(std::clamp(kHalfLineWidth + 0.5 - distance, 0.0, 1.0));
-        float& kept = weights[std::size_t(y) * width_ + x];
-        kept = std::max(kept, weight);
-      }
+    lines.draw(picture, kOutline);
   }
 
   void draw_letters(Picture& picture) const {
@@ -207,18 +159,6 @@ class Slice {
   double mm_per_pixel_;
   int width_, height_;
 };
-
-/// Sorts the values, of which those outside the volume are NaN.
-std::array<double, 2> automatic_window(std::vector<double> values) {
-  std::erase_if(values, [](double value) { return std::isnan(value); });
-  if (values.empty()) return {0, 1};
-  std::sort(values.begin(), values.end());
-  const auto percentile = [&](double share) {
-    return values[static_cast<std::size_t>(share * double(values.size() - 1))];
-  };
-  const double low = percentile(0.005), high = percentile(0.995);
-  return {low, high > low ? high : low + 1};
-}
 
 void check(const SliceOptions& options) {
   constexpr int kMinWidth = 100, kMaxWidth = 20000;

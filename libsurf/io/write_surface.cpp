@@ -2,12 +2,8 @@
 
 #include <fmt/format.h>
 #include <vtkCellArray.h>
-#include <vtkFieldData.h>
 #include <vtkNew.h>
-#include <vtkPoints.h>
 #include <vtkPolyData.h>
-#include <vtkStringArray.h>
-#include <vtkXMLPolyDataWriter.h>
 
 #include <Eigen/Geometry>
 #include <bit>
@@ -19,6 +15,7 @@
 
 #include "libsurf/base/error.h"
 #include "libsurf/base/file.h"
+#include "libsurf/io/vtp_file.h"
 
 namespace surf::io {
 namespace {
@@ -95,27 +92,14 @@ std::string obj_bytes(const Triangles& surface, Space space) {
 }
 
 std::string vtp_bytes(const Triangles& surface, Space space) {
-  vtkNew<vtkPoints> points;
-  points->SetDataTypeToDouble();
-  points->SetNumberOfPoints(surface.points.rows());
-  for (Eigen::Index i = 0; i < surface.points.rows(); ++i)
-    points->SetPoint(i, surface.points.row(i).data());
   vtkNew<vtkCellArray> cells;
   cells->AllocateExact(surface.elements.rows(), surface.elements.size());
   for (const auto element : surface.elements.rowwise())
     cells->InsertNextCell({element[0], element[1], element[2]});
-  vtkNew<vtkStringArray> statement;
-  statement->SetName("SPACE");
-  statement->InsertNextValue(std::string(name(space)));
   vtkNew<vtkPolyData> data;
-  data->SetPoints(points);
+  data->SetPoints(to_vtk(surface.points));
   data->SetPolys(cells);
-  data->GetFieldData()->AddArray(statement);
-  vtkNew<vtkXMLPolyDataWriter> writer;
-  writer->SetInputData(data);
-  writer->WriteToOutputStringOn();
-  writer->Write();
-  return writer->GetOutputString();
+  return vtp_file(*data, space);
 }
 
 using Encoder = std::string (*)(const Triangles&, Space);
@@ -170,14 +154,7 @@ void write_surface(const std::string& path, const Triangles& surface, const Writ
   Triangles in_file = rounded(surface, format);
   check(in_file, path);
   in_file.points = converted(in_file.points, options.space);
-  const std::string bytes = format.encode(in_file, options.space);
-  write_atomically(path, [&](const std::string& temporary) {
-    std::ofstream stream(temporary, std::ios::binary);
-    stream.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-    stream.close();
-    if (!stream)
-      throw OutputError(fmt::format("{}: cannot be written: {}", path, std::strerror(errno)));
-  });
+  write_bytes(path, format.encode(in_file, options.space));
 }
 
 }  // namespace surf::io

@@ -15,14 +15,27 @@
 namespace surf::segment {
 namespace {
 
-constexpr double kExplosion = 1.4;      // ln of the growth in volume that counts as a leak
+constexpr double kExplosion = 1.4;      // growth that counts as a leak
 constexpr double kLargestGrowth = 1.4;  // growth_out of a rung before a leak
-constexpr double kLeastVolume = 113;    // voxels; a ball of radius 3: smaller is not judged
-constexpr double kLeakFrom = 20000;     // voxels; growth of what is smaller is no leak
-constexpr double kCalmFrom = 20000;     // voxels; a rung of more ends where the next is rough
+// Radii of balls [cells]:
+constexpr double kLeastRadius = 3;   // smaller is not judged
+constexpr double kLeakFrom = 16.84;  // growth of what is smaller is no leak
+constexpr double kCalmFrom = 16.84;  // a rung of more ends where the next is rough
 constexpr double kLargestContact =
     0.05;  // share of the area held: the front meets itself round holes
 constexpr double kLeastSphericity = 0.2;  // rougher surfaces percolate through noise
+
+template <int Dim>
+double content_of_ball(double radius) {
+  return Dim == 3 ? 4 * std::numbers::pi / 3 * std::pow(radius, 3)
+                  : std::numbers::pi * radius * radius;
+}
+
+/// ln of the ratio of the volumes of balls with these contents.
+template <int Dim>
+double growth(double from, double to) {
+  return 3.0 / Dim * std::log(to / from);
+}
 
 /// Histograms of intensities just inside and just outside, overlap sum min(p, q).
 double histogram_separation(const Eigen::VectorXd& inside, const Eigen::VectorXd& outside) {
@@ -45,9 +58,10 @@ double histogram_separation(const Eigen::VectorXd& inside, const Eigen::VectorXd
   return 1 - overlap;
 }
 
-Eigen::VectorXd sample_shifted(const Field<3>& I, const fem::Geometry<3>& shape,
-                               const Points<3>& unit_normals, double shift_mm) {
-  Samples<3> samples;
+template <int Dim>
+Eigen::VectorXd sample_shifted(const Field<Dim>& I, const fem::Geometry<Dim>& shape,
+                               const Points<Dim>& unit_normals, double shift_mm) {
+  Samples<Dim> samples;
   I.sample(shape.points() + shift_mm * unit_normals, Derivatives::kNone, samples);
   return samples.value;
 }
@@ -64,22 +78,25 @@ Eigen::VectorXd joined(const std::vector<Eigen::VectorXd>& parts) {
   return out;
 }
 
-/// Area of the ball of equal volume over the area.
-double sphericity(const fem::Geometry<3>& shape) {
+/// Length or area of the ball of equal content over the shape's.
+template <int Dim>
+double sphericity(const fem::Geometry<Dim>& shape) {
   const double r = shape.radius();
-  return 4 * std::numbers::pi * r * r / shape.measure();
+  return Dim * content_of_ball<Dim>(r) / r / shape.measure();
 }
 
-RungFeatures measure_rung(const ImageModel& model, const fem::Geometry<3>& shape, double noise) {
-  const double h = model.volume().voxel_size();
-  Points<3> normals = shape.nodal_normals();
+template <int Dim>
+RungFeatures measure_rung(const EnergyModel<Dim>& model, const fem::Geometry<Dim>& shape,
+                          double noise) {
+  const double h = model.extent().cell_mm();
+  Points<Dim> normals = shape.nodal_normals();
   for (Eigen::Index i = 0; i < normals.rows(); ++i) normals.row(i).normalize();
   // Intensities at -3.5 .. 3.5 voxels along the normal, every half voxel.
   std::vector<Eigen::VectorXd> profile;
   for (int s = -7; s <= 7; ++s)
-    profile.push_back(sample_shifted(*model.intensity(), shape, normals, s * h / 2));
+    profile.push_back(sample_shifted<Dim>(*model.intensity(), shape, normals, s * h / 2));
   RungFeatures features;
-  features.volume_mm3 = shape.enclosed();
+  features.enclosed = shape.enclosed();
   features.separation = histogram_separation(joined({profile[1], profile[3], profile[5]}),
                                              joined({profile[9], profile[10], profile[11]}));
   double on_edge = 0;
@@ -93,7 +110,7 @@ RungFeatures measure_rung(const ImageModel& model, const fem::Geometry<3>& shape
       on_edge += shape.lumped_mass()[i];
   }
   features.edge_share = on_edge / shape.measure();
-  features.sphericity = sphericity(shape);
+  features.sphericity = sphericity<Dim>(shape);
   return features;
 }
 
@@ -106,32 +123,65 @@ double RungFeatures::score() const {
 
 namespace {
 
-/// Everything one climb with one neck radius needs.
+/// The rungs of one climb.
+struct Rungs {
+  std::string name;
+  double neck_radius;  ///< [cells], of the start
+  int end;             ///< rungs are 2 to end - 1
+  std::function<std::vector<EnergyTerm>(int q)> terms;
+};
+
+/// Wider and wider windows.
+Rungs window_rungs(const SeedModel& seed, double neck_radius, double cell_mm, int end) {
+  return {fmt::format("ladder r={:.3g}", neck_radius * cell_mm), neck_radius, end,
+          [seed, beta = neck_radius * cell_mm / 2](int q) -> std::vector<EnergyTerm> {
+            const double half_width = seed.deviation * std::pow(2, q / 2.0);
+            return {{"window", 1, {{"mean", seed.mean}, {"half-width", half_width}}},
+                    {"area", beta, {}}};
+          }};
+}
+
+/// Stronger and stronger balloons.
+Rungs edge_rungs(double lambda, double cell_mm) {
+  constexpr double kFirstGamma = 0.1;  // per cell
+  constexpr double kStartRadius = 6;   // a circle of 1.4 times that grows by the second rung
+  constexpr int kEnd = 8;
+  return {
+      fmt::format("ladder lambda={:.3g}", lambda), kStartRadius, kEnd,
+      [=](int q) -> std::vector<EnergyTerm> {
+        const double gamma = -kFirstGamma * std::pow(2, (q - 2) / 2.0) / cell_mm;
+        return {{"minimal-surface", 1, {{"gamma0", 1.0}, {"gamma", gamma}, {"lambda", lambda}}}};
+      }};
+}
+
+/// Everything one climb needs.
+template <int Dim>
 class Climb {
  public:
-  Climb(ImageModel& model, const SeedModel& seed, double neck_radius, const Triangles& start,
-        const LadderOptions& options, std::vector<StageReport>& stages, const Progress& progress)
-      : model_(model),
+  Climb(const Setting<Dim>& setting, EnergyModel<Dim>& model, const SeedModel& seed,
+        const Rungs& rungs_of_climb, const Simplices<Dim>& start, const LadderOptions<Dim>& options,
+        std::vector<StageReport>& stages, const ProgressOf<Dim>& progress)
+      : setting_(setting),
+        model_(model),
         seed_(seed),
         options_(options),
         stages_(stages),
         progress_(progress),
-        beta_(neck_radius * model.volume().voxel_size() / 2),
+        rungs_(rungs_of_climb),
         start_(start) {
     restart();
   }
 
-  void run(std::vector<Candidate>& candidates) {
+  void run(std::vector<CandidateOf<Dim>>& candidates) {
     std::vector<RungFeatures> rungs;
-    std::vector<Candidate> found;
+    std::vector<CandidateOf<Dim>> found;
     RungEnd end = RungEnd::kRest;
-    for (int q = 2; q < options_.max_rungs; ++q) {
-      const double half_width = seed_.deviation * std::pow(2, q / 2.0);
-      end = grow(half_width, rungs.empty() ? 0 : rungs.back().volume_mm3, q);
+    for (int q = 2; q < rungs_.end; ++q) {
+      end = grow(rungs_.terms(q), rungs.empty() ? 0 : rungs.back().enclosed, q);
       if (end == RungEnd::kStopped) {  // what has grown so far is a candidate, of no score
-        rungs.emplace_back().volume_mm3 = surface_->geometry().enclosed();
-        found.push_back({surface_->triangles(), 0, rungs.back().volume_mm3, terms(half_width),
-                         stages_.back().name});
+        rungs.emplace_back().enclosed = shape_->moving().geometry().enclosed();
+        found.push_back(
+            {shape_->simplices(), 0, rungs.back().enclosed, rungs_.terms(q), stages_.back().name});
         break;
       }
       // Rough after a calm rung of some size: it leaks through its noise.
@@ -145,22 +195,21 @@ class Climb {
         if (!rungs.empty()) rungs.back().growth_out = kLargestGrowth;
         break;
       }
-      RungFeatures rung = measure_rung(model_, surface_->geometry(), seed_.noise);
+      RungFeatures rung = measure_rung(model_, shape_->moving().geometry(), seed_.noise);
       if (!rungs.empty()) {
-        rung.growth_in = std::max(0.0, std::log(rung.volume_mm3 / rungs.back().volume_mm3));
+        rung.growth_in = std::max(0.0, growth<Dim>(rungs.back().enclosed, rung.enclosed));
         rungs.back().growth_out = std::min(kLargestGrowth, rung.growth_in);
       }
       rungs.push_back(rung);
       found.push_back(
-          {surface_->triangles(), 0, rung.volume_mm3, terms(half_width), stages_.back().name});
+          {shape_->simplices(), 0, rung.enclosed, rungs_.terms(q), stages_.back().name});
     }
     for (std::size_t i = 0; i < found.size(); ++i) {
-      found[i].score = is_judged(rungs[i], kLeastVolume) ? rungs[i].score() : 0;
+      found[i].score = is_judged(rungs[i], kLeastRadius) ? rungs[i].score() : 0;
       log(LogLevel::kDebug,
-          fmt::format("rung {:2} beta {:.2f} a {:8.2f} V {:9.3f} ml  O {:.2f} e {:.2f} Q {:.2f} b "
+          fmt::format("{} rung {:2} V {:12.1f} mm^n  O {:.2f} e {:.2f} Q {:.2f} b "
                       "{:.2f} g {:.2f}  score {:.3f}",
-                      i, beta_, found[i].energies[0].parameters["half-width"],
-                      rungs[i].volume_mm3 / 1000, rungs[i].separation, rungs[i].edge_share,
+                      rungs_.name, i, rungs[i].enclosed, rungs[i].separation, rungs[i].edge_share,
                       rungs[i].sphericity, rungs[i].growth_in, rungs[i].growth_out,
                       found[i].score));
       candidates.push_back(std::move(found[i]));
@@ -170,52 +219,47 @@ class Climb {
  private:
   enum class RungEnd { kRest, kLeaked, kVanished, kRough, kStopped };
 
-  /// Larger than this many voxels?
-  bool is_judged(const RungFeatures& rung, double n_voxels) const {
-    return rung.volume_mm3 > n_voxels * std::pow(model_.volume().voxel_size(), 3);
-  }
-
-  std::vector<EnergyTerm> terms(double half_width) const {
-    return {{"window", 1, {{"mean", seed_.mean}, {"half-width", half_width}}}, {"area", beta_, {}}};
+  /// Larger than a ball of this radius [cells]?
+  bool is_judged(const RungFeatures& rung, double radius) const {
+    return rung.enclosed > content_of_ball<Dim>(radius * model_.extent().cell_mm());
   }
 
   void restart() {
-    mesh::MovingSurfaceOptions surface = options_.surface;
-    surface.box = volume_box(model_.volume());
-    surface.adaptivity.integrands = model_.integrands(terms(seed_.deviation));
-    surface_ = std::make_unique<mesh::MovingSurface>(start_, surface);
+    ShapeOptions<Dim> shape = options_.shape;
+    shape.adaptivity.integrands = model_.integrands(rungs_.terms(0));
+    shape_ = setting_.make_shape(start_, shape);
   }
 
   /// Large objects get longer edges, up to twice the first: their necks are wider too.
-  void adapt_edge_length(double volume_mm3) {
-    const double radius = std::cbrt(volume_mm3 * 3 / (4 * std::numbers::pi));
-    surface_->set_edge_length(std::clamp(radius / 20, options_.surface.edge_length_mm,
-                                         2 * options_.surface.edge_length_mm));
+  void adapt_edge_length(double enclosed) {
+    const double radius = std::pow(enclosed / content_of_ball<Dim>(1), 1.0 / Dim);
+    const double shortest = options_.shape.edge_length_mm;
+    shape_->set_edge_length(std::clamp(radius / 20, shortest, 2 * shortest));
   }
 
-  RungEnd grow(double half_width, double volume_before, int q) {
-    const auto energy = model_.energy(terms(half_width));
-    surface_->set_integrands(model_.integrands(terms(half_width)));
-    const std::string stage = fmt::format("ladder r={:.3g} rung {}", 2 * beta_, q - 1);
-    const double start_volume = fem::Geometry<3>(start_.points, start_.elements).enclosed();
+  RungEnd grow(const std::vector<EnergyTerm>& terms, double enclosed_before, int q) {
+    const auto energy = model_.energy(terms);
+    shape_->set_integrands(model_.integrands(terms));
+    const std::string stage = fmt::format("{} rung {}", rungs_.name, q - 1);
+    const double start_content = fem::Geometry<Dim>(start_.points, start_.elements).enclosed();
     // A tiny first rung may fill a whole plateau at once.
-    const bool may_leak = volume_before > kLeakFrom * std::pow(model_.volume().voxel_size(), 3);
+    const bool may_leak =
+        enclosed_before > content_of_ball<Dim>(kLeakFrom * model_.extent().cell_mm());
     RungEnd end = RungEnd::kRest;
     const auto start = std::chrono::steady_clock::now();
     const auto on_step = [&](const flow::StepRecord& record) {
-      if (progress_ && !progress_(stage, record, [&] { return surface_->triangles(); })) {
+      if (progress_ && !progress_(stage, record, [&] { return shape_->simplices(); })) {
         end = RungEnd::kStopped;
         return false;
       }
-      if (may_leak && record.enclosed > std::exp(kExplosion) * volume_before) {
+      if (may_leak && growth<Dim>(enclosed_before, record.enclosed) > kExplosion) {
         end = RungEnd::kLeaked;
         return false;
       }
       adapt_edge_length(record.enclosed);
-      const bool meets_itself =
-          record.held_share + surface_->self_contact_share() > kLargestContact;
+      const bool meets_itself = record.held_share + shape_->self_contact_share() > kLargestContact;
       if (meets_itself ||
-          (record.k % 10 == 0 && sphericity(surface_->geometry()) < kLeastSphericity)) {
+          (record.k % 10 == 0 && sphericity<Dim>(shape_->moving().geometry()) < kLeastSphericity)) {
         end = RungEnd::kRough;
         return false;
       }
@@ -223,54 +267,73 @@ class Climb {
     };
     StageReport report;
     report.name = stage;
-    report.edge_length_mm = options_.surface.edge_length_mm;
-    report.flow = flow::evolve<3>(*surface_, *energy, options_.flow, on_step);
+    report.edge_length_mm = options_.shape.edge_length_mm;
+    report.flow = flow::evolve<Dim>(shape_->moving(), *energy, options_.flow, on_step);
     report.seconds =
         std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     if (report.flow.termination == flow::Termination::kObstacle)
-      end = surface_->border_share() > 0.1 ? RungEnd::kLeaked : RungEnd::kVanished;
-    if (end == RungEnd::kRest && surface_->geometry().enclosed() < 0.5 * start_volume)
+      end = shape_->border_share() > 0.1 ? RungEnd::kLeaked : RungEnd::kVanished;
+    if (end == RungEnd::kRest && shape_->moving().geometry().enclosed() < 0.5 * start_content)
       end = RungEnd::kVanished;
     stages_.push_back(std::move(report));
     return end;
   }
 
-  ImageModel& model_;
+  const Setting<Dim>& setting_;
+  EnergyModel<Dim>& model_;
   const SeedModel& seed_;
-  const LadderOptions& options_;
+  const LadderOptions<Dim>& options_;
   std::vector<StageReport>& stages_;
-  const Progress& progress_;
-  double beta_;
-  const Triangles& start_;
-  std::unique_ptr<mesh::MovingSurface> surface_;
+  const ProgressOf<Dim>& progress_;
+  Rungs rungs_;
+  const Simplices<Dim>& start_;
+  std::unique_ptr<GrowingShape<Dim>> shape_;
 };
 
 }  // namespace
 
-std::vector<Candidate> climb(ImageModel& model, const SeedModel& seed, const Start& starts,
-                             const LadderOptions& options, std::vector<StageReport>& stages,
-                             const Progress& progress) {
-  const int n = static_cast<int>(options.neck_radii.size());
-  std::vector<std::vector<Candidate>> found(n);
+template <int Dim>
+std::vector<CandidateOf<Dim>> climb(const Setting<Dim>& setting, EnergyModel<Dim>& model,
+                                    const SeedModel& seed, const Start<Dim>& starts,
+                                    const LadderOptions<Dim>& options,
+                                    std::vector<StageReport>& stages,
+                                    const ProgressOf<Dim>& progress) {
+  std::vector<Rungs> climbs;
+  for (const double radius : options.neck_radii)
+    climbs.push_back(window_rungs(seed, radius, model.extent().cell_mm(), options.max_rungs));
+  for (const double lambda : options.edge_strengths) {
+    climbs.push_back(edge_rungs(lambda, model.extent().cell_mm()));
+    model.edge_indicator(lambda);  // the model's fields are not made by several threads at once
+  }
+  const int n = static_cast<int>(climbs.size());
+  std::vector<std::vector<CandidateOf<Dim>>> found(n);
   std::vector<std::vector<StageReport>> reports(n);
   std::mutex mutex;
-  const Progress one_at_a_time = [&](const auto& stage, const auto& record, const auto& surface) {
+  const ProgressOf<Dim> one_at_a_time = [&](const auto& stage, const auto& record,
+                                            const auto& shape) {
     const std::lock_guard lock(mutex);
-    return !progress || progress(stage, record, surface);
+    return !progress || progress(stage, record, shape);
   };
   tbb::parallel_for(0, n, [&](int i) {
-    const Triangles start = starts(options.neck_radii[i]);
-    Climb(model, seed, options.neck_radii[i], start, options, reports[i], one_at_a_time)
+    const Simplices<Dim> start = starts(climbs[i].neck_radius);
+    Climb<Dim>(setting, model, seed, climbs[i], start, options, reports[i], one_at_a_time)
         .run(found[i]);
   });
-  std::vector<Candidate> candidates;
+  std::vector<CandidateOf<Dim>> candidates;
   for (int i = 0; i < n; ++i) {
     std::move(found[i].begin(), found[i].end(), std::back_inserter(candidates));
     std::move(reports[i].begin(), reports[i].end(), std::back_inserter(stages));
   }
   std::stable_sort(candidates.begin(), candidates.end(),
-                   [](const Candidate& a, const Candidate& b) { return a.score > b.score; });
+                   [](const auto& a, const auto& b) { return a.score > b.score; });
   return candidates;
 }
+
+template std::vector<CandidateOf<2>> climb<2>(const Setting<2>&, EnergyModel<2>&, const SeedModel&,
+                                              const Start<2>&, const LadderOptions<2>&,
+                                              std::vector<StageReport>&, const ProgressOf<2>&);
+template std::vector<CandidateOf<3>> climb<3>(const Setting<3>&, EnergyModel<3>&, const SeedModel&,
+                                              const Start<3>&, const LadderOptions<3>&,
+                                              std::vector<StageReport>&, const ProgressOf<3>&);
 
 }  // namespace surf::segment

@@ -5,71 +5,76 @@
 #include <cmath>
 #include <cstdint>
 
-#include "libsurf/mesh/primitives.h"
-#include "libsurf/mesh/rasterize.h"
-
 namespace surf::segment {
 namespace {
 
-constexpr int kLeastDepth = 3;  // voxels, along the axes
+constexpr int kLeastDepth = 3;  // cells, along the axes
 
-/// The voxels of a box, with the state of each.
+/// The cells of a box round a shape, with the state of each.
+template <int Dim>
 class Lattice {
  public:
-  Lattice(const Triangles& surface, const volume::Volume& volume) : volume_(volume) {
-    Eigen::Array3d low = Eigen::Array3d::Constant(1e30), high = -low;
-    for (const auto point : surface.points.rowwise()) {
-      const Eigen::Array3d index = volume.world_to_index() * Vector<3>(point);
-      low = low.min(index);
-      high = high.max(index);
+  Lattice(const Setting<Dim>& setting, const Simplices<Dim>& shape) : extent_(setting.extent()) {
+    Vector<Dim> low = Vector<Dim>::Constant(1e30), high = -low;
+    for (const auto point : shape.points.rowwise()) {
+      const Vector<Dim> index = extent_.world_to_index * Vector<Dim>(point);
+      low = low.cwiseMin(index);
+      high = high.cwiseMax(index);
     }
-    for (int axis = 0; axis < 3; ++axis) {
+    Vector<Dim> first;
+    for (int axis = 0; axis < Dim; ++axis) {
       lower_[axis] = int(std::floor(low[axis])) - 1;
       size_[axis] = int(std::ceil(high[axis])) + 2 - lower_[axis];
+      first[axis] = lower_[axis];
     }
-    const Eigen::Affine3d to_world =
-        volume.index_to_world() * Eigen::Translation3d(lower_[0], lower_[1], lower_[2]);
-    inside_ = mesh::rasterize(surface, size_, to_world);
+    inside_ = setting.rasterized(shape, size_,
+                                 extent_.index_to_world * Eigen::Translation<double, Dim>(first));
     depth_.assign(inside_.size(), 0);
   }
 
   std::size_t n() const { return inside_.size(); }
   bool is_inside(std::size_t at) const { return inside_[at] != 0; }
-  std::array<int, 3> index(std::size_t at) const {
-    return {int(at % size_[0]), int(at / size_[0] % size_[1]),
-            int(at / (std::size_t(size_[0]) * size_[1]))};
+  std::array<int, Dim> index(std::size_t at) const {
+    std::array<int, Dim> out;
+    for (int axis = 0; axis < Dim; ++axis, at /= size_[axis - 1]) out[axis] = int(at % size_[axis]);
+    return out;
   }
-  Vector<3> position(std::size_t at) const {
-    const auto [i, j, k] = index(at);
-    return volume_.index_to_world() * Vector<3>(i + lower_[0], j + lower_[1], k + lower_[2]);
+  Vector<Dim> position(std::size_t at) const {
+    const auto here = index(at);
+    Vector<Dim> out;
+    for (int axis = 0; axis < Dim; ++axis) out[axis] = here[axis] + lower_[axis];
+    return extent_.index_to_world * out;
   }
-  /// Calls visit(neighbour) for the six neighbours; the box has a border that is outside.
+  /// Calls visit(neighbour) for the neighbours along the axes; the box has a border that is
+  /// outside.
   template <class Visit>
   void for_neighbours(std::size_t at, const Visit& visit) const {
-    const std::size_t stride[3] = {1, std::size_t(size_[0]), std::size_t(size_[0]) * size_[1]};
-    const auto at_index = index(at);
-    for (int axis = 0; axis < 3; ++axis) {
-      if (at_index[axis] > 0) visit(at - stride[axis]);
-      if (at_index[axis] + 1 < size_[axis]) visit(at + stride[axis]);
+    const auto here = index(at);
+    std::size_t stride = 1;
+    for (int axis = 0; axis < Dim; stride *= size_[axis], ++axis) {
+      if (here[axis] > 0) visit(at - stride);
+      if (here[axis] + 1 < size_[axis]) visit(at + stride);
     }
   }
-  /// Layers of neighbours to the next voxel that is not wanted; 0 where this one is not.
+  /// Layers of neighbours to the next cell that is not wanted; 0 where this one is not.
   std::vector<int>& depth() { return depth_; }
 
  private:
-  const volume::Volume& volume_;
-  std::array<int, 3> lower_, size_;
+  const ImageExtent<Dim>& extent_;
+  std::array<int, Dim> lower_, size_;
   std::vector<std::uint8_t> inside_;
   std::vector<int> depth_;
 };
 
-/// Flags voxels inside whose density is positive.
-std::vector<char> unwanted_voxels(const Lattice& lattice, const energy::ShapeEnergy<3>& energy) {
+/// Flags cells inside whose density is positive.
+template <int Dim>
+std::vector<char> unwanted_cells(const Lattice<Dim>& lattice,
+                                 const energy::ShapeEnergy<Dim>& energy) {
   constexpr std::size_t kBatch = 1 << 16;
   std::vector<char> unwanted(lattice.n(), 0);
   std::vector<std::size_t> batch;
   const auto flush = [&] {
-    Points<3> points(Eigen::Index(batch.size()), 3);
+    Points<Dim> points(Eigen::Index(batch.size()), Dim);
     for (std::size_t i = 0; i < batch.size(); ++i)
       points.row(Eigen::Index(i)) = lattice.position(batch[i]).transpose();
     Eigen::VectorXd density = Eigen::VectorXd::Zero(points.rows());
@@ -86,9 +91,10 @@ std::vector<char> unwanted_voxels(const Lattice& lattice, const energy::ShapeEne
   return unwanted;
 }
 
-/// A connected set of flagged voxels, from its first one; the flags are taken away. Empty if it
+/// A connected set of flagged cells, from its first one; the flags are taken away. Empty if it
 /// borders on the outside.
-std::vector<std::size_t> enclosed_set(const Lattice& lattice, std::size_t first,
+template <int Dim>
+std::vector<std::size_t> enclosed_set(const Lattice<Dim>& lattice, std::size_t first,
                                       std::vector<char>& flags) {
   std::vector<std::size_t> set = {first};
   flags[first] = 0;
@@ -103,8 +109,9 @@ std::vector<std::size_t> enclosed_set(const Lattice& lattice, std::size_t first,
   return is_enclosed ? set : std::vector<std::size_t>();
 }
 
-/// The voxel of a set that lies deepest in it, the first of equal ones, and its depth.
-std::pair<std::size_t, int> deepest(Lattice& lattice, const std::vector<std::size_t>& set) {
+/// The cell of a set that lies deepest in it, the first of equal ones, and its depth.
+template <int Dim>
+std::pair<std::size_t, int> deepest(Lattice<Dim>& lattice, const std::vector<std::size_t>& set) {
   std::vector<int>& depth = lattice.depth();
   for (const std::size_t at : set) depth[at] = -1;  // not known yet
   std::vector<std::size_t> layer;
@@ -132,41 +139,53 @@ std::pair<std::size_t, int> deepest(Lattice& lattice, const std::vector<std::siz
 
 }  // namespace
 
-std::vector<Hole> find_holes(const Triangles& surface, const energy::ShapeEnergy<3>& energy,
-                             const volume::Volume& volume) {
-  Lattice lattice(surface, volume);
-  std::vector<char> unwanted = unwanted_voxels(lattice, energy);
-  const double spacing = volume.index_to_world().linear().colwise().norm().minCoeff();
-  std::vector<Hole> holes;
+template <int Dim>
+std::vector<Hole<Dim>> find_holes(const Setting<Dim>& setting, const Simplices<Dim>& shape,
+                                  const energy::ShapeEnergy<Dim>& energy) {
+  Lattice<Dim> lattice(setting, shape);
+  std::vector<char> unwanted = unwanted_cells<Dim>(lattice, energy);
+  const double spacing = setting.extent().index_to_world.linear().colwise().norm().minCoeff();
+  std::vector<Hole<Dim>> holes;
   for (std::size_t at = 0; at < lattice.n(); ++at) {
     if (!unwanted[at]) continue;
-    const std::vector<std::size_t> set = enclosed_set(lattice, at, unwanted);
+    const std::vector<std::size_t> set = enclosed_set<Dim>(lattice, at, unwanted);
     if (set.empty()) continue;
-    const auto [place, depth] = deepest(lattice, set);
+    const auto [place, depth] = deepest<Dim>(lattice, set);
     if (depth < kLeastDepth) continue;
-    // Layers of six neighbours are octahedra: the ball in one of n layers has n / sqrt(3).
-    holes.push_back({lattice.position(place), (depth - 0.5) / std::sqrt(3.0) * spacing});
+    // n layers of neighbours are a diamond or octahedron: the ball in it has n / sqrt(Dim).
+    holes.push_back({lattice.position(place), (depth - 0.5) / std::sqrt(double(Dim)) * spacing});
   }
   return holes;
 }
 
-int open_holes(Triangles& surface, const std::vector<Hole>& holes, double edge_length_mm,
-               energy::ShapeEnergy<3>& energy) {
+template <int Dim>
+int open_holes(const Setting<Dim>& setting, Simplices<Dim>& shape,
+               const std::vector<Hole<Dim>>& holes, double edge_length_mm,
+               energy::ShapeEnergy<Dim>& energy) {
   int n_opened = 0;
-  energy.reset({surface.points, surface.elements});
+  energy.reset({shape.points, shape.elements});
   double J = energy.value();
-  for (const Hole& hole : holes) {
-    const Triangles ball =
-        mesh::ball(hole.center, hole.radius_mm, std::min(edge_length_mm, hole.radius_mm / 2));
-    Triangles with = mesh::joined({surface, mesh::flipped(ball)});
+  for (const Hole<Dim>& hole : holes) {
+    const Simplices<Dim> ball =
+        setting.ball(hole.center, hole.radius_mm, std::min(edge_length_mm, hole.radius_mm / 2));
+    Simplices<Dim> with = setting.joined({shape, setting.flipped(ball)});
     energy.reset({with.points, with.elements});
     if (energy.value() >= J) continue;
     J = energy.value();
-    surface = std::move(with);
+    shape = std::move(with);
     ++n_opened;
   }
-  energy.reset({surface.points, surface.elements});
+  energy.reset({shape.points, shape.elements});
   return n_opened;
 }
+
+template std::vector<Hole<2>> find_holes<2>(const Setting<2>&, const Segments&,
+                                            const energy::ShapeEnergy<2>&);
+template std::vector<Hole<3>> find_holes<3>(const Setting<3>&, const Triangles&,
+                                            const energy::ShapeEnergy<3>&);
+template int open_holes<2>(const Setting<2>&, Segments&, const std::vector<Hole<2>>&, double,
+                           energy::ShapeEnergy<2>&);
+template int open_holes<3>(const Setting<3>&, Triangles&, const std::vector<Hole<3>>&, double,
+                           energy::ShapeEnergy<3>&);
 
 }  // namespace surf::segment

@@ -1,29 +1,32 @@
-// Cavities that a flow cannot find from outside, since nothing of the surface is near them.
+// Holes that a flow cannot find from outside, since nothing of the shape is near them.
 #pragma once
 
 #include <vector>
 
-#include "libsurf/energy/shape_energy.h"
-#include "libsurf/volume/volume.h"
+#include "libsurf/segment/run.h"
 
 namespace surf::segment {
 
+template <int Dim>
 struct Hole {
-  Eigen::Vector3d center;  ///< [mm, RAS]
+  Vector<Dim> center;  ///< [mm]
   double radius_mm;
 };
 
-/// Balls inside a surface that its energy would rather have outside. They lie in connected sets of
-/// voxels where the density of the energy (ShapeEnergy::add_density) is positive, which the surface
-/// encloses without touching them, at the deepest place, and are at least about two voxels wide.
-/// One for each set, by its first voxel; O(voxels in the surface's box).
-/// @param energy  reset to the surface
-std::vector<Hole> find_holes(const Triangles& surface, const energy::ShapeEnergy<3>& energy,
-                             const volume::Volume& volume);
+/// Discs or balls inside a shape that its energy would rather have outside. They lie in connected
+/// sets of cells where the density of the energy (ShapeEnergy::add_density) is positive, which the
+/// shape encloses without touching them, at the deepest place, and are at least about two cells
+/// wide. One for each set, by its first cell; O(cells in the shape's box).
+/// @param energy  reset to the shape
+template <int Dim>
+std::vector<Hole<Dim>> find_holes(const Setting<Dim>& setting, const Simplices<Dim>& shape,
+                                  const energy::ShapeEnergy<Dim>& energy);
 
-/// The surface with a sphere, normals inward, for each hole by which J decreases. The energy is
-/// reset to it. Returns how many there are.
-int open_holes(Triangles& surface, const std::vector<Hole>& holes, double edge_length_mm,
-               energy::ShapeEnergy<3>& energy);
+/// The shape with a circle or sphere, normals inward, for each hole by which J decreases. The
+/// energy is reset to it. Returns how many there are.
+template <int Dim>
+int open_holes(const Setting<Dim>& setting, Simplices<Dim>& shape,
+               const std::vector<Hole<Dim>>& holes, double edge_length_mm,
+               energy::ShapeEnergy<Dim>& energy);
 
 }  // namespace surf::segment

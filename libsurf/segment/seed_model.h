@@ -1,12 +1,11 @@
 // What the image says round the seeds: intensity statistics and edge strength.
 #pragma once
 
-#include <Eigen/Core>
 #include <span>
 #include <vector>
 
 #include "libsurf/base/field.h"
-#include "libsurf/volume/volume.h"
+#include "libsurf/segment/energy_model.h"
 
 namespace surf::segment {
 
@@ -24,20 +23,24 @@ struct SeedModel {
 /// the smallest meaningful step of a search, not as a model.
 /// @param I        intensities
 /// @param seeds    world mm; the ball grows round the first, means are over all
-/// @param voxel_mm  cube root of the voxel's volume
-SeedModel estimate_seed_model(const Field<3>& I, std::span<const Eigen::Vector3d> seeds,
-                              double voxel_mm);
+/// @param cell_mm  ImageExtent::cell_mm(): the "voxel" above
+template <int Dim>
+SeedModel estimate_seed_model(const Field<Dim>& I, std::span<const Vector<Dim>> seeds,
+                              double cell_mm);
 
 /// Edge strength lambda for (5.1): a quarter of the median, over rays from the seeds, of the first
 /// pronounced peak of |grad I|, but at least three times the median of |grad I| round the seeds, so
 /// that what varies there counts as no edge. Scales with the intensities; does not look beyond the
 /// first edges.
 /// @return [intensity / mm], > 0
-double estimate_edge_strength(const Field<3>& I, std::span<const Eigen::Vector3d> seeds,
-                              const volume::Volume& volume);
+template <int Dim>
+double estimate_edge_strength(const Field<Dim>& I, std::span<const Vector<Dim>> seeds,
+                              const ImageExtent<Dim>& extent);
 
-/// n nearly uniform directions on the unit sphere (Fibonacci lattice), (n, 3).
-Points<3> sphere_directions(int n);
+/// n uniform directions in the plane, or nearly uniform ones in space (Fibonacci lattice), (n,
+/// Dim).
+template <int Dim>
+Points<Dim> directions(int n);
 
 double median(std::vector<double> values);
 

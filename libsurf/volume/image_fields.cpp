@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "libsurf/base/error.h"
+#include "libsurf/volume/spline.h"
 
 namespace surf::volume {
 namespace {
@@ -35,21 +36,6 @@ Index3 widened(Index3 index, const Index3& by, int sign) {
 constexpr double kSigmaPerNode = 0.7;        // of the Gaussian, in spacings of the field's grid
 constexpr int kMostVoxels = 4;               // per node and axis: a tile reads the cube of it
 constexpr double kSplineVariance = 1.0 / 3;  // of the cubic B-spline, in spacings squared
-
-/// Half of a symmetric kernel, centre first.
-using Kernel = std::vector<double>;
-
-/// Gaussian of this deviation [voxels], truncated at 3 sigma, sum of the whole kernel 1.
-Kernel gaussian_kernel(double sigma) {
-  Kernel half(1 + static_cast<int>(std::ceil(3 * sigma)), 1.0);
-  double sum = 1;
-  for (std::size_t d = 1; d < half.size(); ++d) {
-    half[d] = std::exp(-0.5 * d * d / (sigma * sigma));
-    sum += 2 * half[d];
-  }
-  for (double& weight : half) weight /= sum;
-  return half;
-}
 
 /// Standard deviations along the index axes of a Gaussian of sigma_mm in the world: exact for
 /// orthogonal axes; for a sheared grid the diagonal of the covariance in index space.
@@ -112,11 +98,8 @@ class Smoother {
     grid_.index_to_world = volume_.index_to_world() * Eigen::Scaling(scale);
     const auto selective = sigma_in_voxels(volume_, options.selective_sigma_mm);
     for (int axis = 0; axis < 3; ++axis) {
-      kernel_[axis] = gaussian_kernel(std::max(sigma[axis], 1e-12));
-      if (options.sigma_mm == 0) kernel_[axis] = {1.0};
-      selective_[axis] = gaussian_kernel(std::max(selective[axis], 1e-12));
-      selective_[axis].resize(1 + static_cast<int>(std::ceil(2 * selective[axis])));
-      if (options.selective_sigma_mm == 0) selective_[axis] = {1.0};
+      kernel_[axis] = gaussian_kernel(sigma[axis]);
+      selective_[axis] = selective_kernel(selective[axis]);
     }
   }
 
@@ -205,7 +188,7 @@ Box filtered(const Box& in, int axis, const std::array<float, 3>& weights) {
 /// Differences along the index axes, each averaged across by (side, centre, side): 0.4 of the time
 /// of 27 weights at each node.
 std::array<Box, 3> index_gradient(const Box& box, DerivativeFilter filter) {
-  const float side = filter == DerivativeFilter::kScharr ? 3.0f / 16 : 1.0f / 6;
+  const auto side = static_cast<float>(side_weight(filter));
   const std::array<float, 3> mean = {side, 1 - 2 * side, side}, difference = {-0.5f, 0, 0.5f};
   const Box mean_z = filtered(box, 2, mean);
   const Box mean_yz = filtered(mean_z, 1, mean);

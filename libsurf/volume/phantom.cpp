@@ -9,6 +9,7 @@
 #include <numbers>
 
 #include "libsurf/base/error.h"
+#include "libsurf/base/random.h"
 
 namespace surf::volume {
 namespace {
@@ -17,7 +18,6 @@ using Eigen::Vector3d;
 
 constexpr double kEdgeWidthUnits = 0.05;
 constexpr double kRodRadius = 0.022, kRodDistance = 0.07, kRodOffset = 0.45, kRodEnd = 0.66;
-constexpr std::uint64_t kGolden = 0x9e3779b97f4a7c15u;  // 2^64 over the golden ratio
 
 double ball(const Vector3d& u, const Vector3d& center, double radius) {
   return (u - center).norm() - radius;
@@ -77,32 +77,10 @@ double edge_profile(double distance, double width) {
   return 0.5 * (1 + t + std::sin(std::numbers::pi * t) / std::numbers::pi);
 }
 
-/// The finaliser of SplitMix64: a bijection whose output bits all depend on all input bits.
-std::uint64_t mix(std::uint64_t x) {
-  x ^= x >> 30;
-  x *= 0xbf58476d1ce4e5b9u;
-  x ^= x >> 27;
-  x *= 0x94d049bb133111ebu;
-  return x ^ (x >> 31);
-}
-
-/// The number `counter` of a uniform sequence in (0, 1).
-double uniform(std::uint64_t start, std::uint64_t counter) {
-  return (static_cast<double>(mix(start + kGolden * counter) >> 11) + 0.5) * 0x1p-53;
-}
-
-/// A number of the standard normal distribution that is a function of seed and counter only
-/// (Box and Muller's transform), unlike std::normal_distribution the same with every library.
-double normal(std::uint64_t seed, std::uint64_t counter) {
-  const std::uint64_t start = mix(seed + kGolden);
-  const double radius = std::sqrt(-2 * std::log(uniform(start, 2 * counter)));
-  return radius * std::cos(2 * std::numbers::pi * uniform(start, 2 * counter + 1));
-}
-
 /// Chord `n` of a sequence: its direction is uniform on the sphere, its middle uniform in the disk
 /// of radius kRodOffset across it.
 Capsule random_rod(std::uint64_t n) {
-  const auto random = [n](int k) { return uniform(0, 4 * n + k); };
+  const auto random = [n](int k) { return uniform_random(0, 4 * n + k); };
   const double z = 2 * random(0) - 1, turn = 2 * std::numbers::pi * random(1);
   const double r = std::sqrt(1 - z * z);
   const Vector3d axis(r * std::cos(turn), r * std::sin(turn), z);
@@ -252,7 +230,7 @@ Volume make_phantom(const PhantomOptions& options) {
       for (int i = 0; i < nx; ++i, ++voxel) {
         const Vector3d u = first + step * Vector3d(i, j, k);
         double value = edge_profile(phantom_distance(options.kind, u), width);
-        if (options.noise > 0) value += options.noise * normal(options.random_seed, voxel);
+        if (options.noise > 0) value += options.noise * normal_random(options.random_seed, voxel);
         slice[std::size_t(j) * nx + i] = static_cast<float>(value);
       }
     builder.append_slice(slice);

@@ -5,10 +5,7 @@
 #include <vtkDataArray.h>
 #include <vtkImageData.h>
 #include <vtkInformation.h>
-#include <vtkLogger.h>
 #include <vtkNew.h>
-#include <vtkObjectFactory.h>
-#include <vtkOutputWindow.h>
 #include <vtkPointData.h>
 #include <vtkSmartPointer.h>
 #include <vtkStreamingDemandDrivenPipeline.h>
@@ -19,48 +16,11 @@
 #include <fstream>
 
 #include "libsurf/base/error.h"
+#include "libsurf/base/vtk_messages.h"
 #include "libsurf/volume/raw_scalars.h"
 
 namespace surf::volume {
 namespace {
-
-/// Takes the messages that VTK would print; reader, parser and array each report in their own way,
-/// and a truncated file is read without any but these.
-class CaptureErrors : public vtkOutputWindow {
- public:
-  static CaptureErrors* New();
-  vtkTypeMacro(CaptureErrors, vtkOutputWindow);
-  void DisplayText(const char*) override {}
-  void DisplayErrorText(const char*) override { has_error = true; }
-  void DisplayWarningText(const char*) override {}
-  void DisplayGenericWarningText(const char*) override {}
-  void DisplayDebugText(const char*) override {}
-
-  bool has_error = false;
-};
-vtkStandardNewMacro(CaptureErrors);
-
-/// Puts the capture in the place of VTK's output window.
-class Capture {
- public:
-  Capture() {
-    vtkLogger::SetStderrVerbosity(vtkLogger::VERBOSITY_OFF);
-    vtkOutputWindow::SetInstance(window_);
-  }
-  ~Capture() {
-    vtkOutputWindow::SetInstance(before_);
-    vtkLogger::SetStderrVerbosity(verbosity_);
-  }
-  Capture(const Capture&) = delete;
-  Capture& operator=(const Capture&) = delete;
-
-  bool has_error() const { return window_->has_error; }
-
- private:
-  vtkLogger::Verbosity verbosity_ = vtkLogger::GetCurrentVerbosityCutoff();
-  vtkSmartPointer<vtkOutputWindow> before_ = vtkOutputWindow::GetInstance();
-  vtkNew<CaptureErrors> window_;
-};
 
 ScalarType scalar_type(int type, const std::string& path) {
   const bool is_long_64 = sizeof(long) == 8;
@@ -153,12 +113,12 @@ vtkDataArray* scalars_of(vtkImageData& image, const std::string& path) {
 
 /// Reads slices [begin, end).
 vtkDataArray* read_slab(vtkXMLImageDataReader& reader, const Geometry& geometry, int begin, int end,
-                        const Capture& capture, const std::string& path) {
+                        const VtkMessages& messages, const std::string& path) {
   std::array<int, 6> extent = geometry.extent;
   extent[4] = geometry.extent[4] + begin;
   extent[5] = geometry.extent[4] + end - 1;
   const bool is_updated = reader.vtkAlgorithm::UpdateExtent(extent.data()) != 0;
-  const bool is_read = is_updated && reader.GetErrorCode() == 0 && !capture.has_error();
+  const bool is_read = is_updated && reader.GetErrorCode() == 0 && !messages.has_error();
   vtkDataArray* array = is_read ? scalars_of(*reader.GetOutput(), path) : nullptr;
   const auto n_values = vtkIdType(geometry.size[0]) * geometry.size[1] * (end - begin);
   if (!array || array->GetNumberOfTuples() != n_values)
@@ -194,7 +154,7 @@ void check_plausible(const Geometry& geometry, const std::string& path) {
 
 Volume read_vti(const std::string& path, const ReadOptions& options) {
   check_frame(path, options.frame_index, 1);
-  const Capture capture;
+  const VtkMessages messages;
   vtkNew<vtkXMLImageDataReader> reader;
   reader->SetFileName(path.c_str());
   if (!reader->CanReadFile(path.c_str()))
@@ -211,14 +171,14 @@ Volume read_vti(const std::string& path, const ReadOptions& options) {
   const auto& size = geometry.size;
   const std::size_t n_values = std::size_t(size[0]) * size[1];
   const int depth = static_cast<int>(std::clamp<std::size_t>(kSlabValues / n_values, 1, size[2]));
-  vtkDataArray* array = read_slab(*reader, geometry, 0, depth, capture, path);
+  vtkDataArray* array = read_slab(*reader, geometry, 0, depth, messages, path);
   const ScalarType type = scalar_type(array->GetDataType(), path);
   source.scalar_type = name(type);
   Volume::Builder builder(size, geometry.index_to_world, std::move(source));
   std::vector<float> slice(n_values);
   for (int begin = 0; begin < size[2]; begin += depth) {
     const int end = std::min(begin + depth, size[2]);
-    if (begin > 0) array = read_slab(*reader, geometry, begin, end, capture, path);
+    if (begin > 0) array = read_slab(*reader, geometry, begin, end, messages, path);
     for (int k = 0; k < end - begin; ++k) {
       const auto* stored = static_cast<const std::byte*>(
           array->GetVoidPointer(static_cast<vtkIdType>(k) * static_cast<vtkIdType>(n_values)));

@@ -8,29 +8,14 @@
 #include <cmath>
 #include <vector>
 
+#include "libsurf/volume/spline.h"
+
 namespace surf::volume {
 namespace {
 
 constexpr int kCells = 16;          // cells per tile and axis
 constexpr int kNodes = kCells + 3;  // the cubic B-spline of a cell reaches from node -1 to 2
 constexpr int kBlock = 64;          // points per task
-
-/// Cubic B-spline weights of the four nodes round u = base + t, and their derivatives.
-struct Weights {
-  std::array<double, 4> value, first, second;
-
-  explicit Weights(double t) {
-    const double s = 1 - t;
-    value = {s * s * s / 6, (3 * t * t * t - 6 * t * t + 4) / 6,
-             (3 * s * s * s - 6 * s * s + 4) / 6, t * t * t / 6};
-    first = {-s * s / 2, (3 * t * t - 4 * t) / 2, (4 * s - 3 * s * s) / 2, t * t / 2};
-    second = {s, 3 * t - 2, 3 * s - 2, t};
-  }
-};
-
-double dot(const std::array<double, 4>& w, const float* c) {
-  return w[0] * c[0] + w[1] * c[1] + w[2] * c[2] + w[3] * c[3];
-}
 
 }  // namespace
 
@@ -75,14 +60,15 @@ struct TiledField::Impl {
     const float* coefficients = tile(cell[0] / kCells, cell[1] / kCells, cell[2] / kCells) +
                                 ((cell[2] % kCells) * kNodes + cell[1] % kCells) * kNodes +
                                 cell[0] % kCells;
-    const Weights wx(fraction[0]), wy(fraction[1]), wz(fraction[2]);
+    const SplineWeights wx(fraction[0]), wy(fraction[1]), wz(fraction[2]);
     if (order == Derivatives::kNone)
       out.value[at] = value(coefficients, wx, wy, wz);
     else
       derivatives(coefficients, wx, wy, wz, moves, order, at, out);
   }
 
-  static double value(const float* c, const Weights& wx, const Weights& wy, const Weights& wz) {
+  static double value(const float* c, const SplineWeights& wx, const SplineWeights& wy,
+                      const SplineWeights& wz) {
     double sum = 0;
     for (int k = 0; k < 4; ++k) {
       double plane = 0;
@@ -93,9 +79,9 @@ struct TiledField::Impl {
     return sum;
   }
 
-  void derivatives(const float* c, const Weights& wx, const Weights& wy, const Weights& wz,
-                   const std::array<double, 3>& moves, Derivatives order, Eigen::Index at,
-                   Samples<3>& out) const {
+  void derivatives(const float* c, const SplineWeights& wx, const SplineWeights& wy,
+                   const SplineWeights& wz, const std::array<double, 3>& moves, Derivatives order,
+                   Eigen::Index at, Samples<3>& out) const {
     double v = 0;
     Vector<3> g = Vector<3>::Zero();
     Eigen::Matrix3d h = Eigen::Matrix3d::Zero();

@@ -2,14 +2,15 @@
 
 #include <fmt/format.h>
 #include <openvdb/tools/Dense.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <mutex>
 
+#include "libsurf/base/affine.h"
 #include "libsurf/base/error.h"
+#include "libsurf/base/memory.h"
 #include "libsurf/volume/openvdb_grid.h"
 
 namespace surf::volume {
@@ -26,30 +27,12 @@ void check_size(const std::array<int, 3>& size, const std::string& path) {
       throw InputError(
           fmt::format("{}: {} x {} x {} voxels; a volume needs at least 2 along every axis", path,
                       size[0], size[1], size[2]));
-  const double bytes = 4.0 * size[0] * size[1] * size[2];
-  const double memory =
-      static_cast<double>(sysconf(_SC_PHYS_PAGES)) * static_cast<double>(sysconf(_SC_PAGE_SIZE));
-  if (bytes > 0.8 * memory)
+  const double n = double(size[0]) * size[1] * size[2];
+  if (!fits_in_memory(n))
     throw InputError(fmt::format(
         "{}: {} x {} x {} voxels need {:.1f} GiB as 32-bit floats, this machine has {:.1f} GiB; "
         "crop or resample the volume first",
-        path, size[0], size[1], size[2], bytes / (1 << 30), memory / (1 << 30)));
-}
-
-Eigen::Affine3d checked_affine(const Eigen::Matrix4d& matrix, const std::string& path) {
-  if (!matrix.allFinite())
-    throw InputError(fmt::format("{}: the voxel-to-world matrix has a NaN or Inf", path));
-  if (matrix.row(3) != Eigen::RowVector4d(0, 0, 0, 1))
-    throw InputError(fmt::format("{}: the voxel-to-world matrix is not affine", path));
-  const Eigen::Vector3d spacing = matrix.topLeftCorner<3, 3>().colwise().norm();
-  if (spacing.minCoeff() <= 0)
-    throw InputError(fmt::format("{}: zero voxel spacing ({} x {} x {} mm)", path, spacing[0],
-                                 spacing[1], spacing[2]));
-  // Volume of the voxel relative to that of a box with the same spacings.
-  const double skewness = std::abs(matrix.topLeftCorner<3, 3>().determinant()) / spacing.prod();
-  if (!(skewness > 1e-6))
-    throw InputError(fmt::format("{}: the voxel-to-world matrix is singular", path));
-  return Eigen::Affine3d(matrix);
+        path, size[0], size[1], size[2], 4 * n / (1 << 30), machine_memory() / (1 << 30)));
 }
 
 /// OpenVDB takes matrices with entries that are far from 1 for singular.
@@ -152,7 +135,7 @@ Volume::Builder::Builder(const std::array<int, 3>& size, const Eigen::Matrix4d& 
   initialize_openvdb();
   impl_ = std::make_shared<Impl>();
   impl_->size = size;
-  impl_->index_to_world = checked_affine(index_to_world, source.path);
+  impl_->index_to_world = checked_affine<3>(index_to_world, source.path, "voxel");
   impl_->world_to_index = impl_->index_to_world.inverse();
   impl_->source = std::move(source);
   impl_->range = {std::numeric_limits<float>::max(), std::numeric_limits<float>::lowest()};

@@ -51,7 +51,7 @@ volume::PhantomOptions phantom_of(volume::PhantomKind kind) {
 /// Weighted H1 flow of (5.1) with gamma = 0 from a coarse sphere of radius 1.
 segment::SegmentOptions options_of_thesis(double voxel_mm) {
   segment::SegmentOptions options;
-  options.initial_surface = mesh::ball({0, 0, 0}, 1, 0.4);
+  options.initial = mesh::ball({0, 0, 0}, 1, 0.4);
   options.energies = {{"minimal-surface", 1, {{"gamma", 0}, {"lambda", 2.8}}}};
   options.sigma_mm = 1.5 * voxel_mm;  // half the half-width of the edges
   options.edge_length_mm = 0.75 * voxel_mm;
@@ -141,7 +141,7 @@ void experiment(const std::string& name, volume::PhantomKind kind,
   const double target = samples.back().energy_of_thesis;
   const auto reached = std::find_if(records.begin(), records.end(),
                                     [&](const auto& record) { return record.energy <= target; });
-  const Triangles& end = result.surface;
+  const Triangles& end = result.shape;
   const auto distance = mesh::distances_from(end, [&](const Eigen::Vector3d& x) {
     return volume::phantom_distance_mm(phantom_of(kind), x);
   });
@@ -177,7 +177,7 @@ struct Resolution {
 /// Tolerances of the flow leave no error that shows.
 Triangles prism(const volume::Volume& image, const Resolution& resolution) {
   segment::SegmentOptions options = options_of_thesis(image.voxel_size());
-  options.initial_surface = mesh::ball({0, 0, 0}, 1, 0.2);
+  options.initial = mesh::ball({0, 0, 0}, 1, 0.2);
   options.sigma_mm = 0.7 * image.voxel_size();
   options.edge_length_mm = resolution.edge * image.voxel_size();
   options.coarseness = resolution.coarseness;
@@ -185,7 +185,7 @@ Triangles prism(const volume::Volume& image, const Resolution& resolution) {
   options.n_levels = 3;
   options.settle = false;
   options.flow.energy_tol = options.flow.rel_tol = 1e-6;
-  return segment::segment(image, options).surface;
+  return segment::segment(image, options).shape;
 }
 
 /// Triangles of a uniform mesh with this error, by a power law between two points of the series.
@@ -330,11 +330,11 @@ void multi_resolution() {
       for (const auto& stage : result.stages)
         steps += fmt::format("{}{}", steps.empty() ? "" : " + ", stage.flow.steps.size());
       const auto distance =
-          mesh::distances_from(result.surface, [&, body = kind](const Eigen::Vector3d& x) {
+          mesh::distances_from(result.shape, [&, body = kind](const Eigen::Vector3d& x) {
             return volume::phantom_distance_mm(phantom_of(body), x);
           });
       fmt::print("| {} | {} | {} | {} | {:.3f} | {:.2f} |\n", name, n_levels, steps,
-                 result.surface.elements.rows(), distance.mean_mm / image.voxel_size(), seconds);
+                 result.shape.elements.rows(), distance.mean_mm / image.voxel_size(), seconds);
       std::fflush(stdout);
     }
 }

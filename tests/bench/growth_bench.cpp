@@ -50,7 +50,7 @@ Measured measure(int size, double noise, double lambda, double sigma_mm, int n_r
   phantom.noise = noise;
   const volume::Volume image = volume::make_phantom(phantom);
   segment::SegmentOptions options;
-  options.seeds_ras_mm = {{0, 0, 0}};
+  options.seeds_mm = {{0, 0, 0}};
   options.seed_radius_mm = 0.15;
   options.energies = {{"minimal-surface", 1, {{"gamma", -30}}}};
   if (lambda > 0) options.energies.front().parameters["lambda"] = lambda;
@@ -66,7 +66,7 @@ Measured measure(int size, double noise, double lambda, double sigma_mm, int n_r
     seconds.push_back(
         std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
     cpu_seconds.push_back(cpu_s() - cpu_start);
-    out.n_triangles = result.surface.elements.rows();
+    out.n_triangles = result.shape.elements.rows();
   }
   out.median_s = median(seconds);
   out.median_cpu_s = median(cpu_seconds);

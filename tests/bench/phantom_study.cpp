@@ -48,10 +48,10 @@ void run(const Case& one, const Flow& flow) {
   if (one.from_seed) {
     const bool is_torus = one.kind == volume::PhantomKind::kTorus;
     const bool is_two = one.kind == volume::PhantomKind::kTwoBalls;
-    options.seeds_ras_mm = {Eigen::Vector3d(is_torus ? 0.5 : is_two ? 0.4 : 0, 0, 0)};
+    options.seeds_mm = {Eigen::Vector3d(is_torus ? 0.5 : is_two ? 0.4 : 0, 0, 0)};
     if (!one.automatic) options.seed_radius_mm = 0.15;
   } else {
-    options.initial_surface = mesh::ball({0, 0, 0}, 1, 0.1);
+    options.initial = mesh::ball({0, 0, 0}, 1, 0.1);
   }
   if (!one.automatic) options.energies = {{"minimal-surface", 1, {}}};
   options.edge_length_mm = 3 * voxel;
@@ -62,16 +62,16 @@ void run(const Case& one, const Flow& flow) {
   const segment::SegmentResult result = segment::segment(image, options);
   const double seconds =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  const auto distance = mesh::distances_from(result.surface, [&](const Eigen::Vector3d& x) {
+  const auto distance = mesh::distances_from(result.shape, [&](const Eigen::Vector3d& x) {
     return volume::phantom_distance_mm(phantom, x);
   });
-  const mesh::Verification check = mesh::verify(result.surface);
+  const mesh::Verification check = mesh::verify(result.shape);
   int steps = 0;
   for (const auto& stage : result.stages) steps += static_cast<int>(stage.flow.steps.size());
   fmt::print("| {} | {} | {} | {} | {} | {:.3f} / {:.3f} / {:.2f} | {} | {:.1f} | {} | {:.2f} |\n",
              one.name, one.noise > 0 ? "10 %" : "-", one.from_seed ? "seed" : "sphere r = 1",
              one.automatic ? "automatic" : "minimal surface", flow.name, distance.mean_mm / voxel,
-             distance.p95_mm / voxel, distance.max_mm / voxel, result.surface.elements.rows(),
+             distance.p95_mm / voxel, distance.max_mm / voxel, result.shape.elements.rows(),
              check.min_angle_deg,
              check.passed() ? fmt::format("passed, {} steps", steps) : check.message(), seconds);
   std::fflush(stdout);
@@ -81,7 +81,7 @@ void run(const Case& one, const Flow& flow) {
 /// on the sphere, with the field that the run sees.
 double minimising_radius(const volume::Volume& image, double sigma_mm, double lambda) {
   const auto H = volume::edge_indicator(image, {.sigma_mm = sigma_mm}, lambda);
-  const Points<3> directions = segment::sphere_directions(4000);
+  const Points<3> directions = segment::directions<3>(4000);
   Samples<3> samples;
   double best = 0, least = 1e300;
   for (double r = 0.58; r < 0.62; r += 1e-5) {
@@ -101,7 +101,7 @@ void compare_with_minimiser() {
   volume::PhantomOptions phantom;
   const volume::Volume image = volume::make_phantom(phantom);
   segment::SegmentOptions options;
-  options.initial_surface = mesh::ball({0, 0, 0}, 1, 0.1);
+  options.initial = mesh::ball({0, 0, 0}, 1, 0.1);
   options.energies = {{"minimal-surface", 1, {}}};
   options.edge_length_mm = 3 * image.voxel_size();
   options.flow.rel_tol = 1e-7;
@@ -110,7 +110,7 @@ void compare_with_minimiser() {
   const double lambda = result.energies.front().parameters.at("lambda");
   const double radius = minimising_radius(image, result.sigma_mm, lambda);
   const auto to = [&](double r) {
-    return mesh::distances_from(result.surface, [r](const Vector<3>& x) { return x.norm() - r; });
+    return mesh::distances_from(result.shape, [r](const Vector<3>& x) { return x.norm() - r; });
   };
   const double voxel = image.voxel_size();
   fmt::print(

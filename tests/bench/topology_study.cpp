@@ -45,7 +45,7 @@ struct Case {
 segment::SegmentOptions grown(const std::vector<Eigen::Vector3d>& seeds, double radius,
                               std::vector<segment::EnergyTerm> energies) {
   segment::SegmentOptions options;
-  options.seeds_ras_mm = seeds;
+  options.seeds_mm = seeds;
   options.seed_radius_mm = radius;
   options.energies = std::move(energies);
   return options;
@@ -53,7 +53,7 @@ segment::SegmentOptions grown(const std::vector<Eigen::Vector3d>& seeds, double 
 
 segment::SegmentOptions shrunk(double radius, std::vector<segment::EnergyTerm> energies) {
   segment::SegmentOptions options;
-  options.initial_surface = mesh::ball({0, 0, 0}, radius, 0.05);
+  options.initial = mesh::ball({0, 0, 0}, radius, 0.05);
   options.energies = std::move(energies);
   return options;
 }
@@ -135,7 +135,7 @@ void run(const Case& one, const std::filesystem::path& directory) {
   const auto result = segment::segment(image, one.options);
   const double seconds =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  const mesh::ShellHierarchy hierarchy = mesh::shell_hierarchy(result.surface);
+  const mesh::ShellHierarchy hierarchy = mesh::shell_hierarchy(result.shape);
   Expected found{0, 0, 0};
   for (const mesh::Solid& solid : mesh::solids(hierarchy)) {
     ++found.components;
@@ -152,7 +152,7 @@ void run(const Case& one, const std::filesystem::path& directory) {
   std::string events;
   for (const auto& [kind, n] : kinds)
     events += fmt::format("{}{} {}", events.empty() ? "" : ", ", n, kind);
-  const auto distance = mesh::distances_from(result.surface, [&](const Eigen::Vector3d& x) {
+  const auto distance = mesh::distances_from(result.shape, [&](const Eigen::Vector3d& x) {
     return volume::phantom_distance_mm(phantom, x);
   });
   const bool is_right = found.components == one.expected.components &&
@@ -163,12 +163,12 @@ void run(const Case& one, const std::filesystem::path& directory) {
       one.name, one.start, one.expected.components, one.expected.cavities, one.expected.genus,
       found.components, found.cavities, found.genus, is_right ? "" : " **WRONG**",
       distance.mean_mm / voxel, distance.max_mm / voxel,
-      mesh::verify(result.surface).passed() ? "passed" : "FAILED", events, n_steps, seconds);
+      mesh::verify(result.shape).passed() ? "passed" : "FAILED", events, n_steps, seconds);
   std::fflush(stdout);
   std::string name = one.name + "-" + one.start;
   for (char& c : name)
     if (c == ' ' || c == ',') c = '-';
-  draw(directory, name, result.surface);
+  draw(directory, name, result.shape);
 }
 
 }  // namespace

@@ -26,19 +26,15 @@ std::optional<double> take_number(std::string_view& text) {
 
 }  // namespace
 
-double Length::mm(double voxel_volume_mm3) const {
-  return in_voxels ? value * std::cbrt(voxel_volume_mm3) : value;
-}
-
 Length parse_length(const std::string& option, const std::string& text) {
   std::string_view rest = text;
   const auto value = take_number(rest);
-  if (!value || (rest != "mm" && rest != "vox"))
+  if (!value || (rest != "mm" && rest != "vox" && rest != "px"))
     throw surf::UsageError(fmt::format(
         "{}: expected a length with its unit, such as 12mm or 20vox; got '{}'", option, text));
   if (*value < 0)
     throw surf::UsageError(fmt::format("{}: a length cannot be negative; got '{}'", option, text));
-  return {*value, rest == "vox"};
+  return {*value, rest != "mm"};
 }
 
 Length parse_positive_length(const std::string& option, const std::string& text) {
@@ -55,24 +51,29 @@ Space parse_space(const std::string& option, const std::string& text) {
   throw surf::UsageError(fmt::format("{}: expected ras, lps or ijk; got '{}'", option, text));
 }
 
-Eigen::Vector3d parse_point(const std::string& option, const std::string& text) {
+std::vector<double> parse_numbers(const std::string& option, const std::string& text, int n,
+                                  const std::string& expected) {
   const auto fail = [&] {
-    return surf::UsageError(
-        fmt::format("{}: expected three numbers X,Y,Z; got '{}'", option, text));
+    return surf::UsageError(fmt::format("{}: expected {}; got '{}'", option, expected, text));
   };
   std::string_view rest = text;
-  Eigen::Vector3d point;
-  for (int axis = 0; axis < 3; ++axis) {
-    if (axis > 0) {
+  std::vector<double> numbers;
+  for (int i = 0; i < n; ++i) {
+    if (i > 0) {
       if (rest.empty() || rest.front() != ',') throw fail();
       rest.remove_prefix(1);
     }
     const auto value = take_number(rest);
     if (!value) throw fail();
-    point[axis] = *value;
+    numbers.push_back(*value);
   }
   if (!rest.empty()) throw fail();
-  return point;
+  return numbers;
+}
+
+Eigen::Vector3d parse_point(const std::string& option, const std::string& text) {
+  const auto numbers = parse_numbers(option, text, 3, "three numbers X,Y,Z");
+  return {numbers[0], numbers[1], numbers[2]};
 }
 
 Eigen::Vector3d to_ras_mm(const Eigen::Vector3d& point, Space space,

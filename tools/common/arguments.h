@@ -7,13 +7,14 @@
 
 namespace surfseg {
 
-/// A length with its unit: "12mm" or "3vox" (voxels: the cube root of a voxel's volume).
+/// A length with its unit: "12mm", or "3vox" or "3px": sides of a cube or square of a voxel's or
+/// pixel's content.
 struct Length {
   double value = 0;
-  bool in_voxels = false;
+  bool in_cells = false;
 
-  /// Millimetres in a volume whose voxel has this volume.
-  double mm(double voxel_volume_mm3) const;
+  /// Millimetres where a voxel or pixel has this side.
+  double mm(double cell_mm) const { return in_cells ? value * cell_mm : value; }
 };
 
 /// @throws surf::UsageError  naming `option`, e.g. "--radius: expected a length with its
@@ -27,6 +28,12 @@ Length parse_positive_length(const std::string& option, const std::string& text)
 enum class Space { kRas, kLps, kIjk };
 /// @throws surf::UsageError
 Space parse_space(const std::string& option, const std::string& text);
+
+/// n comma-separated finite numbers.
+/// @param expected  what to say is expected, such as "two numbers X,Y"
+/// @throws surf::UsageError
+std::vector<double> parse_numbers(const std::string& option, const std::string& text, int n,
+                                  const std::string& expected);
 
 /// Three comma-separated finite numbers.
 /// @throws surf::UsageError

@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "libsurf/segment/segment.h"
+#include "libsurf/segment/energy_term.h"
 
 namespace surfseg {
 

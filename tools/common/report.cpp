@@ -12,13 +12,7 @@
 namespace surfseg {
 
 void write_json(const std::string& path, const nlohmann::ordered_json& document) {
-  surf::write_atomically(path, [&](const std::string& temporary) {
-    std::ofstream stream(temporary);
-    stream << document.dump(2) << '\n';
-    stream.close();
-    if (!stream)
-      throw surf::OutputError(fmt::format("{}: cannot be written: {}", path, std::strerror(errno)));
-  });
+  surf::write_bytes(path, document.dump(2) + "\n");
 }
 
 nlohmann::ordered_json read_json(const std::string& path) {

@@ -6,7 +6,8 @@ program=$1 version=$2 verb=$3 name=$4 output=$5
 
 scratch=$(mktemp -d)
 trap 'rm -rf "$scratch"' EXIT
-page=surfseg${verb:+-$verb}
+base=$(basename "$program")
+page=$base${verb:+-$verb}
 # help2man takes an indented block as one paragraph: examples become paragraphs of their own,
 # and a command that goes on in the next line becomes one line. The program's one-line
 # description is the page's name line already.
@@ -14,7 +15,7 @@ cat > "$scratch/$page" <<WRAPPER
 #!/bin/bash
 set -o pipefail
 "$program" $verb --help | sed -e ':a' -e '/\\\\\$/{N;s/ *\\\\\\n */ /;ba}' \\
-  -e 's/^  surfseg /\\n&/' -e 's/^Positionals:/Arguments:/'
+  -e 's/^  $base /\\n&/' -e 's/^Positionals:/Arguments:/'
 WRAPPER
 chmod +x "$scratch/$page"
 cat > "$scratch/more" <<'MORE'
@@ -24,7 +25,8 @@ cat > "$scratch/more" <<'MORE'
 .BR surfseg\-segment (1),
 .BR surfseg\-phantom (1),
 .BR surfseg\-evaluate (1),
-.BR surfseg\-render (1)
+.BR surfseg\-render (1),
+.BR curveseg (1)
 MORE
 help2man --no-info --name="$name" --version-string="$version" --include="$scratch/more" \
   --source="surfseg $version" --output="$scratch/$page.1" "$scratch/$page"

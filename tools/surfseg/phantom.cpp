@@ -87,7 +87,8 @@ PhantomOptions options_of(const Request& request) {
   if (const std::string error = options.error(); !error.empty()) throw surf::UsageError(error);
   if (request.edge_width) {
     const Length width = parse_length("--edge-width", *request.edge_width);
-    options.edge_width_mm = width.mm(std::abs(options.index_to_world().linear().determinant()));
+    options.edge_width_mm =
+        width.mm(std::cbrt(std::abs(options.index_to_world().linear().determinant())));
     if (*options.edge_width_mm <= 0)
       throw surf::UsageError("--edge-width: the width must be positive");
   }

@@ -57,7 +57,7 @@ TEST(MovedToEdge, TakesTheBiasOfTheMinimalSurfaceOffABall) {
   const double bias = kRadius - r;
   ASSERT_GT(bias, 0.03);
   const Triangles surface = mesh::ball(Eigen::Vector3d::Zero(), r, 2);
-  const Points<3> moved = moved_to_edge(surface, H, 1);
+  const Points<3> moved = moved_to_edge<3>(surface, H, 1);
   // What is left is of second order in the bias over the width.
   EXPECT_LT((radii(moved).array() - kRadius).abs().maxCoeff(), 0.15 * bias);
 }
@@ -66,7 +66,7 @@ TEST(MovedToEdge, MovesNoFurtherThanTheLimit) {
   const Valley H(kRadius, kWidth);
   const Triangles surface = mesh::ball(Eigen::Vector3d::Zero(), minimiser(H), 2);
   constexpr double kLimit = 0.01;
-  const Points<3> moved = moved_to_edge(surface, H, kLimit);
+  const Points<3> moved = moved_to_edge<3>(surface, H, kLimit);
   EXPECT_LE((moved - surface.points).rowwise().norm().maxCoeff(), kLimit * (1 + 1e-6));
   EXPECT_GT((moved - surface.points).rowwise().norm().maxCoeff(), 0.9 * kLimit);
 }
@@ -74,7 +74,7 @@ TEST(MovedToEdge, MovesNoFurtherThanTheLimit) {
 TEST(MovedToEdge, LeavesASurfaceWhereThereIsNoValley) {
   const Valley H(kRadius, kWidth);
   const Triangles surface = mesh::ball(Eigen::Vector3d::Zero(), kRadius - 2.5 * kWidth, 2);
-  EXPECT_LT((moved_to_edge(surface, H, 1) - surface.points).norm(), 1e-12);
+  EXPECT_LT((moved_to_edge<3>(surface, H, 1) - surface.points).norm(), 1e-12);
 }
 
 }  // namespace

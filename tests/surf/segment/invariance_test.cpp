@@ -50,7 +50,7 @@ struct Scene {
 
   SegmentResult result() const {
     SegmentOptions options;
-    options.seeds_ras_mm = {to_plain.inverse() * Vector3d(3, -2, 2)};
+    options.seeds_mm = {to_plain.inverse() * Vector3d(3, -2, 2)};
     if (!is_automatic) {
       options.seed_radius_mm = seed_radius_mm * unit();
       options.energies = {{"minimal-surface", 1, {{"gamma", -0.7 / unit()}}}};
@@ -60,7 +60,7 @@ struct Scene {
 
   /// The verified surface, brought back to the plain world, where a voxel is 1 mm.
   Triangles surface() const {
-    Triangles out = result().surface;
+    Triangles out = result().shape;
     const mesh::Verification check = mesh::verify(out);
     EXPECT_TRUE(check.passed()) << check.message();
     for (Eigen::Index i = 0; i < out.points.rows(); ++i)

@@ -8,6 +8,9 @@
 
 #include "libsurf/mesh/primitives.h"
 #include "libsurf/mesh/verify.h"
+#include "libsurf/segment/model.h"
+#include "libsurf/segment/segment.h"
+#include "libsurf/segment/surface_setting.h"
 #include "libsurf/volume/phantom.h"
 
 namespace surf::segment {
@@ -27,19 +30,20 @@ struct Scene {
   volume::Volume volume = noisy_ball();
   ImageModel model{
       volume, {.sigma_mm = 0.7 * volume.voxel_size()}, volume::DerivativeFilter::kBSpline};
-  SeedModel seed = estimate_seed_model(*model.intensity(), std::vector<Eigen::Vector3d>{{0, 0, 0}},
-                                       volume.voxel_size());
-  LadderOptions options;
+  SurfaceSetting setting{volume, volume::DerivativeFilter::kBSpline};
+  SeedModel seed = estimate_seed_model<3>(
+      *model.intensity(), std::vector<Eigen::Vector3d>{{0, 0, 0}}, volume.voxel_size());
+  LadderOptions<3> options;
   std::vector<StageReport> stages;
 
-  Scene() { options.surface.edge_length_mm = 2 * volume.voxel_size(); }
+  Scene() { options.shape.edge_length_mm = 2 * volume.voxel_size(); }
 
   std::vector<Candidate> climb(const Progress& progress = {}) {
     const auto start = [&](double neck_radius) {
       const double r = std::max(0.15, 1.4 * neck_radius * volume.voxel_size());
       return mesh::ball(Eigen::Vector3d::Zero(), r, r / 2);
     };
-    return segment::climb(model, seed, start, options, stages, progress);
+    return segment::climb<3>(setting, model, seed, start, options, stages, progress);
   }
 };
 
@@ -59,8 +63,8 @@ TEST(Ladder, PutsTheObjectFirst) {
   ASSERT_FALSE(candidates.empty());
   const double ball = 4.0 / 3 * std::numbers::pi * std::pow(kRadius, 3);
   // A window ends where f = -beta kappa, up to half the edge's width (1.2 voxels) inside.
-  EXPECT_NEAR(std::cbrt(candidates.front().volume_mm3 / ball), 1, 0.08);
-  EXPECT_TRUE(mesh::verify(candidates.front().surface).passed());
+  EXPECT_NEAR(std::cbrt(candidates.front().enclosed / ball), 1, 0.08);
+  EXPECT_TRUE(mesh::verify(candidates.front().shape).passed());
 }
 
 TEST(Ladder, SortsCandidatesByScoreAndNamesTheirStages) {
@@ -85,7 +89,7 @@ TEST(Ladder, KeepsWhatHasGrownWhenItIsStopped) {
       scene.climb([&](const auto&, const auto&, const auto&) { return ++n_steps < 30; });
   ASSERT_FALSE(candidates.empty());
   EXPECT_EQ(candidates.front().score, 0);
-  EXPECT_TRUE(mesh::verify(candidates.front().surface).passed());
+  EXPECT_TRUE(mesh::verify(candidates.front().shape).passed());
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include "libsurf/mesh/primitives.h"
 #include "libsurf/segment/model.h"
 #include "libsurf/segment/segment.h"
+#include "libsurf/segment/surface_setting.h"
 #include "libsurf/volume/phantom.h"
 
 namespace surf::segment {
@@ -22,9 +23,10 @@ volume::Volume shell() {
   return volume::make_phantom(options);
 }
 
-struct Setting {
+struct Scene {
   volume::Volume image = shell();
   ImageModel model{image, {.sigma_mm = 0.03}, volume::DerivativeFilter::kBSpline};
+  SurfaceSetting setting{image, volume::DerivativeFilter::kBSpline};
   Triangles surface = mesh::ball({0, 0, 0}, 0.6, 0.08);
 
   std::unique_ptr<energy::EnergySum<3>> energy(const std::vector<EnergyTerm>& terms) {
@@ -35,7 +37,7 @@ struct Setting {
 };
 
 TEST(Nucleation, DensityIsWhatASmallHoleChanges) {
-  Setting s;
+  Scene s;
   const EnergyTerm window{"window", 2, {{"mean", 1}, {"half-width", 0.5}}};
   for (const auto& term : {EnergyTerm{"chan-vese", 1, {}}, window}) {
     const auto energy = s.energy({term});
@@ -57,33 +59,33 @@ TEST(Nucleation, DensityIsWhatASmallHoleChanges) {
 }
 
 TEST(Nucleation, FindsTheCavityOfAShellAndNothingElse) {
-  Setting s;
+  Scene s;
   const auto energy = s.energy({{"chan-vese", 1, {}}});
-  const std::vector<Hole> holes = find_holes(s.surface, *energy, s.image);
+  const auto holes = find_holes<3>(s.setting, s.surface, *energy);
   ASSERT_EQ(holes.size(), 1u);
   EXPECT_LT(holes[0].center.norm(), 0.1);
   EXPECT_LT(holes[0].center.norm() + holes[0].radius_mm, 0.3);
   EXPECT_GT(holes[0].radius_mm, 0.1);
-  EXPECT_EQ(open_holes(s.surface, holes, 0.08, *energy), 1);
+  EXPECT_EQ(open_holes<3>(s.setting, s.surface, holes, 0.08, *energy), 1);
   EXPECT_EQ(mesh::shell_hierarchy(s.surface).shells.size(), 2u);
 }
 
 TEST(Nucleation, OpensNothingWhereTheBoundaryCostsMore) {
-  Setting s;
+  Scene s;
   const auto energy = s.energy({{"chan-vese", 1, {}}, {"area", 100, {}}});
-  const std::vector<Hole> holes = find_holes(s.surface, *energy, s.image);
+  const auto holes = find_holes<3>(s.setting, s.surface, *energy);
   EXPECT_EQ(holes.size(), 1u);
-  EXPECT_EQ(open_holes(s.surface, holes, 0.08, *energy), 0);
+  EXPECT_EQ(open_holes<3>(s.setting, s.surface, holes, 0.08, *energy), 0);
 }
 
 TEST(Nucleation, IsWhatARunFromOutsideNeedsForACavity) {
   SegmentOptions run;
-  run.initial_surface = mesh::ball({0, 0, 0}, 0.9, 0.1);
+  run.initial = mesh::ball({0, 0, 0}, 0.9, 0.1);
   run.energies = {{"chan-vese", 1, {}}};
   for (const bool is_on : {false, true}) {
     run.open_cavities = is_on;
     const SegmentResult result = segment(shell(), run);
-    const auto solids = mesh::solids(mesh::shell_hierarchy(result.surface));
+    const auto solids = mesh::solids(mesh::shell_hierarchy(result.shape));
     ASSERT_EQ(solids.size(), 1u);
     EXPECT_EQ(solids[0].cavities.size(), is_on ? 1u : 0u);
   }

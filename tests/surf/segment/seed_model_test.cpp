@@ -4,6 +4,7 @@
 
 #include <random>
 
+#include "libsurf/segment/model.h"
 #include "libsurf/volume/image_fields.h"
 #include "libsurf/volume/phantom.h"
 
@@ -23,7 +24,7 @@ volume::PhantomOptions ball(double noise = 0) {
 const std::vector<Vector3d> kCentre = {Vector3d::Zero()};
 
 SeedModel model_of(const volume::Volume& volume, const std::vector<Vector3d>& seeds = kCentre) {
-  return estimate_seed_model(*volume::intensity_field(volume, {}), seeds, volume.voxel_size());
+  return estimate_seed_model<3>(*volume::intensity_field(volume, {}), seeds, volume.voxel_size());
 }
 
 TEST(SeedModel, OfACleanBallHasItsIntensityAndReachesItsEdge) {
@@ -69,7 +70,8 @@ TEST(SeedModel, TakesItsMeansOverAllSeeds) {
 }
 
 double strength(const volume::Volume& volume) {
-  return estimate_edge_strength(*volume::intensity_field(volume, {}), kCentre, volume);
+  return estimate_edge_strength<3>(*volume::intensity_field(volume, {}), kCentre,
+                                   extent_of(volume));
 }
 
 // The steepest slope of the step (1 + t + sin(pi t)/pi)/2, t = d/w, is 1/w; the spline and the
@@ -99,7 +101,7 @@ TEST(EdgeStrength, TakesNoiseForNoEdge) {
   const auto volume = volume::make_phantom(ball(0.1));
   const auto field = volume::intensity_field(volume, {});
   Samples<3> samples;
-  field->sample(0.3 * sphere_directions(500), Derivatives::kFirst, samples);
+  field->sample(0.3 * directions<3>(500), Derivatives::kFirst, samples);
   std::vector<double> inside;
   for (Eigen::Index i = 0; i < 500; ++i) inside.push_back(samples.gradient.row(i).norm());
   EXPECT_GT(strength(volume), 2 * median(inside));
@@ -107,13 +109,13 @@ TEST(EdgeStrength, TakesNoiseForNoEdge) {
 
 TEST(EdgeStrength, OfAnEmptyImageIsPositive) {
   const volume::Volume empty({8, 8, 8}, Eigen::Affine3d::Identity(), std::vector<float>(512, 3));
-  EXPECT_GT(estimate_edge_strength(*volume::intensity_field(empty, {}),
-                                   std::vector{Vector3d(4, 4, 4)}, empty),
+  EXPECT_GT(estimate_edge_strength<3>(*volume::intensity_field(empty, {}),
+                                      std::vector{Vector3d(4, 4, 4)}, extent_of(empty)),
             0);
 }
 
 TEST(SphereDirections, AreUnitVectorsSpreadEvenly) {
-  const Points<3> u = sphere_directions(200);
+  const Points<3> u = directions<3>(200);
   EXPECT_LT((u.rowwise().norm().array() - 1).abs().maxCoeff(), 1e-15);
   EXPECT_LT(u.colwise().mean().norm(), 0.02);
   const Eigen::Matrix3d second = u.transpose() * u / 200;

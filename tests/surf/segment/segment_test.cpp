@@ -38,7 +38,7 @@ Vector3d inside(PhantomKind kind) {
 SegmentOptions minimal_surface(PhantomKind kind) {
   constexpr double kVoxel = 2.0 / (kSize - 1);
   SegmentOptions options;
-  options.seeds_ras_mm = {inside(kind)};
+  options.seeds_mm = {inside(kind)};
   options.seed_radius_mm = kind == PhantomKind::kTorus ? 0.16 : 0.2;
   options.energies = {{"minimal-surface", 1, {{"gamma", -0.65 / kVoxel}}}};
   return options;
@@ -47,15 +47,15 @@ SegmentOptions minimal_surface(PhantomKind kind) {
 /// Verified, and close to the body in voxels.
 void expect_found(const SegmentResult& result, const volume::PhantomOptions& options,
                   double tolerance, const std::string& name) {
-  const mesh::Verification check = mesh::verify(result.surface);
+  const mesh::Verification check = mesh::verify(result.shape);
   EXPECT_TRUE(check.passed()) << name << ": " << check.message();
   const double voxel = options.unit_mm() * 2 / (kSize - 1);
   const auto distances = mesh::distances_from(
-      result.surface, [&](const Vector<3>& x) { return volume::phantom_distance_mm(options, x); },
+      result.shape, [&](const Vector<3>& x) { return volume::phantom_distance_mm(options, x); },
       {.n_samples = 20000});
   fmt::print("{:<40} mean {:.3f} max {:.3f} signed {:+.3f} voxel, {} steps, {} triangles\n", name,
              distances.mean_mm / voxel, distances.max_mm / voxel, distances.signed_mean_mm / voxel,
-             result.last().steps.size(), result.surface.elements.rows());
+             result.last().steps.size(), result.shape.elements.rows());
   EXPECT_LT(distances.mean_mm / voxel, tolerance) << name;
 }
 
@@ -106,7 +106,7 @@ TEST(Segment, FindsTheBallFromItsSeedAlone) {
   for (const double noise : {0.0, 0.1}) {
     const auto options = phantom(PhantomKind::kBall, noise);
     SegmentOptions run;
-    run.seeds_ras_mm = {Vector3d(0.15, -0.1, 0.2)};
+    run.seeds_mm = {Vector3d(0.15, -0.1, 0.2)};
     const SegmentResult result = segment(volume::make_phantom(options), run);
     expect_found(result, options, kBallTolerance, fmt::format("automatic, noise {}", noise));
     EXPECT_FALSE(result.candidates.empty());
@@ -118,24 +118,24 @@ TEST(Segment, FindsTheBallFromItsSeedAlone) {
 TEST(Segment, GrowsTwoBallsFromTwoSeeds) {
   auto options = phantom(PhantomKind::kTwoBalls);
   SegmentOptions run = minimal_surface(PhantomKind::kTwoBalls);
-  run.seeds_ras_mm = {Vector3d(-0.4, 0, 0), Vector3d(0.4, 0, 0)};
+  run.seeds_mm = {Vector3d(-0.4, 0, 0), Vector3d(0.4, 0, 0)};
   // They touch: one surface where sheets may join, two where they may not.
   for (const auto& [topology, n_components] :
        {std::pair{mesh::Topology::kFree, 1u}, {mesh::Topology::kFixed, 2u}}) {
     run.topology = topology;
     const SegmentResult result = segment(volume::make_phantom(options), run);
     expect_found(result, options, 0.3, "two balls from two seeds");
-    EXPECT_EQ(mesh::measure_components(result.surface).size(), n_components);
+    EXPECT_EQ(mesh::measure_components(result.shape).size(), n_components);
   }
 }
 
 TEST(Segment, MakesOneSurfaceOfThreeSeedsInABall) {
   const auto options = phantom(PhantomKind::kBall);
   SegmentOptions run = minimal_surface(PhantomKind::kBall);
-  run.seeds_ras_mm = {Vector3d(0.3, 0, 0), Vector3d(-0.25, 0.2, 0), Vector3d(0, -0.1, 0.3)};
+  run.seeds_mm = {Vector3d(0.3, 0, 0), Vector3d(-0.25, 0.2, 0), Vector3d(0, -0.1, 0.3)};
   const SegmentResult result = segment(volume::make_phantom(options), run);
   expect_found(result, options, kBallTolerance, "ball from three seeds");
-  const auto parts = mesh::measure_components(result.surface);
+  const auto parts = mesh::measure_components(result.shape);
   ASSERT_EQ(parts.size(), 1u);
   EXPECT_EQ(parts[0].genus(), 0);
 }
@@ -146,10 +146,10 @@ TEST(Segment, FindsTheHandleOfATorusAndTheCavityOfAShell) {
         {PhantomKind::kShell, Vector3d(0.45, 0, 0), 0, 2u}}) {
     const auto options = phantom(kind);
     SegmentOptions run = minimal_surface(kind);
-    run.seeds_ras_mm = {seed};
+    run.seeds_mm = {seed};
     const SegmentResult result = segment(volume::make_phantom(options), run);
     expect_found(result, options, 0.3, "torus or shell");
-    const auto parts = mesh::measure_components(result.surface);
+    const auto parts = mesh::measure_components(result.shape);
     ASSERT_EQ(parts.size(), n_shells);
     int genera = 0;
     for (const auto& part : parts) genera += part.genus();
@@ -159,18 +159,18 @@ TEST(Segment, FindsTheHandleOfATorusAndTheCavityOfAShell) {
 
 TEST(Segment, LeavesOutASeedWhoseBallWouldTouchAnother) {
   SegmentOptions run = minimal_surface(PhantomKind::kBall);
-  run.seeds_ras_mm = {Vector3d::Zero(), Vector3d(0.05, 0, 0)};
+  run.seeds_mm = {Vector3d::Zero(), Vector3d(0.05, 0, 0)};
   run.topology = mesh::Topology::kFixed;
   const SegmentResult result = segment(volume::make_phantom(phantom(PhantomKind::kBall)), run);
   ASSERT_FALSE(result.notes.empty());
   EXPECT_NE(result.notes[0].find("would touch another one"), std::string::npos);
-  EXPECT_EQ(mesh::measure_components(result.surface).size(), 1u);
+  EXPECT_EQ(mesh::measure_components(result.shape).size(), 1u);
 }
 
 TEST(Segment, ShrinksAnInitialSurfaceFromOutside) {
   const auto options = phantom(PhantomKind::kBall);
   SegmentOptions run;
-  run.initial_surface = mesh::ball(Vector3d::Zero(), 0.9, 0.06);
+  run.initial = mesh::ball(Vector3d::Zero(), 0.9, 0.06);
   run.energies = {{"minimal-surface", 1, {{"gamma", 4}}}};
   expect_found(segment(volume::make_phantom(options), run), options, kBallTolerance,
                "ball from outside");
@@ -200,7 +200,7 @@ TEST(Segment, StopsOnRequestWithASoundSurface) {
   EXPECT_EQ(n_steps, 3);
   EXPECT_EQ(result.stages.size(), 1u);
   EXPECT_EQ(result.last().termination, flow::Termination::kStopped);
-  EXPECT_TRUE(mesh::verify(result.surface).passed());
+  EXPECT_TRUE(mesh::verify(result.shape).passed());
 }
 
 TEST(Segment, FillsInEveryParameterSoThatTheRunCanBeRepeated) {
@@ -213,17 +213,17 @@ TEST(Segment, FillsInEveryParameterSoThatTheRunCanBeRepeated) {
   run.seed_radius_mm = first.seed_radius_mm;
   run.sigma_mm = first.sigma_mm;
   run.edge_length_mm = first.edge_length_mm;
-  EXPECT_EQ(segment(volume, run).surface.points, first.surface.points);
+  EXPECT_EQ(segment(volume, run).shape.points, first.shape.points);
 }
 
 TEST(Segment, RefusesOptionsThatAreWrong) {
   const auto volume = volume::make_phantom(phantom(PhantomKind::kBall));
   SegmentOptions outside;
-  outside.seeds_ras_mm = {Vector3d(5, 0, 0)};
+  outside.seeds_mm = {Vector3d(5, 0, 0)};
   EXPECT_THROW(segment(volume, outside), UsageError);
   EXPECT_THROW(segment(volume, {}), UsageError);
   SegmentOptions no_energy;
-  no_energy.initial_surface = mesh::ball(Vector3d::Zero(), 0.5, 0.1);
+  no_energy.initial = mesh::ball(Vector3d::Zero(), 0.5, 0.1);
   EXPECT_THROW(segment(volume, no_energy), UsageError);
   SegmentOptions negative = minimal_surface(PhantomKind::kBall);
   negative.seed_radius_mm = -1;
@@ -235,7 +235,7 @@ TEST(Segment, RefusesOptionsThatAreWrong) {
 
 SegmentOptions from_outside(int n_levels) {
   SegmentOptions options;
-  options.initial_surface = mesh::ball(Vector3d::Zero(), 0.9, 0.15);
+  options.initial = mesh::ball(Vector3d::Zero(), 0.9, 0.15);
   options.energies = {{"minimal-surface", 1, {{"gamma", 0}, {"lambda", 4}}}};
   options.n_levels = n_levels;
   return options;
@@ -254,7 +254,7 @@ TEST(Segment, LevelsEndAtTheSameSurfaceWithFewerStepsOnTheLast) {
   expect_found(one, scene, 0.2, "box, 1 level");
   expect_found(two, scene, 0.2, "box, 2 levels");
   const double voxel = image.voxel_size();
-  EXPECT_LT(mesh::surface_distances(one.surface, two.surface).mean_mm, 0.1 * voxel);
+  EXPECT_LT(mesh::surface_distances(one.shape, two.shape).mean_mm, 0.1 * voxel);
 }
 
 TEST(Segment, ALevelTooCoarseForItsStartIsPassedOver) {

@@ -1,0 +1,383 @@
+#include "libsurf/segment/run.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include "libsurf/segment/edge_offset.h"
+#include "libsurf/segment/ladder.h"
+#include "libsurf/segment/nucleation.h"
+#include "libsurf/segment/seed_model.h"
+
+namespace surf::segment {
+namespace {
+
+// Of a step, by the deviation of the blur: an edge is about three times as wide.
+constexpr double kStepPerBlur = 1.2;
+// As many times that for curves where no term has its minima on edges: regions compete wherever the
+// curve is. Twelve noisy discs with chan-vese and area take 96 steps, not 160.
+constexpr double kRegionSteps = 4;
+constexpr double kCoarseTolerance = 30;  // of the flow on coarser levels, times that of the last
+constexpr int kMostNucleations = 3;
+constexpr int kSettleSteps = 8;
+constexpr double kSettleStep = 0.25;  // cells, largest move in a step
+
+template <int Dim>
+bool is_too_close(const std::vector<Vector<Dim>>& seeds, const Vector<Dim>& seed, double distance) {
+  return std::any_of(seeds.begin(), seeds.end(),
+                     [&](const Vector<Dim>& other) { return (other - seed).norm() < distance; });
+}
+
+template <int Dim>
+std::string words(const Vector<Dim>& point) {
+  std::string out;
+  for (const double x : point) out += fmt::format("{}{:g}", out.empty() ? "" : ", ", x);
+  return out;
+}
+
+/// Seed balls as one shape of several components; where they may not merge, a ball that would
+/// touch an earlier one is left out.
+template <int Dim>
+Simplices<Dim> seed_balls(const Setting<Dim>& setting, const std::vector<Vector<Dim>>& seeds,
+                          double radius, double edge_length, mesh::Topology topology,
+                          std::vector<std::string>& notes) {
+  const double least = topology == mesh::Topology::kFixed ? 2 * radius + edge_length
+                                                          : edge_length / 4;  // the same place
+  std::vector<Simplices<Dim>> balls;
+  std::vector<Vector<Dim>> used;
+  for (const Vector<Dim>& seed : seeds) {
+    if (is_too_close<Dim>(used, seed, least)) {
+      notes.push_back(fmt::format(
+          "the ball round seed ({}) would touch another one and is left out", words(seed)));
+      continue;
+    }
+    used.push_back(seed);
+    balls.push_back(setting.ball(seed, radius, edge_length));
+  }
+  return setting.joined(balls);
+}
+
+/// One run: options made complete, then the stages.
+template <int Dim>
+class Run {
+ public:
+  Run(const Setting<Dim>& setting, const RunOptions<Dim>& options, const ProgressOf<Dim>& progress)
+      : setting_(setting),
+        options_(options),
+        cell_(setting.extent().cell_mm()),
+        progress_([this, progress](const auto& stage, const auto& record, const auto& shape) {
+          is_stopped_ = progress && !progress(stage, record, shape);
+          return !is_stopped_;
+        }),
+        model_(setting.make_model(smoothing())) {
+    result_.sigma_mm = smoothing().sigma_mm;
+    result_.edge_length_mm = options.edge_length_mm.value_or(1.5 * cell_);
+    if (!options.seeds_mm.empty())
+      seed_model_ = estimate_seed_model<Dim>(*model_->intensity(), options.seeds_mm, cell_);
+    const auto [lowest, highest] = setting.extent().range;
+    seed_model_.deviation = std::max(seed_model_.deviation, (double(highest) - lowest) / 256);
+    result_.seed_radius_mm = options.seed_radius_mm.value_or(
+        std::clamp(0.7 * seed_model_.radius_mm, 2 * cell_, 8 * cell_));
+    start_ = options.initial
+                 ? *options.initial
+                 : seed_balls<Dim>(setting_, options.seeds_mm, result_.seed_radius_mm,
+                                   std::min(result_.edge_length_mm, result_.seed_radius_mm / 2),
+                                   options.topology, result_.notes);
+  }
+
+  RunResult<Dim> run() {
+    const bool go_on = options_.energies.empty() ? run_ladder() : run_energies();
+    const Simplices<Dim> unsettled = result_.shape;
+    if (go_on && options_.settle) run_settle();
+    if (!setting_.is_embedded(result_.shape)) choose_embedded(unsettled);
+    return std::move(result_);
+  }
+
+ private:
+  /// The sheet guard does not see folds smaller than its distance. A shape that intersects
+  /// itself gives way to what it was before it settled, or to the next candidate.
+  void choose_embedded(const Simplices<Dim>& unsettled) {
+    if (setting_.is_embedded(unsettled)) {
+      result_.shape = unsettled;
+      result_.notes.push_back(
+          fmt::format("settling made the {} intersect itself and is taken back", setting_.noun()));
+      return;
+    }
+    for (std::size_t i = 1; i < result_.candidates.size(); ++i) {
+      if (!setting_.is_embedded(result_.candidates[i].shape)) continue;
+      std::rotate(result_.candidates.begin(), result_.candidates.begin() + i,
+                  result_.candidates.begin() + i + 1);
+      result_.shape = result_.candidates.front().shape;
+      result_.energies = result_.candidates.front().energies;
+      result_.notes.push_back(
+          fmt::format("the {} best candidates intersect themselves and are passed over", i));
+      return;
+    }
+  }
+
+  volume::SmoothingOptions smoothing() const {
+    volume::SmoothingOptions out;
+    out.sigma_mm = options_.sigma_mm.value_or(0.7 * cell_);
+    out.selective_sigma_mm = options_.selective_sigma_mm;
+    out.selective_threshold = options_.selective_threshold;
+    return out;
+  }
+
+  ShapeOptions<Dim> shape_options(double edge_length) const {
+    ShapeOptions<Dim> out;
+    out.edge_length_mm = edge_length;
+    out.coarseness = options_.coarseness;
+    out.adaptivity.geometry_tolerance_mm = options_.geometry_tolerance_mm.value_or(cell_);
+    out.adaptivity.integral_tolerance = options_.integral_tolerance;
+    out.topology = options_.topology;
+    out.topology_resolution_mm = options_.topology_resolution_mm.value_or(0);
+    if (options_.sheet_distance_mm) out.sheet_distance = *options_.sheet_distance_mm / edge_length;
+    out.max_displacement_mm = kStepPerBlur * blur(result_.sigma_mm);
+    return out;
+  }
+
+  /// Standard deviation of the fields' blur [mm]: the Gaussian's and the spline's.
+  double blur(double sigma_mm) const { return std::sqrt(sigma_mm * sigma_mm + cell_ * cell_ / 3); }
+
+  /// False if the caller asked to stop.
+  bool run_ladder() {
+    LadderOptions<Dim> ladder;
+    ladder.shape = shape_options(result_.edge_length_mm);
+    ladder.shape.edge_length_mm = std::max(result_.edge_length_mm, 2 * cell_);
+    ladder.shape.max_displacement_mm = 0.6 * ladder.shape.edge_length_mm;
+    // A leak is known by the front's contact with itself, so it is held there; but seeds may merge.
+    if (options_.topology == mesh::Topology::kFree)
+      ladder.shape.topology =
+          options_.seeds_mm.size() > 1 ? mesh::Topology::kGenus0 : mesh::Topology::kFixed;
+    if (Dim == 2)  // cheap there
+      for (const double share : {0.5, 1.0})
+        ladder.edge_strengths.push_back(share * estimate_edge_strength<Dim>(*model_->intensity(),
+                                                                            seeds_or_centre(),
+                                                                            setting_.extent()));
+    ladder.flow = options_.flow;
+    ladder.flow.energy_tol = std::max(ladder.flow.energy_tol, 3e-3);
+    ladder.flow.energy_share_on_the_way = 1;  // a leak is on its way too
+    const auto starts = [&](double neck_radius) {
+      const double radius = std::max(result_.seed_radius_mm, 1.4 * neck_radius * cell_);
+      if (options_.initial || radius == result_.seed_radius_mm) return start_;
+      std::vector<std::string> notes;
+      return seed_balls<Dim>(setting_, options_.seeds_mm, radius,
+                             std::min(ladder.shape.edge_length_mm, radius / 2), options_.topology,
+                             notes);
+    };
+    result_.candidates =
+        climb<Dim>(setting_, *model_, seed_model_, starts, ladder, result_.stages, progress_);
+    if (result_.candidates.empty()) {
+      result_.shape = start_;
+      result_.notes.push_back(is_stopped_
+                                  ? "interrupted before a first result was found: the initial "
+                                    "one is kept"
+                                  : "the seed did not grow: it may lie on an edge");
+      return false;
+    }
+    result_.shape = result_.candidates.front().shape;
+    result_.energies = result_.candidates.front().energies;
+    return !is_stopped_;
+  }
+
+  bool run_energies() {
+    result_.energies = options_.energies;
+    for (EnergyTerm& term : result_.energies) complete(term);
+    Simplices<Dim> start = start_;
+    for (int level = options_.n_levels - 1; level > 0; --level) {
+      if (run_level(level, start)) {
+        start = result_.shape;
+      } else if (is_stopped_) {
+        return false;
+      } else {  // what is too small for the level's blur is found on the next one
+        result_.notes.push_back(fmt::format("level {}: {}; the next one starts where it did", level,
+                                            result_.stages.back().flow.message));
+      }
+    }
+    bool go_on = evolve("evolve", *model_, result_.energies, start, options_.flow,
+                        shape_options(result_.edge_length_mm));
+    for (int round = 1; go_on && options_.open_cavities && round <= kMostNucleations; ++round) {
+      Simplices<Dim> opened = result_.shape;
+      const auto energy = model_->energy(result_.energies);
+      energy->reset({opened.points, opened.elements});
+      const auto holes = find_holes<Dim>(setting_, opened, *energy);
+      if (open_holes<Dim>(setting_, opened, holes, result_.edge_length_mm, *energy) == 0) break;
+      go_on = evolve(fmt::format("cavities {}", round), *model_, result_.energies, opened,
+                     options_.flow, shape_options(result_.edge_length_mm));
+    }
+    return go_on;
+  }
+
+  /// Lengths are 2^level times those of the result, and the tolerances of the flow kCoarseTolerance
+  /// times: far from the optimum neither pays.
+  bool run_level(int level, const Simplices<Dim>& start) {
+    const double scale = std::pow(2.0, level);
+    volume::SmoothingOptions wide = smoothing();
+    wide.sigma_mm *= scale;
+    const auto model = setting_.make_model(wide);
+    ShapeOptions<Dim> shape = shape_options(scale * result_.edge_length_mm);
+    shape.adaptivity.geometry_tolerance_mm *= scale;
+    shape.max_displacement_mm = kStepPerBlur * blur(wide.sigma_mm);
+    std::vector<EnergyTerm> terms = result_.energies;
+    for (EnergyTerm& term : terms)  // the gradient at a step falls as the blur widens
+      if (term.name == "minimal-surface")
+        term.parameters["lambda"] *= blur(result_.sigma_mm) / blur(wide.sigma_mm);
+    flow::FlowOptions flow = options_.flow;
+    flow.rel_tol = std::min(0.5, kCoarseTolerance * flow.rel_tol);
+    flow.energy_tol = std::min(0.5, kCoarseTolerance * flow.energy_tol);
+    return evolve(fmt::format("level {}", level), *model, terms, start, flow, shape);
+  }
+
+  /// Fills in what is not given.
+  void complete(EnergyTerm& term) {
+    auto& p = term.parameters;
+    if (term.name == "minimal-surface") {
+      p.try_emplace("gamma0", 1);
+      if (!p.contains("gamma")) p["gamma"] = options_.initial ? 0 : balloon(p["gamma0"]);
+      if (!p.contains("lambda"))
+        p["lambda"] =
+            estimate_edge_strength<Dim>(*model_->intensity(), seeds_or_centre(), setting_.extent());
+    } else if (term.name == "window") {
+      p.try_emplace("mean", seed_model_.mean);
+      p.try_emplace("half-width", 4 * seed_model_.deviation);
+    }
+  }
+
+  /// gamma that makes the seed balls grow: four times what keeps one in balance, 4 (Dim - 1)
+  /// gamma_0 / r, but at most 0.5 gamma_0 / voxel unless that is too little to grow: an edge a few
+  /// voxels wide resists about d_nu H / H = 0.6 / voxel, and a stronger force leaks through.
+  double balloon(double gamma_0) const {
+    const double balance = (Dim - 1) * gamma_0 / result_.seed_radius_mm;
+    const double barrier = 0.5 * gamma_0 / cell_;
+    return -std::max(1.2 * balance, std::min(4 * balance, barrier));
+  }
+
+  std::vector<Vector<Dim>> seeds_or_centre() const {
+    if (!options_.seeds_mm.empty()) return options_.seeds_mm;
+    return {start_.points.colwise().mean().transpose()};
+  }
+
+  bool evolve(const std::string& stage, EnergyModel<Dim>& model,
+              const std::vector<EnergyTerm>& terms, const Simplices<Dim>& start,
+              const flow::FlowOptions& flow, ShapeOptions<Dim> shape_options) {
+    const auto begin = std::chrono::steady_clock::now();
+    shape_options.adaptivity.integrands = model.integrands(terms);
+    if (Dim == 2 && shape_options.adaptivity.integrands.empty())
+      shape_options.max_displacement_mm *= kRegionSteps;
+    const auto shape = setting_.make_shape(start, shape_options);
+    const auto energy = model.energy(terms);
+    bool go_on = true;
+    StageReport report;
+    report.name = stage;
+    report.edge_length_mm = shape_options.edge_length_mm;
+    report.flow =
+        flow::evolve<Dim>(shape->moving(), *energy, flow, [&](const flow::StepRecord& record) {
+          go_on = !progress_ || progress_(stage, record, [&] { return shape->simplices(); });
+          return go_on;
+        });
+    report.seconds =
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    result_.shape = shape->simplices();
+    result_.border_share = shape->border_share();
+    if (shape->is_limited())
+      result_.notes.push_back(fmt::format(
+          "{}: the {} is coarser than asked for: at {} elements nothing is refined any more", stage,
+          setting_.noun(), shape_options.adaptivity.max_elements));
+    go_on &= report.flow.termination != flow::Termination::kObstacle;
+    result_.stages.push_back(std::move(report));
+    return go_on;
+  }
+
+  /// Half the median |grad I| on the shape: edges found so far are strong, noise is not.
+  double edge_strength_on(const Simplices<Dim>& shape) const {
+    Samples<Dim> samples;
+    model_->intensity()->sample(shape.points, Derivatives::kFirst, samples);
+    std::vector<double> gradients;
+    for (Eigen::Index i = 0; i < samples.gradient.rows(); ++i)
+      gradients.push_back(samples.gradient.row(i).norm());
+    return 0.5 * median(std::move(gradients));
+  }
+
+  /// Minimises int H dS from the shape found: at most kSettleSteps small steps, so that what
+  /// lies on a weak edge stays about where it is; then takes off the bias of the curvature.
+  bool run_settle() {
+    double lambda = edge_strength_on(result_.shape);
+    for (const EnergyTerm& term : result_.energies)  // the field of the run is there already
+      if (term.name == "minimal-surface") lambda = term.parameters.at("lambda");
+    if (!(lambda > 0)) return true;
+    flow::FlowOptions flow = options_.flow;
+    flow.max_steps = std::min(flow.max_steps, kSettleSteps);
+    ShapeOptions<Dim> shape = shape_options(result_.edge_length_mm);
+    shape.max_displacement_mm = kSettleStep * cell_;
+    const std::vector<EnergyTerm> terms = {
+        {"minimal-surface", 1, {{"gamma0", 1}, {"gamma", 0}, {"lambda", lambda}}}};
+    const Simplices<Dim> start = result_.shape;
+    const bool go_on = evolve("settle", *model_, terms, start, flow, shape);
+    if (!go_on) return false;
+    result_.shape = setting_.moved(
+        result_.shape,
+        moved_to_edge<Dim>(result_.shape, *model_->edge_indicator(lambda), kSettleStep * cell_));
+    return true;
+  }
+
+  const Setting<Dim>& setting_;
+  const RunOptions<Dim>& options_;
+  double cell_;
+  bool is_stopped_ = false;  // the caller asked to
+  ProgressOf<Dim> progress_;
+  std::unique_ptr<EnergyModel<Dim>> model_;
+  SeedModel seed_model_;
+  Simplices<Dim> start_;
+  RunResult<Dim> result_;
+};
+
+}  // namespace
+
+template <int Dim>
+std::string RunOptions<Dim>::error() const {
+  if (seeds_mm.empty() && !initial) return "no seed and no initial shape";
+  if (seed_radius_mm && !(*seed_radius_mm > 0))
+    return fmt::format("RunOptions::seed_radius_mm = {} violates > 0", *seed_radius_mm);
+  if (sigma_mm && !(*sigma_mm >= 0))
+    return fmt::format("RunOptions::sigma_mm = {} violates >= 0", *sigma_mm);
+  if (edge_length_mm && !(*edge_length_mm > 0))
+    return fmt::format("RunOptions::edge_length_mm = {} violates > 0", *edge_length_mm);
+  if (energies.empty() && initial && seeds_mm.empty())
+    return "an initial shape without seeds needs an explicit energy";
+  if (n_levels < 1 || n_levels > 6)
+    return fmt::format("RunOptions::n_levels = {} violates 1 to 6", n_levels);
+  if (!(coarseness >= 1))
+    return fmt::format("RunOptions::coarseness = {} violates >= 1", coarseness);
+  if (geometry_tolerance_mm && !(*geometry_tolerance_mm > 0))
+    return fmt::format("RunOptions::geometry_tolerance_mm = {} violates > 0",
+                       *geometry_tolerance_mm);
+  if (!(integral_tolerance >= 0))
+    return fmt::format("RunOptions::integral_tolerance = {} violates >= 0", integral_tolerance);
+  return flow.error();
+}
+
+template <int Dim>
+const StageReport& RunResult<Dim>::main_stage() const {
+  const auto is_main = [&](const StageReport& stage) {
+    return candidates.empty() ? stage.name != "settle" : stage.name == candidates.front().stage;
+  };
+  const auto at = std::find_if(stages.rbegin(), stages.rend(), is_main);
+  return at == stages.rend() ? stages.back() : *at;
+}
+
+template <int Dim>
+RunResult<Dim> run(const Setting<Dim>& setting, const RunOptions<Dim>& options,
+                   const ProgressOf<Dim>& progress) {
+  return Run<Dim>(setting, options, progress).run();
+}
+
+template struct RunOptions<2>;
+template struct RunOptions<3>;
+template struct RunResult<2>;
+template struct RunResult<3>;
+template RunResult<2> run<2>(const Setting<2>&, const RunOptions<2>&, const ProgressOf<2>&);
+template RunResult<3> run<3>(const Setting<3>&, const RunOptions<3>&, const ProgressOf<3>&);
+
+}  // namespace surf::segment

@@ -1,0 +1,248 @@
+// curveseg: from a phantom to scored contours, and what is wrong ends in one line.
+#include <cmath>
+
+#include "libsurf/volume/phantom.h"
+#include "libsurf/volume/read_volume.h"
+#include "libsurf/volume/write_volume.h"
+#include "tests/cli/program.h"
+
+namespace surfseg::test {
+namespace {
+
+using Words = std::vector<std::string>;
+
+Words joined(Words first, const Words& second) {
+  first.insert(first.end(), second.begin(), second.end());
+  return first;
+}
+
+class Curveseg : public Program {
+ protected:
+  void make(const std::string& kind, const Words& more = {}) const {
+    must(joined({"phantom", kind, "-o", kind + ".tif", "--contour", kind + "-exact.json"}, more));
+  }
+  nlohmann::json scores(const std::string& contour, const std::string& reference) const {
+    must({"evaluate", contour, "--reference", reference, "--json", "e.json"});
+    return json("e.json");
+  }
+};
+
+TEST_F(Curveseg, FindsABlobFromOneSeedAndFromACircle) {
+  make("blob");
+  must({"segment", "blob.tif", "--seed", "128,128", "-o", "a.json", "-q"});
+  EXPECT_GT(scores("a.json", "blob-exact.json")["dice"], 0.99);
+  must({"segment", "blob.tif", "--circle", "127.5,127.5,125px", "--gamma", "0", "--lambda", "0.08",
+        "-o", "b.json", "-q"});
+  EXPECT_LT(scores("b.json", "blob-exact.json")["distance"]["mean_mm"], 0.052);  // pixels
+}
+
+TEST_F(Curveseg, FindsTwelveNoisyDiscsFromOneCircleAndFromSeedsAllOver) {
+  make("discs12", {"--edge-width", "0.02", "--noise", "0.1"});
+  const Words run = {"segment",       "discs12.tif", "--energy", "chan-vese", "--energy",
+                     "area:weight=1", "-q",          "--json",   "s.json"};
+  for (const Words& start :
+       {Words{"--circle", "127.5,127.5,125px"}, Words{"--seeds-grid", "20px"}}) {
+    must(joined(joined(run, start), {"-o", "d.json", "--mask", "d.png"}));
+    EXPECT_EQ(json("s.json")["regions"].size(), 12u) << start[0];
+    const auto score = scores("d.json", "discs12-exact.json");
+    EXPECT_LT(score["distance"]["mean_mm"], 0.12) << start[0];
+    EXPECT_GT(scores("d.json", "d.png")["dice"], 0.9999) << start[0];
+  }
+}
+
+TEST_F(Curveseg, FindsTheHoleOfARingFromOutside) {
+  make("ring", {"--edge-width", "0.02", "--noise", "0.1"});
+  const Words run = {"segment",  "ring.tif",  "--circle", "127.5,127.5,125px",
+                     "--energy", "chan-vese", "--energy", "area:weight=1",
+                     "-q",       "--json",    "s.json"};
+  must(joined(run, {"-o", "full.json"}));
+  EXPECT_EQ(json("s.json")["regions"][0]["holes"], 0);
+  must(joined(run, {"-o", "r.json", "--open-cavities"}));
+  EXPECT_EQ(json("s.json")["regions"][0]["holes"], 1);
+  EXPECT_LT(scores("r.json", "ring-exact.json")["distance"]["mean_mm"], 0.12);
+  must(joined(run, {"-o", "f.json", "--open-cavities", "--fill-cavities"}));
+  EXPECT_EQ(json("s.json")["components"], 1);
+}
+
+TEST_F(Curveseg, WritesEveryFormatMasksAndPictures) {
+  make("blob", {"--size", "128"});
+  std::filesystem::create_directories(file("frames"));
+  for (const char* name : {"o.svg", "o.json", "o.vtp", "o.csv"})
+    must({"segment", "blob.tif", "--seed", "64,64", "-o", name, "--overlay", "o.png", "-q"});
+  run({"segment", "blob.tif", "--circle", "64,64,20px", "--energy", "chan-vese", "-o", "f.json",
+       "--max-iterations", "3", "--no-settle", "--frames", "frames", "-q"});
+  EXPECT_NE(bytes("o.svg").find("<path"), std::string::npos);
+  EXPECT_NE(bytes("o.vtp").find("PolyData"), std::string::npos);
+  EXPECT_TRUE(exists("o.png"));
+  EXPECT_TRUE(exists("frames/frame-00000.png"));
+  EXPECT_LT(scores("o.csv", "o.json")["distance"]["max_mm"], 1e-12);
+  // A contour is a start.
+  must({"segment", "blob.tif", "--contour", "o.json", "--energy", "chan-vese", "-o", "c.json",
+        "-q"});
+  EXPECT_GT(scores("c.json", "blob-exact.json")["dice"], 0.99);
+}
+
+TEST_F(Curveseg, SummaryIsAConfig) {
+  make("blob", {"--size", "128"});
+  must({"segment", "blob.tif", "--seed", "64,64", "-o", "a.json", "--json", "s.json", "-q"});
+  const auto summary = json("s.json");
+  for (const char* key : {"energy", "iterations", "stop_reason", "elements", "area_mm2", "regions",
+                          "simple", "alternating", "time_s", "config", "chosen", "evolution"})
+    EXPECT_TRUE(summary.contains(key)) << key;
+  const std::string first = bytes("a.json");
+  must({"segment", "--config", "s.json"});
+  EXPECT_EQ(bytes("a.json"), first);
+}
+
+/// A ball of radius 0.6 * 19.5 mm in 40^3 voxels of 1 mm.
+void write_ball(const std::string& path) {
+  surf::volume::PhantomOptions options;
+  options.size = {40, 40, 40};
+  options.spacing_mm = Eigen::Vector3d(1, 1, 1);
+  surf::volume::write_volume(path, surf::volume::make_phantom(options));
+}
+
+TEST_F(Curveseg, SegmentsSlicesOfVolumes) {
+  write_ball(file("ball.nii.gz"));
+  constexpr double kArea = M_PI * (11.7 * 11.7 - 0.5 * 0.5);  // half a voxel off the centre
+  const Words where[] = {{"--slice", "axial:20"}, {"--plane", "0,0,0.5,0,0,1"}};
+  for (const Words& choice : where) {
+    must(joined({"segment", "ball.nii.gz", "--space", "ras", "--seed", "0,0,0.5", "-o", "c.json",
+                 "--json", "s.json", "-q"},
+                choice));
+    EXPECT_NEAR(json("s.json")["area_mm2"], kArea, 0.02 * kArea) << choice[0];
+  }
+  EXPECT_NE(must({"info", "ball.nii.gz", "--slice", "coronal:7"}).out.find("40 x 40"),
+            std::string::npos);
+}
+
+TEST_F(Curveseg, StackFollowsAnObjectToItsEnd) {
+  write_ball(file("ball.nii.gz"));
+  must({"stack", "ball.nii.gz", "--from", "20", "--to", "39", "--seed", "20,20", "-o", "b.vtp",
+        "--mask", "b.nii.gz", "--json", "s.json", "-q"});
+  const auto slices = json("s.json")["slices"];
+  EXPECT_NEAR(double(slices.size()), 12, 1);  // slices 20 to 31 or so
+  for (const auto& slice : slices) {
+    const double z = slice["slice"].get<double>() - 19.5, area = M_PI * (11.7 * 11.7 - z * z);
+    // The ladder's window is chosen on the first slice; near the pole the ball is all edge.
+    if (z < 10) {
+      EXPECT_NEAR(slice["area_mm2"], area, 0.06 * area) << slice["slice"];
+    }
+  }
+  const auto labels = surf::volume::read_volume(file("b.nii.gz"));
+  EXPECT_EQ(labels.value(20, 20, 22), 1);
+  EXPECT_EQ(labels.value(20, 20, 12), 0);
+  EXPECT_EQ(labels.value(1, 1, 22), 0);
+}
+
+struct Row {
+  const char* test;
+  Words arguments;
+  int exit_code;
+  const char* piece;  ///< of the message
+};
+void PrintTo(const Row& row, std::ostream* stream) { *stream << row.test; }
+
+Words segment(const Words& wrong) {
+  return joined({"segment", "good.tif", "--seed", "8,8", "-o", "out.json"}, wrong);
+}
+Words image(const char* name) { return {"segment", name, "--seed", "8,8", "-o", "out.json"}; }
+Words start(const Words& how) {
+  return joined({"segment", "good.tif", "-o", "out.json", "--energy", "chan-vese"}, how);
+}
+
+const std::vector<Row> kRows = {
+    {"NoImage", {"segment", "--seed", "8,8", "-o", "out.json"}, 2, "an image is missing"},
+    {"ImageMissing", image("gone.png"), 3, "gone.png: cannot be read"},
+    {"ImageText", image("text.txt"), 3, "not a volume"},
+    {"ImageEmpty", image("empty.png"), 3, "is empty"},
+    {"ImageCut", image("cut.png"), 3, "truncated or damaged"},
+    {"VolumeWithoutSlice", image("ball.nii"), 2, "choose a slice"},
+    {"SliceOfImage", segment({"--slice", "axial:3"}), 2, "is an image, not a volume"},
+    {"SliceText", segment({"--slice", "axial"}), 2, "--slice: expected PLANE:INDEX"},
+    {"SlicePlane", segment({"--slice", "front:3"}), 2, "expected axial, sagittal or coronal"},
+    {"SliceBeyond",
+     {"segment", "ball.nii", "--slice", "axial:99", "--seed", "8,8", "-o", "out.json"},
+     3,
+     "there is no axial slice 99; they are 0 to 15"},
+    {"PlaneOfFive", segment({"--plane", "0,0,0,1,0"}), 2, "--plane: expected a point and a normal"},
+    {"PlaneElsewhere",
+     {"segment", "ball.nii", "--plane", "900,0,0,1,0,0", "--seed", "8,8", "-o", "out.json"},
+     2,
+     "misses the volume"},
+    {"SliceAndPlane", segment({"--slice", "axial:1", "--plane", "0,0,0,0,0,1"}), 2, "give one"},
+    {"SpacingZero", segment({"--spacing", "0"}), 2, "--spacing: a spacing must be positive"},
+    {"PageBeyond", segment({"--page", "4"}), 3, "there is no page 4"},
+    {"NoOutput", {"segment", "good.tif", "--seed", "8,8"}, 2, "-o: an output file is missing"},
+    {"OutputEnding", {"segment", "good.tif", "--seed", "8,8", "-o", "out.stl"}, 2, "ends in .svg"},
+    {"OutputFolder", {"segment", "good.tif", "--seed", "8,8", "-o", "no/o.svg"}, 4, "folder no"},
+    {"MaskEnding", segment({"--mask", "m.nii"}), 2, "--mask: m.nii: expected a name"},
+    {"FramesMissing", segment({"--frames", "no"}), 4, "--frames: the folder no does not exist"},
+    {"OutputIsInput", segment({"--overlay", "good.png", "--mask", "good.png"}), 2, "too; give"},
+    {"NoSeed", {"segment", "good.tif", "-o", "out.json"}, 2, "--seed: at least one point"},
+    {"SeedText", {"segment", "good.tif", "--seed", "a,b", "-o", "out.json"}, 2, "two numbers X,Y"},
+    {"SeedOutside",
+     {"segment", "good.tif", "--seed", "99,8", "-o", "out.json"},
+     2,
+     "16 x 16 pixels"},
+    {"SeedInRasOfAnImage", segment({"--space", "ras", "--seed", "1,2,3"}), 2, "use px or mm"},
+    {"CircleOfTwo", start({"--circle", "8,8"}), 2, "--circle: expected X,Y,RADIUS"},
+    {"CircleUnit", start({"--circle", "8,8,3"}), 2, "a length with its unit"},
+    {"GridTooWide", start({"--seeds-grid", "900px"}), 2, "more than the image"},
+    {"StartTwice", start({"--circle", "8,8,3px", "--seeds-grid", "9px"}), 2, "give one of them"},
+    {"ContourMissing", start({"--contour", "gone.json"}), 3, "gone.json: cannot be read"},
+    {"ContourBroken", start({"--contour", "broken.json"}), 3, "not GeoJSON"},
+    {"ContourCrossed", start({"--contour", "crossed.csv"}), 3, "crossed.csv: "},
+    {"ContourEnding", start({"--contour", "c.svg"}), 2, "ends in .json or .csv"},
+    {"GridWithoutEnergy",
+     {"segment", "good.tif", "-o", "out.json", "--seeds-grid", "9px"},
+     2,
+     "an energy is needed"},
+    {"EnergyUnknown", segment({"--energy", "foo"}), 2, "energy 'foo' is unknown"},
+    {"RadiusUnit", segment({"--radius", "12"}), 2, "--radius: expected a length"},
+    {"TopologyGenus", segment({"--topology", "genus0"}), 2, "--topology"},
+    {"StackWithoutRange", {"stack", "ball.nii", "--seed", "8,8", "-o", "o.vtp"}, 2, "--from, --to"},
+    {"StackOutput",
+     {"stack", "ball.nii", "--from", "1", "--to", "2", "--seed", "8,8", "-o", "o.svg"},
+     2,
+     "ends in .json, .vtp or .csv"},
+    {"PhantomKind", {"phantom", "cube", "-o", "o.tif"}, 2, "KIND"},
+    {"PhantomSize", {"phantom", "blob", "-o", "o.tif", "--size", "1"}, 2, "--size: expected N"},
+    {"PhantomOutput", {"phantom", "blob", "-o", "o.jpg"}, 2, "ends in .tif or .png"},
+    {"EvaluateMissing", {"evaluate", "gone.json", "--reference", "x.json"}, 3, "gone.json"},
+    {"ConfigKey", segment({"--config", "key.json"}), 2, "'radios' is not an option of segment"},
+    {"NoVerb", {}, 2, "subcommand is required"},
+    {"VerbUnknown", {"segmnet"}, 2, "(see curveseg --help)"},
+};
+
+class CurvesegBadInput : public Program, public ::testing::WithParamInterface<Row> {};
+INSTANTIATE_TEST_SUITE_P(All, CurvesegBadInput, ::testing::ValuesIn(kRows),
+                         [](const auto& row) { return row.param.test; });
+
+TEST_P(CurvesegBadInput, EndsInOneClearLine) {
+  must({"phantom", "ring", "--size", "16", "-o", "good.tif"});
+  must({"phantom", "ring", "--size", "16", "-o", "whole.png"});
+  surf::volume::write_volume(
+      file("ball.nii"),
+      surf::volume::make_phantom(
+          {.size = {16, 16, 16}, .spacing_mm = {}, .origin_ras_mm = {}, .edge_width_mm = {}}));
+  const auto write_file = [&](const char* name, const std::string& content) {
+    std::ofstream(file(name), std::ios::binary) << content;
+  };
+  write_file("cut.png", bytes("whole.png").substr(0, 60));
+  write_file("text.txt", "no image");
+  write_file("empty.png", "");
+  write_file("broken.json", "{\"type\": \"Polygon\"}");
+  write_file("key.json", "{\"radios\": 3}");
+  write_file("crossed.csv", "polygon,ring,x_mm,y_mm\n0,0,2,2\n0,0,9,9\n0,0,9,2\n0,0,2,8\n");
+  const auto before = files();
+  const Outcome outcome = run(GetParam().arguments);
+  EXPECT_EQ(outcome.exit_code, GetParam().exit_code) << outcome.err;
+  EXPECT_NE(outcome.err.find(GetParam().piece), std::string::npos) << outcome.err;
+  EXPECT_EQ(outcome.err.find("curveseg: error: "), 0u) << outcome.err;
+  EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
+  EXPECT_EQ(files(), before);
+}
+
+}  // namespace
+}  // namespace surfseg::test

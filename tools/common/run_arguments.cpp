@@ -1,0 +1,324 @@
+#include "tools/common/run_arguments.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "libsurf/base/error.h"
+#include "tools/common/arguments.h"
+#include "tools/common/energy_term.h"
+
+namespace surfseg {
+namespace {
+
+using surf::UsageError;
+
+template <int Dim>
+void set_flow(const RunArguments& a, surf::segment::RunOptions<Dim>& out) {
+  using namespace surf::flow;
+  out.flow.max_steps = a.max_iterations;
+  out.flow.rel_tol = a.tolerance;
+  const bool is_l2 = a.flow == "l2";
+  out.flow.velocity.product = is_l2 ? ScalarProduct::kL2 : ScalarProduct::kH1;
+  const bool is_implicit = a.scheme == "semi-implicit" || (a.scheme == "auto" && is_l2);
+  out.flow.velocity.scheme = is_implicit ? Scheme::kSemiImplicit : Scheme::kExplicit;
+  if (a.step_rule == "backtracking") out.flow.step.rule = StepRule::kBacktracking;
+}
+
+void add_image_options(CLI::App& command, RunArguments& a, const RunWords& words) {
+  const std::string group = "Image";
+  command
+      .add_option("--sigma", a.sigma,
+                  fmt::format("Gaussian smoothing, such as 1mm or 0.5{0} [0.7{0}]", words.cell))
+      ->group(group);
+  command
+      .add_option("--selective-sigma", a.selective_sigma,
+                  "Selective Gaussian blur before it: smooths where differences are small")
+      ->group(group);
+  command
+      .add_option("--selective-threshold", a.selective_threshold,
+                  fmt::format("Its threshold, in the {}'s intensities", words.image))
+      ->group(group);
+  command.add_option("--derivatives", a.derivatives, "Gradient filter: bspline or scharr")
+      ->check(CLI::IsMember({"bspline", "scharr"}))
+      ->capture_default_str()
+      ->group(group);
+}
+
+void add_energy_options(CLI::App& command, RunArguments& a, const RunWords& words) {
+  const std::string group = "Energy";
+  command
+      .add_option("--energy", a.energies,
+                  "Term NAME[:key=value,...] of the energy, repeatable: minimal-surface, "
+                  "chan-vese, window, area; auto chooses from the seeds")
+      ->take_all()
+      ->allow_extra_args(false)
+      ->default_str("auto")
+      ->group(group);
+  command
+      .add_option("--lambda", a.lambda, "Edge strength [intensity/mm] of minimal-surface, or auto")
+      ->capture_default_str()
+      ->group(group);
+  command
+      .add_option("--gamma", a.gamma,
+                  fmt::format("Weight of its {} term [1/mm]; < 0 grows [auto]", words.content))
+      ->group(group);
+  command.add_option("--gamma0", a.gamma0, fmt::format("Weight of its {} term [1]", words.measure))
+      ->group(group);
+  command.add_flag("--no-settle", a.no_settle, "Skip the last stage, which settles on the edges")
+      ->group(group);
+}
+
+void add_flow_options(CLI::App& command, RunArguments& a, const RunWords& words) {
+  const std::string group = "Flow";
+  command
+      .add_option(
+          "--levels", a.levels,
+          fmt::format("Begin with coarser {}s in an image that is smoothed more: each level "
+                      "doubles sigma and edges",
+                      words.shape))
+      ->capture_default_str()
+      ->group(group);
+  command.add_option("--flow", a.flow, "Scalar product: h1 (weighted, inexact Newton) or l2")
+      ->check(CLI::IsMember({"h1", "l2"}))
+      ->capture_default_str()
+      ->group(group);
+  command
+      .add_option("--scheme", a.scheme,
+                  "Time discretisation; auto: explicit for h1, else semi-implicit")
+      ->check(CLI::IsMember({"auto", "explicit", "semi-implicit"}))
+      ->capture_default_str()
+      ->group(group);
+  command.add_option("--step-rule", a.step_rule, "Time step: line-search or backtracking")
+      ->check(CLI::IsMember({"line-search", "backtracking"}))
+      ->capture_default_str()
+      ->group(group);
+  command
+      .add_option("--max-iterations", a.max_iterations,
+                  "Steps per stage; exit code 5 if they do not suffice")
+      ->capture_default_str()
+      ->group(group);
+  command
+      .add_option("--tolerance", a.tolerance,
+                  "Stop when the shape derivative falls to this share of its largest value")
+      ->capture_default_str()
+      ->group(group);
+}
+
+void add_mesh_options(CLI::App& command, RunArguments& a, const RunWords& words) {
+  const std::string group = "Mesh";
+  const std::string is_flat = words.has_genus ? "flat" : "straight";
+  command
+      .add_option(
+          "--edge-length", a.edge_length,
+          fmt::format("Edges of the result where it is finest, such as 2mm [1.5{}]", words.cell))
+      ->group(group);
+  command
+      .add_option("--coarseness", a.coarseness,
+                  fmt::format("Edges may be this many times longer where the {} is {}; 1: all the "
+                              "same",
+                              words.shape, is_flat))
+      ->capture_default_str()
+      ->group(group);
+  command
+      .add_option("--geometry-tolerance", a.geometry_tolerance,
+                  fmt::format("Bound on edge length times angle to the neighbours, summed over an "
+                              "element's sides; the finest edges may exceed it [1{}]",
+                              words.cell))
+      ->group(group);
+  command
+      .add_option(
+          "--integral-tolerance", a.integral_tolerance,
+          fmt::format("Quadrature error of H, or of the window, per {} above which elements "
+                      "are refined; 0: do not look",
+                      words.measure))
+      ->capture_default_str()
+      ->group(group);
+}
+
+void add_topology_options(CLI::App& command, RunArguments& a, const RunWords& words) {
+  const std::string group = "Topology";
+  std::vector<std::string> kinds = {"free", "fixed"};
+  if (words.has_genus) kinds.push_back("genus0");
+  command
+      .add_option("--topology", a.topology,
+                  std::string("free: sheets that meet are joined, necks are cut; fixed: they are "
+                              "held apart") +
+                      (words.has_genus ? "; genus0: free, but without handles" : ""))
+      ->check(CLI::IsMember(kinds))
+      ->capture_default_str()
+      ->group(group);
+  command
+      .add_option("--topology-resolution", a.topology_resolution,
+                  "What is thinner is joined or cut where sheets meet, such as 1mm [0.7 of "
+                  "--edge-length]")
+      ->group(group);
+  command
+      .add_flag("--open-cavities", a.open_cavities,
+                fmt::format("Open {} where chan-vese or window asks for them, though the {} came "
+                            "from outside",
+                            words.hole, words.shape))
+      ->group(group);
+  command
+      .add_option("--sheet-distance", a.sheet_distance,
+                  "Distance at which sheets are held apart where they may not join, such as 1mm "
+                  "[0.7 of --edge-length]")
+      ->group(group);
+}
+
+void add_component_options(CLI::App& command, RunArguments& a, const RunWords& words) {
+  const std::string group = "Components of the result, in this order";
+  command
+      .add_flag("--fill-cavities", a.fill_cavities,
+                fmt::format("Fill {}, with all that lies in them", words.hole))
+      ->group(group);
+  command
+      .add_option("--min-component", a.min_component,
+                  fmt::format("Drop components of less {} [mm^{}], with their {}", words.content,
+                              words.power, words.hole))
+      ->capture_default_str()
+      ->group(group);
+  command
+      .add_option("--keep", a.keep,
+                  "Keep all components, the largest, or the seeded: those that contain a seed")
+      ->check(CLI::IsMember({"all", "largest", "seeded"}))
+      ->capture_default_str()
+      ->group(group);
+}
+
+}  // namespace
+
+surf::mesh::Keep RunArguments::kept() const {
+  return keep == "largest"  ? surf::mesh::Keep::kLargest
+         : keep == "seeded" ? surf::mesh::Keep::kSeeded
+                            : surf::mesh::Keep::kAll;
+}
+
+std::vector<surf::segment::EnergyTerm> RunArguments::terms(const CLI::App& command) const {
+  std::vector<surf::segment::EnergyTerm> out;
+  for (const std::string& text : energies)
+    if (text != "auto") out.push_back(parse_energy_term("--energy", text));
+  const bool has_gamma = command.count("--gamma") > 0, has_gamma0 = command.count("--gamma0") > 0;
+  const bool has_lambda = lambda != "auto";
+  if (!has_gamma && !has_gamma0 && !has_lambda) return out;
+  if (out.empty()) out.push_back({"minimal-surface", 1, {}});
+  bool is_used = false;
+  for (auto& term : out) {
+    if (term.name != "minimal-surface") continue;
+    is_used = true;
+    if (has_gamma) term.parameters.try_emplace("gamma", gamma);
+    if (has_gamma0) term.parameters.try_emplace("gamma0", gamma0);
+    if (has_lambda) term.parameters.try_emplace("lambda", parse_number("--lambda", lambda));
+  }
+  if (!is_used)
+    throw UsageError(
+        "--gamma, --gamma0, --lambda: they belong to --energy minimal-surface, which is not used");
+  return out;
+}
+
+void add_start_options(CLI::App& command, RunArguments& a, const RunWords& words) {
+  const std::string group = "Where to start";
+  command
+      .add_option("--seed", a.seeds,
+                  fmt::format("Point {} inside the object; repeat for more", words.point))
+      ->take_all()
+      ->allow_extra_args(false)
+      ->group(group);
+  command
+      .add_option(
+          "--radius", a.radius,
+          fmt::format("Radius of the seed {}, such as 10mm or 5{} [auto]", words.balls, words.cell))
+      ->group(group);
+}
+
+void add_run_options(CLI::App& command, RunArguments& a, const RunWords& words) {
+  add_image_options(command, a, words);
+  add_energy_options(command, a, words);
+  add_flow_options(command, a, words);
+  add_mesh_options(command, a, words);
+  add_topology_options(command, a, words);
+  add_component_options(command, a, words);
+}
+
+void add_running_options(CLI::App& command, RunArguments& a) {
+  const std::string group = "Output and running";
+  command.add_option("--json", a.json, "Summary; it can be fed back as --config")->group(group);
+  command.add_option("--config", a.config, "JSON file of options; the command line wins")
+      ->group(group);
+  command.add_option("--threads", a.threads, "Threads [all]; the result is the same")->group(group);
+  command.add_flag("-q,--quiet", a.quiet, "Print errors only")->group(group);
+  command.add_flag("-v,--verbose", a.verbose, "Print every step")->group(group);
+}
+
+void check_range(const char* option, int value, int lowest, const char* expected) {
+  if (value < lowest)
+    throw UsageError(fmt::format("{}: expected {}; got {}", option, expected, value));
+}
+
+void check_run_arguments(const CLI::App& command, const RunArguments& a, const RunWords& words) {
+  check_range("--threads", a.threads, 0, "0 (all) or more");
+  check_range("--max-iterations", a.max_iterations, 0, "0 or more");
+  if (!(a.tolerance >= 0 && a.tolerance < 1))
+    throw UsageError(fmt::format(
+        "--tolerance: expected a number from 0 to below 1, such as 1e-4; got {}", a.tolerance));
+  if (a.levels < 1 || a.levels > 6)
+    throw UsageError(fmt::format("--levels: expected a number from 1 to 6; got {}", a.levels));
+  if (!(a.coarseness >= 1 && a.coarseness <= 1000))
+    throw UsageError(
+        fmt::format("--coarseness: expected a number from 1 to 1000; got {}", a.coarseness));
+  if (!(a.integral_tolerance >= 0))
+    throw UsageError(
+        fmt::format("--integral-tolerance: expected 0 or more; got {}", a.integral_tolerance));
+  if (!(a.min_component >= 0 && std::isfinite(a.min_component)))
+    throw UsageError(fmt::format(
+        "--min-component: expected {} {} in mm^{}, 0 or more, such as 50; got {}",
+        words.content == "area" ? "an" : "a", words.content, words.power, a.min_component));
+  if (!(a.selective_threshold >= 0))
+    throw UsageError(
+        fmt::format("--selective-threshold: expected 0 or more; got {}", a.selective_threshold));
+  for (const auto& [option, text] :
+       {std::pair{"--sigma", a.sigma}, {"--selective-sigma", a.selective_sigma}})
+    if (!text.empty()) parse_length(option, text);
+  for (const auto& [option, text] : {std::pair{"--radius", a.radius},
+                                     {"--edge-length", a.edge_length},
+                                     {"--geometry-tolerance", a.geometry_tolerance},
+                                     {"--topology-resolution", a.topology_resolution},
+                                     {"--sheet-distance", a.sheet_distance}})
+    if (!text.empty()) parse_positive_length(option, text);
+  surf::segment::check_terms(a.terms(command));
+}
+
+template <int Dim>
+void set_run_options(const CLI::App& command, const RunArguments& a, double cell_mm,
+                     surf::segment::RunOptions<Dim>& out) {
+  const auto length = [&](const char* option, const std::string& text) -> std::optional<double> {
+    if (text.empty()) return std::nullopt;
+    return parse_length(option, text).mm(cell_mm);
+  };
+  out.seed_radius_mm = length("--radius", a.radius);
+  out.sigma_mm = length("--sigma", a.sigma);
+  out.selective_sigma_mm = length("--selective-sigma", a.selective_sigma).value_or(0);
+  out.selective_threshold = a.selective_threshold;
+  out.edge_length_mm = length("--edge-length", a.edge_length);
+  out.coarseness = a.coarseness;
+  out.n_levels = a.levels;
+  out.geometry_tolerance_mm = length("--geometry-tolerance", a.geometry_tolerance);
+  out.integral_tolerance = a.integral_tolerance;
+  out.topology = a.topology == "fixed"    ? surf::mesh::Topology::kFixed
+                 : a.topology == "genus0" ? surf::mesh::Topology::kGenus0
+                                          : surf::mesh::Topology::kFree;
+  out.sheet_distance_mm = length("--sheet-distance", a.sheet_distance);
+  out.topology_resolution_mm = length("--topology-resolution", a.topology_resolution);
+  if (a.derivatives == "scharr") out.derivative_filter = surf::volume::DerivativeFilter::kScharr;
+  out.energies = a.terms(command);
+  out.settle = !a.no_settle;
+  out.open_cavities = a.open_cavities;
+  set_flow<Dim>(a, out);
+}
+
+template void set_run_options<2>(const CLI::App&, const RunArguments&, double,
+                                 surf::segment::RunOptions<2>&);
+template void set_run_options<3>(const CLI::App&, const RunArguments&, double,
+                                 surf::segment::RunOptions<3>&);
+
+}  // namespace surfseg

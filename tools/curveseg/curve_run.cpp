@@ -1,0 +1,166 @@
+#include "tools/curveseg/curve_run.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "libcurve/contour_file.h"
+#include "libcurve/hierarchy.h"
+#include "libcurve/primitives.h"
+#include "libsurf/base/error.h"
+#include "tools/common/arguments.h"
+#include "tools/curveseg/image_arguments.h"
+
+namespace surfseg::curve_program {
+namespace {
+
+using surf::Segments;
+using surf::UsageError;
+using surf::curve::Image;
+
+/// "X,Y,RADIUS": the last comma parts point and length.
+std::pair<std::string, std::string> split_circle(const std::string& text) {
+  const std::size_t comma = text.rfind(',');
+  if (comma == std::string::npos || std::count(text.begin(), text.end(), ',') < 2)
+    throw UsageError(fmt::format(
+        "--circle: expected X,Y,RADIUS, the radius with its unit, such as 120,88,30px; got '{}'",
+        text));
+  return {text.substr(0, comma), text.substr(comma + 1)};
+}
+
+/// Circles at whose centre the image is brighter, or darker, than its mean: those all over it would
+/// lie as much in the background, and regions that compete might as well take that for the object.
+Segments circles_in_objects(const Image& image, const Segments& circles, bool are_dark) {
+  double mean = 0;
+  for (const float value : image.values()) mean += value / double(image.n_pixels());
+  const auto hierarchy = surf::curve::curve_hierarchy(circles);
+  std::vector<char> keep;
+  for (const auto& component : hierarchy.components) {
+    const Eigen::Vector2d pixel = image.plane_to_pixel() * component.centre;
+    const int i = std::clamp(int(std::lround(pixel[0])), 0, image.size()[0] - 1),
+              j = std::clamp(int(std::lround(pixel[1])), 0, image.size()[1] - 1);
+    keep.push_back((image.value(i, j) > mean) != are_dark);
+  }
+  return surf::curve::kept(circles, hierarchy, keep);
+}
+
+Segments grid_of_seeds(const CurveArguments& a, const Image& image, double edge_length) {
+  const double pixel = image.pixel_size();
+  const double spacing = parse_positive_length("--seeds-grid", a.seeds_grid).mm(pixel);
+  const double radius =
+      a.radius.empty() ? 0.3 * spacing : parse_positive_length("--radius", a.radius).mm(pixel);
+  if (radius >= 0.5 * spacing)
+    throw UsageError("--radius: the circles of --seeds-grid would touch; make them smaller");
+  Eigen::AlignedBox2d box;
+  for (const double i : {0.0, image.size()[0] - 1.0})
+    for (const double j : {0.0, image.size()[1] - 1.0})
+      box.extend(image.pixel_to_plane() * Eigen::Vector2d(i, j));
+  Segments out =
+      circles_in_objects(image,
+                         surf::curve::grid_of_circles(box.min(), box.max(), spacing, radius,
+                                                      std::min(edge_length, radius / 2)),
+                         a.dark);
+  if (out.elements.rows() == 0)
+    throw UsageError(fmt::format("--seeds-grid: {} is more than the image", a.seeds_grid));
+  return out;
+}
+
+Segments initial_curves(const CurveArguments& a, const Image& image, double edge_length) {
+  std::vector<Segments> parts;
+  for (const std::string& text : a.circles) {
+    const auto [point, radius] = split_circle(text);
+    const double r = parse_positive_length("--circle", radius).mm(image.pixel_size());
+    parts.push_back(surf::curve::circle(parse_plane_point("--circle", point, a.space, image), r,
+                                        std::min(edge_length, r / 4)));
+  }
+  if (!a.seeds_grid.empty()) parts.push_back(grid_of_seeds(a, image, edge_length));
+  if (!a.contour.empty()) {
+    parts.push_back(surf::curve::read_contours(a.contour));
+    const auto check = surf::curve::verify(parts.back());
+    if (!check.passed()) throw surf::InputError(fmt::format("{}: {}", a.contour, check.message()));
+  }
+  return surf::curve::joined(parts);
+}
+
+}  // namespace
+
+const RunWords kWords = {"curve", "px",  "image",   "area",  "length",
+                         "2",     "X,Y", "circles", "holes", false};
+
+void add_curve_options(CLI::App& command, CurveArguments& a) {
+  add_start_options(command, a, kWords);
+  const std::string start = "Where to start";
+  command
+      .add_option("--space", a.space,
+                  "Space of the points: px (column, row) or mm of the image; ras or lps, X,Y,Z in "
+                  "mm, of a slice")
+      ->check(CLI::IsMember({"px", "mm", "ras", "lps"}))
+      ->capture_default_str()
+      ->group(start);
+  command
+      .add_option("--circle", a.circles,
+                  "Or a circle X,Y,RADIUS to start from, such as 120,88,30px; repeat for more")
+      ->take_all()
+      ->allow_extra_args(false)
+      ->group(start);
+  command
+      .add_option(
+          "--seeds-grid", a.seeds_grid,
+          "Or circles at this distance, such as 20px, where the image is brighter than its mean")
+      ->group(start);
+  command.add_flag("--dark", a.dark, "With --seeds-grid: where it is darker")->group(start);
+  command.add_option("--contour", a.contour, "Or the contours of a .json or .csv file")
+      ->group(start);
+  add_run_options(command, a, kWords);
+  command
+      .add_option("--sampling", a.sampling,
+                  "Values between pixels: spline (C^2, the default) or linear")
+      ->check(CLI::IsMember({"spline", "linear"}))
+      ->capture_default_str()
+      ->group("Image");
+}
+
+void check_curve_arguments(const CLI::App& command, const CurveArguments& a) {
+  check_run_arguments(command, a, kWords);
+  for (const std::string& text : a.circles)
+    parse_positive_length("--circle", split_circle(text).second);
+  if (!a.seeds_grid.empty()) parse_positive_length("--seeds-grid", a.seeds_grid);
+  if (!a.contour.empty() && !surf::curve::is_readable_contour(a.contour))
+    throw UsageError(
+        fmt::format("--contour: {}: expected a name that ends in .json or .csv", a.contour));
+  const int n_initial =
+      (a.circles.empty() ? 0 : 1) + (a.contour.empty() ? 0 : 1) + (a.seeds_grid.empty() ? 0 : 1);
+  if (n_initial > 1) throw UsageError("--circle, --seeds-grid, --contour: give one of them");
+  if (a.seeds.empty() && !a.has_initial())
+    throw UsageError(
+        "--seed: at least one point inside the object is needed, such as --seed 120,88, or a "
+        "--circle, --seeds-grid or --contour");
+  if (a.seeds.empty() && a.terms(command).empty() && a.circles.size() != 1)
+    throw UsageError(
+        "--energy: without a --seed inside the object an energy is needed, such as --energy "
+        "chan-vese");
+  if (a.keep == "seeded" && a.seeds.empty())
+    throw UsageError("--keep seeded: a --seed in each component to keep is needed");
+}
+
+surf::curve::CurveOptions curve_options(const CLI::App& command, const CurveArguments& a,
+                                        const Image& image) {
+  surf::curve::CurveOptions out;
+  set_run_options<2>(command, a, image.pixel_size(), out);
+  if (a.sampling == "linear") out.interpolation = surf::curve::Interpolation::kLinear;
+  for (const std::string& seed : a.seeds)
+    out.seeds_mm.push_back(parse_plane_point("--seed", seed, a.space, image));
+  if (a.has_initial())
+    out.initial = initial_curves(a, image, out.edge_length_mm.value_or(1.5 * image.pixel_size()));
+  // The centre of a circle serves as seed, to choose parameters, if there is no other.
+  if (out.seeds_mm.empty() && a.circles.size() == 1)
+    out.seeds_mm.push_back(
+        parse_plane_point("--circle", split_circle(a.circles[0]).first, a.space, image));
+  out.regions.min_area_mm2 = a.min_component;
+  out.regions.fill_holes = a.fill_cavities;
+  out.regions.keep = a.kept();
+  return out;
+}
+
+}  // namespace surfseg::curve_program

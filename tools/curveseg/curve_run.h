@@ -1,0 +1,34 @@
+// What segment and stack share: the options of a run on an image, and its start.
+#pragma once
+
+#include "libcurve/segment.h"
+#include "libcurve/verify.h"
+#include "tools/common/run_arguments.h"
+
+namespace surfseg::curve_program {
+
+extern const RunWords kWords;
+
+/// The options as they were typed.
+struct CurveArguments : RunArguments {
+  std::string space = "px";
+  std::vector<std::string> circles;
+  std::string contour, seeds_grid;
+  std::string sampling = "spline";
+  bool dark = false;
+
+  bool has_initial() const { return !circles.empty() || !contour.empty() || !seeds_grid.empty(); }
+};
+
+void add_curve_options(CLI::App& command, CurveArguments& a);
+
+/// What can be found wrong before the image is known.
+/// @throws surf::UsageError
+void check_curve_arguments(const CLI::App& command, const CurveArguments& a);
+
+/// Seeds, initial curves and everything else for one image.
+/// @throws surf::UsageError, surf::InputError
+surf::curve::CurveOptions curve_options(const CLI::App& command, const CurveArguments& a,
+                                        const surf::curve::Image& image);
+
+}  // namespace surfseg::curve_program

@@ -1,0 +1,183 @@
+// curveseg evaluate: contours against reference contours or a mask.
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "libcurve/contour_file.h"
+#include "libcurve/distance.h"
+#include "libcurve/hierarchy.h"
+#include "libcurve/rasterize.h"
+#include "libcurve/verify.h"
+#include "libsurf/base/error.h"
+#include "libsurf/fem/geometry.h"
+#include "tools/common/outputs.h"
+#include "tools/common/report.h"
+#include "tools/curveseg/commands.h"
+#include "tools/curveseg/image_arguments.h"
+
+namespace surfseg::curve_program {
+namespace {
+
+using nlohmann::ordered_json;
+using surf::Segments;
+using surf::curve::Image;
+
+constexpr const char* kFooter =
+    "CONTOUR is .json or .csv; a reference is such a file, or a mask: an image, or with --slice a "
+    "slice\n"
+    "of a label map, whose pixels that are not 0 (or are --label) are the object. Dice counts "
+    "pixel\n"
+    "centres: those of the mask, or of a grid with 1024 along the longer side of both contours.\n"
+    "Distances are between contours, both ways; against a mask there are none.\n\n"
+    "Examples:\n"
+    "  curveseg evaluate blob.json --reference blob-exact.json\n"
+    "  curveseg evaluate tumour.json --reference tumour-by-hand.png --json scores.json";
+
+struct Request {
+  std::string contour, json;
+  ImageArguments reference;
+  std::optional<double> label;
+};
+
+struct Overlap {
+  std::size_t n_first = 0, n_second = 0, n_both = 0;
+  double pixel_mm2 = 0;
+
+  double dice() const {
+    return n_first + n_second == 0 ? 1 : 2.0 * double(n_both) / double(n_first + n_second);
+  }
+  double jaccard() const {
+    const auto n_any = n_first + n_second - n_both;
+    return n_any == 0 ? 1 : double(n_both) / double(n_any);
+  }
+};
+
+template <class First, class Second>
+Overlap count(std::size_t n, double pixel_mm2, const First& first, const Second& second) {
+  Overlap out;
+  out.pixel_mm2 = pixel_mm2;
+  for (std::size_t at = 0; at < n; ++at) {
+    const bool a = first(at), b = second(at);
+    out.n_first += a;
+    out.n_second += b;
+    out.n_both += a && b;
+  }
+  return out;
+}
+
+Overlap overlap_with_mask(const Request& request, const Segments& curves, const Image& mask) {
+  const auto inside = surf::curve::rasterize(curves, mask.size(), mask.pixel_to_plane());
+  return count(
+      mask.n_pixels(), mask.pixel_size() * mask.pixel_size(),
+      [&](std::size_t at) { return inside[at] != 0; },
+      [&](std::size_t at) {
+        const float value = mask.values()[at];
+        return request.label ? double(value) == *request.label : value != 0;
+      });
+}
+
+Overlap overlap_of(const Segments& first, const Segments& second) {
+  constexpr int kSide = 1024;
+  Eigen::AlignedBox2d box;
+  for (const Segments* curves : {&first, &second})
+    for (const auto point : curves->points.rowwise())
+      box.extend(Eigen::Vector2d(point.transpose()));
+  const double pixel = box.sizes().maxCoeff() / kSide;
+  const std::array<int, 2> size = {int(box.sizes()[0] / pixel) + 1,
+                                   int(box.sizes()[1] / pixel) + 1};
+  Eigen::Affine2d to_plane = Eigen::Affine2d::Identity();
+  to_plane.linear() *= pixel;
+  to_plane.translation() = box.min().array() + pixel / 2;
+  const auto a = surf::curve::rasterize(first, size, to_plane),
+             b = surf::curve::rasterize(second, size, to_plane);
+  return count(
+      a.size(), pixel * pixel, [&](std::size_t at) { return a[at] != 0; },
+      [&](std::size_t at) { return b[at] != 0; });
+}
+
+ordered_json distances_of(const Segments& first, const Segments& second) {
+  const auto d = surf::curve::curve_distances(first, second);
+  return {{"mean_mm", d.mean_mm}, {"rms_mm", d.rms_mm}, {"p95_mm", d.p95_mm}, {"max_mm", d.max_mm}};
+}
+
+double area_of(const Segments& curves) {
+  return surf::fem::Geometry<2>(curves.points, curves.elements).enclosed();
+}
+
+ordered_json evaluate(const Request& request) {
+  const Segments curves = surf::curve::read_contours(request.contour);
+  const auto verification = surf::curve::verify(curves);
+  ordered_json scores = {{"contour", request.contour}, {"reference", request.reference.path}};
+  Overlap overlap;
+  ordered_json distance;
+  if (surf::curve::is_readable_contour(request.reference.path)) {
+    if (request.label)
+      throw surf::UsageError(
+          fmt::format("--label: {} holds contours and no labels", request.reference.path));
+    const Segments reference = surf::curve::read_contours(request.reference.path);
+    overlap = overlap_of(curves, reference);
+    distance = distances_of(curves, reference);
+    scores["reference_area_mm2"] = area_of(reference);
+  } else {
+    overlap = overlap_with_mask(request, curves, request.reference.read());
+    scores["reference_area_mm2"] = double(overlap.n_second) * overlap.pixel_mm2;
+  }
+  scores["area_mm2"] = area_of(curves);
+  scores["dice"] = overlap.dice();
+  scores["jaccard"] = overlap.jaccard();
+  scores["distance"] = distance;
+  scores["verification"] = {{"passed", verification.passed()},
+                            {"message", verification.message()},
+                            {"components", verification.n_components},
+                            {"elements", verification.n_elements}};
+  return scores;
+}
+
+std::string text_of(const ordered_json& scores) {
+  std::string text;
+  const auto line = [&](const char* key, const std::string& value) {
+    text += fmt::format("{:<18} {}\n", key, value);
+  };
+  const auto number = [&](const ordered_json& value, const char* unit) {
+    return fmt::format("{:.4f}{}", value.get<double>(), unit);
+  };
+  line("Dice", number(scores["dice"], ""));
+  line("Jaccard", number(scores["jaccard"], ""));
+  line("area", number(scores["area_mm2"], " mm2"));
+  line("reference area", number(scores["reference_area_mm2"], " mm2"));
+  if (const auto& distance = scores["distance"]; !distance.is_null()) {
+    line("mean distance", number(distance["mean_mm"], " mm"));
+    line("RMS distance", number(distance["rms_mm"], " mm"));
+    line("95 % distance", number(distance["p95_mm"], " mm"));
+    line("maximum distance", number(distance["max_mm"], " mm"));
+  }
+  line("verification", scores["verification"]["message"].get<std::string>());
+  return text;
+}
+
+}  // namespace
+
+void add_evaluate_command(CLI::App& app, ExitCode&) {
+  const auto request = std::make_shared<Request>();
+  CLI::App* command =
+      app.add_subcommand("evaluate", "Compare contours with reference contours or a mask");
+  command->add_option("CONTOUR", request->contour, "Contours: .json or .csv")->required();
+  command->add_option("--reference", request->reference.path, "Contours or mask to compare with")
+      ->required();
+  command->add_option("--slice", request->reference.slice,
+                      "Slice of a label map, such as axial:120");
+  command->add_option("--spacing", request->reference.spacing,
+                      "Pixel size of a mask in mm, S or SX,SY [what the file states, else 1]");
+  command->add_option("--label", request->label, "Label of the object in the mask");
+  command->add_option("--json", request->json, "Write the scores to this file");
+  command->footer(kFooter);
+  command->callback([request] {
+    check_outputs({{"--json", request->json}}, request->reference.path);
+    const ordered_json scores = evaluate(*request);
+    if (!request->json.empty()) write_json(request->json, scores);
+    const std::string text = text_of(scores);
+    std::fwrite(text.data(), 1, text.size(), stdout);
+  });
+}
+
+}  // namespace surfseg::curve_program

@@ -1,0 +1,147 @@
+#include "tools/curveseg/image_arguments.h"
+
+#include <fmt/format.h>
+
+#include <optional>
+
+#include "libcurve/read_image.h"
+#include "libsurf/base/error.h"
+#include "libsurf/volume/read_volume.h"
+#include "tools/common/arguments.h"
+#include "tools/common/energy_term.h"
+
+namespace surfseg::curve_program {
+namespace {
+
+using surf::UsageError;
+using surf::curve::SlicePlane;
+
+struct SliceChoice {
+  SlicePlane plane;
+  int index;
+};
+
+SliceChoice parse_slice(const std::string& text) {
+  const std::size_t colon = text.find(':');
+  if (colon == std::string::npos)
+    throw UsageError(fmt::format(
+        "--slice: expected PLANE:INDEX, such as axial:120, sagittal:60 or coronal:80; got '{}'",
+        text));
+  const double index = parse_number("--slice", text.substr(colon + 1));
+  if (index != int(index))
+    throw UsageError(fmt::format("--slice: expected a whole number after ':'; got '{}'", text));
+  return {parse_slice_plane("--slice", text.substr(0, colon)), int(index)};
+}
+
+struct PlaneChoice {
+  Eigen::Vector3d point, normal;
+};
+
+PlaneChoice parse_plane(const std::string& text) {
+  const auto n = parse_numbers("--plane", text, 6, "a point and a normal X,Y,Z,NX,NY,NZ in RAS mm");
+  const PlaneChoice out{{n[0], n[1], n[2]}, {n[3], n[4], n[5]}};
+  if (!(out.normal.norm() > 0)) throw UsageError("--plane: the normal is 0");
+  return out;
+}
+
+std::optional<Eigen::Vector2d> parse_spacing(const std::string& text) {
+  if (text.empty()) return std::nullopt;
+  const bool is_single = text.find(',') == std::string::npos;
+  const auto n = parse_numbers("--spacing", is_single ? text + "," + text : text, 2,
+                               "one or two lengths in mm, such as 0.5 or 0.5,0.7");
+  if (!(n[0] > 0 && n[1] > 0))
+    throw UsageError(fmt::format("--spacing: a spacing must be positive; got '{}'", text));
+  return Eigen::Vector2d(n[0], n[1]);
+}
+
+}  // namespace
+
+SlicePlane parse_slice_plane(const std::string& option, const std::string& text) {
+  if (text == "axial") return SlicePlane::kAxial;
+  if (text == "sagittal") return SlicePlane::kSagittal;
+  if (text == "coronal") return SlicePlane::kCoronal;
+  throw UsageError(fmt::format("{}: expected axial, sagittal or coronal; got '{}'", option, text));
+}
+
+void ImageArguments::check() const {
+  if (path.empty()) throw UsageError("IMAGE: an image is missing");
+  if (!slice.empty() && !plane.empty()) throw UsageError("--slice, --plane: give one of them");
+  if (!slice.empty()) parse_slice(slice);
+  if (!plane.empty()) parse_plane(plane);
+  parse_spacing(spacing);
+  if (frame_index < 0)
+    throw UsageError(fmt::format("--frame-index: expected 0 or more; got {}", frame_index));
+  if (page < 0) throw UsageError(fmt::format("--page: expected 0 or more; got {}", page));
+}
+
+surf::curve::Image ImageArguments::read() const {
+  check();
+  const auto spacing_mm = parse_spacing(spacing);
+  if (slice.empty() && plane.empty()) {
+    if (surf::curve::is_image_file(path))
+      return surf::curve::read_image(path, {.spacing_mm = spacing_mm, .page = page});
+    // A volume is known by its own reader, whose message is the better one if it is none.
+    surf::volume::read_volume(path, {.frame_index = frame_index, .series_uid = {}});
+    throw UsageError(fmt::format(
+        "{}: is a volume; choose a slice, such as --slice axial:20, or a --plane", path));
+  }
+  if (surf::curve::is_image_file(path))
+    throw UsageError(fmt::format("--slice, --plane: {} is an image, not a volume", path));
+  const auto volume =
+      surf::volume::read_volume(path, {.frame_index = frame_index, .series_uid = {}});
+  if (!slice.empty()) {
+    if (spacing_mm)
+      throw UsageError(
+          "--spacing: a slice has that of its volume; it belongs to images and --plane");
+    const SliceChoice choice = parse_slice(slice);
+    return surf::curve::VoxelSlices(volume, choice.plane).slice(choice.index);
+  }
+  const PlaneChoice choice = parse_plane(plane);
+  return surf::curve::oblique_slice(
+      volume, choice.point, choice.normal,
+      spacing_mm ? std::optional<double>((*spacing_mm)[0]) : std::nullopt);
+}
+
+void add_image_arguments(CLI::App& command, ImageArguments& a) {
+  const std::string group = "Which image";
+  command.add_option(
+      "IMAGE", a.path,
+      "PNG, JPEG or TIFF image; or, with --slice or --plane, any volume that surfseg "
+      "reads");
+  command
+      .add_option("--spacing", a.spacing,
+                  "Pixel size in mm, S or SX,SY [what the file states, else 1]")
+      ->group(group);
+  command.add_option("--page", a.page, "Page of a TIFF file, from 0")
+      ->capture_default_str()
+      ->group(group);
+  command
+      .add_option("--slice", a.slice,
+                  "Slice of a volume by its voxel index: axial:120, sagittal:60, coronal:80")
+      ->group(group);
+  command
+      .add_option("--plane", a.plane,
+                  "Oblique plane through a volume: point and normal X,Y,Z,NX,NY,NZ, RAS mm")
+      ->group(group);
+  command.add_option("--frame-index", a.frame_index, "Frame of a 4-D volume, from 0")
+      ->capture_default_str()
+      ->group(group);
+}
+
+Eigen::Vector2d parse_plane_point(const std::string& option, const std::string& text,
+                                  const std::string& space, const surf::curve::Image& image) {
+  if (space == "px" || space == "mm") {
+    const auto n = parse_numbers(option, text, 2, "two numbers X,Y");
+    const Eigen::Vector2d point(n[0], n[1]);
+    return space == "px" ? image.pixel_to_plane() * point : point;
+  }
+  if (!image.plane_to_ras())
+    throw UsageError(
+        fmt::format("--space {}: the image is no slice of a volume; use px or mm", space));
+  const Eigen::Vector3d point = parse_point(option, text);
+  const Eigen::Vector3d ras =
+      to_ras_mm(point, space == "lps" ? Space::kLps : Space::kRas, Eigen::Affine3d::Identity());
+  return (image.plane_to_ras()->inverse() * ras).head<2>();
+}
+
+}  // namespace surfseg::curve_program

@@ -1,0 +1,37 @@
+// Which image: a file, or a slice of a volume; and points in it.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <string>
+
+#include "libcurve/image.h"
+#include "libcurve/slice.h"
+
+namespace surfseg::curve_program {
+
+/// The options as they were typed.
+struct ImageArguments {
+  std::string path, spacing, slice, plane;
+  int page = 0, frame_index = 0;
+
+  /// What can be found wrong before the file is read.
+  /// @throws surf::UsageError
+  void check() const;
+  /// @throws surf::UsageError, surf::InputError
+  surf::curve::Image read() const;
+};
+
+/// Adds IMAGE and how to read it.
+void add_image_arguments(CLI::App& command, ImageArguments& a);
+
+/// "axial", ...
+/// @throws surf::UsageError
+surf::curve::SlicePlane parse_slice_plane(const std::string& option, const std::string& text);
+
+/// A point of an image's plane [mm] from "X,Y" in px or mm, or, of a slice, "X,Y,Z" in ras or lps,
+/// which is projected along the plane's normal.
+/// @throws surf::UsageError
+Eigen::Vector2d parse_plane_point(const std::string& option, const std::string& text,
+                                  const std::string& space, const surf::curve::Image& image);
+
+}  // namespace surfseg::curve_program

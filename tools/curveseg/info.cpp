@@ -1,0 +1,82 @@
+// curveseg info: what an image is.
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+
+#include "tools/curveseg/commands.h"
+#include "tools/curveseg/image_arguments.h"
+
+namespace surfseg::curve_program {
+namespace {
+
+using nlohmann::ordered_json;
+using surf::curve::Image;
+
+struct Request {
+  ImageArguments image;
+  bool is_json = false;
+};
+
+ordered_json json_of(const Image& image) {
+  const auto& source = image.source();
+  const Eigen::Vector2d spacing = image.spacing();
+  ordered_json out = {{"path", source.path},
+                      {"format", source.format},
+                      {"type", source.scalar_type},
+                      {"size", image.size()},
+                      {"spacing_mm", {spacing[0], spacing[1]}},
+                      {"spacing_source", source.spacing_source},
+                      {"intensity", {{"min", image.range()[0]}, {"max", image.range()[1]}}},
+                      {"notes", source.notes}};
+  if (image.plane_to_ras())
+    for (int row = 0; row < 3; ++row) {
+      const Eigen::Vector4d values = image.plane_to_ras()->matrix().row(row);
+      out["mm_to_ras"].push_back({values[0], values[1], values[2], values[3]});
+    }
+  return out;
+}
+
+std::string text_of(const Image& image) {
+  const auto& source = image.source();
+  std::string text;
+  const auto line = [&](const char* key, const std::string& value) {
+    text += fmt::format("{:<12} {}\n", key, value);
+  };
+  line("path", source.path);
+  line("format", source.format);
+  line("type", source.scalar_type);
+  line("size", fmt::format("{} x {}", image.size()[0], image.size()[1]));
+  line("spacing",
+       fmt::format("{:.6g} x {:.6g} mm (from {})", image.spacing()[0], image.spacing()[1],
+                   source.spacing_source == "unknown" ? "nothing: pixels count as 1 mm"
+                                                      : source.spacing_source));
+  if (image.plane_to_ras())
+    for (int row = 0; row < 3; ++row) {
+      const Eigen::Vector4d v = image.plane_to_ras()->matrix().row(row);
+      line(row == 0 ? "mm to RAS" : "",
+           fmt::format("{:12.6f} {:12.6f} {:12.6f} {:12.6f}", v[0], v[1], v[2], v[3]));
+    }
+  line("intensity", fmt::format("{:.6g}..{:.6g}", image.range()[0], image.range()[1]));
+  for (const std::string& note : source.notes) line("note", note);
+  return text;
+}
+
+}  // namespace
+
+void add_info_command(CLI::App& app, ExitCode&) {
+  const auto request = std::make_shared<Request>();
+  CLI::App* command = app.add_subcommand("info", "Say what an image or slice is");
+  add_image_arguments(*command, request->image);
+  command->add_flag("--json", request->is_json, "Print JSON");
+  command->footer(
+      "Examples:\n"
+      "  curveseg info cells.tif\n"
+      "  curveseg info head.nii.gz --slice axial:80 --json");
+  command->callback([request] {
+    const Image image = request->image.read();
+    const std::string text = request->is_json ? json_of(image).dump(2) + "\n" : text_of(image);
+    std::fwrite(text.data(), 1, text.size(), stdout);
+  });
+}
+
+}  // namespace surfseg::curve_program
