@@ -13,6 +13,7 @@ namespace surf::flow {
 namespace {
 
 constexpr double kAtBound = 0.9;  // of the largest displacement
+constexpr double kAtRest = 0.1;  // likewise: the fastest vertex hardly moves
 
 /// Has the run come to rest?
 class StoppingRule {
@@ -24,7 +25,9 @@ class StoppingRule {
   std::string check(const FlowSummary& summary, double bound_mm) {
     const StepRecord& last = summary.steps.back();
     steepest_ = std::max(steepest_, std::abs(last.shape_derivative));
-    if (std::abs(last.shape_derivative) <= options_.rel_tol * steepest_)
+    // A dent of few vertices, where fronts met last, adds little to dJ.
+    if (std::abs(last.shape_derivative) <= options_.rel_tol * steepest_ &&
+        last.max_displacement_mm <= kAtRest * bound_mm)
       return fmt::format("the shape derivative fell to {:.1e} of its largest value",
                          std::abs(last.shape_derivative) / steepest_);
     n_at_bound_ = last.max_displacement_mm > kAtBound * bound_mm ? n_at_bound_ + 1 : 0;
