@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <optional>
 #include <random>
 #include <string>
 #include <vector>
@@ -171,9 +172,11 @@ class Evolution {
         out.change = std::max(out.change, change_by_mending(unmended, curve));
     }
     if (!out.is_valid || out.has_vanished || !is_full || kind_ == Kind::kBoth) return out;
+    const std::optional<PolygonSet> expected = reference(time);
+    if (!expected) return out;
     out.is_compared = true;
     PolygonSet different = domain(curve.segments());
-    different.symmetric_difference(reference(time));
+    different.symmetric_difference(*expected);
     out.difference = area(different) / (longest * kResolution);
     return out;
   }
@@ -227,21 +230,23 @@ class Evolution {
     return polygon_of(fine, 0, int(fine.points.rows()));
   }
 
-  PolygonSet reference(double time) const {
+  /// None where the field has drawn a polygon out so far that it crosses itself.
+  std::optional<PolygonSet> reference(double time) const {
     PolygonSet out;
     const double grown = flow_.normal_speed * time;
     std::vector<Polygon> polygons;
     for (const Disc& disc : discs_)
       if (disc.radius + grown > 0) {
         polygons.push_back(moved(disc, grown, time));
-        if (polygons.back().is_simple()) continue;
-        polygons.pop_back();
+        if (!polygons.back().is_simple()) return std::nullopt;
       }
     out.join(polygons.begin(), polygons.end());
     // A hole shrinks as the domain grows; discs that come into it stay.
     for (const Disc& hole : holes_) {
       if (hole.radius - grown <= 0) continue;
-      PolygonSet cavity(moved(hole, -grown, time));
+      const Polygon wall = moved(hole, -grown, time);
+      if (!wall.is_simple()) return std::nullopt;
+      PolygonSet cavity(wall);
       for (std::size_t k = 0; k < polygons.size(); ++k)
         if (!is_around(discs_[k], hole)) cavity.difference(polygons[k]);
       out.difference(cavity);
