@@ -13,7 +13,7 @@ namespace surf::flow {
 namespace {
 
 constexpr double kAtBound = 0.9;  // of the largest displacement
-constexpr double kAtRest = 0.1;  // likewise: the fastest vertex hardly moves
+constexpr double kAtRest = 0.1;   // likewise: the fastest vertex hardly moves
 
 /// Has the run come to rest?
 class StoppingRule {

@@ -48,8 +48,8 @@ struct Step {
 std::optional<Step> choose_step(const StepOptions& options, double tau_first, double tau_max,
                                 const std::function<Trial(double)>& attempt);
 
-/// Largest |grad_Gamma V| over the elements, of the vector velocity (n, Dim), but for those with the
-/// largest ones that make up no more than a share of the length or area: Alg. 3.
+/// Largest |grad_Gamma V| over the elements, of the vector velocity (n, Dim), but for those with
+/// the largest ones that make up no more than a share of the length or area: Alg. 3.
 template <int Dim>
 double max_velocity_gradient(const fem::Geometry<Dim>& shape, const Points<Dim>& velocity,
                              double exempt_share = 0);

@@ -78,8 +78,7 @@ InitialSurface make_round(const Round& round, Space space, const surf::volume::V
                           double edge_length_mm) {
   const Vector3d center = to_ras_mm(round.center, space, volume.index_to_world());
   std::vector<double> radii_mm;
-  for (const Length& radius : round.radii)
-    radii_mm.push_back(radius.mm(volume.voxel_size()));
+  for (const Length& radius : round.radii) radii_mm.push_back(radius.mm(volume.voxel_size()));
   const double edge =
       std::min(edge_length_mm, *std::min_element(radii_mm.begin(), radii_mm.end()) / 2);
   if (radii_mm.size() == 1) return {surf::mesh::ball(center, radii_mm[0], edge), center};
