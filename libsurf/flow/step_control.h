@@ -22,7 +22,7 @@ struct StepOptions {
   /// Elements with this share of the length or area may have a larger gradient: as printed (0), a
   /// single poor triangle in a groove between two fronts makes steps 500 times shorter. Those that
   /// would turn over are held back by the moving shape. In [0, 1).
-  double exempt_share = 1e-3;
+  double exempt_share = 1e-4;
   int max_trials = 12;
 
   std::string error() const;  ///< empty if valid

@@ -159,7 +159,7 @@ class Run {
     ladder.flow = options_.flow;
     ladder.flow.energy_tol = std::max(ladder.flow.energy_tol, 3e-3);
     ladder.flow.energy_share_on_the_way = 1;  // a leak is on its way too
-    // Alg. 3 as printed: with larger steps a liver's front leaks (Dice 0.36 in place of 0.88).
+    // Alg. 3 as printed: with 1e-3 a liver's front leaks (Dice 0.36 in place of 0.88).
     ladder.flow.step.exempt_share = 0;
     const auto starts = [&](double neck_radius) {
       const double radius = std::max(result_.seed_radius_mm, 1.4 * neck_radius * cell_);
