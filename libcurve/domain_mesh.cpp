@@ -11,6 +11,7 @@
 #include <CGAL/spatial_sort.h>
 #include <fmt/format.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -240,7 +241,7 @@ class Mesher {
         if (!face->is_constrained(i) && !cdt_.is_infinite(face->neighbor(i)))
           mark(face->neighbor(i)->info().index, side[triangle]);
     }
-    mesh_.is_inside.assign(side.begin(), side.end());
+    for (const signed char value : side) mesh_.is_inside.push_back(value == 1);
   }
 
   const Segments& curves_;
@@ -299,6 +300,45 @@ Points<2> reusable_nodes(const DomainMesh& mesh, const Segments& curves, const S
       kept.push_back(int(i));
   }
   return mesh.points(kept, Eigen::all);
+}
+
+TriangleFinder::TriangleFinder(const DomainMesh& mesh)
+    : mesh_(mesh), lower_(mesh.points.colwise().minCoeff().transpose()) {
+  const Vector<2> extent = mesh.points.colwise().maxCoeff().transpose() - lower_;
+  cell_ = std::sqrt(extent.prod() / double(mesh.triangles.rows()));
+  n_ = (extent / cell_).array().ceil().max(1).cast<int>();
+  in_cell_.resize(std::size_t(n_[0]) * n_[1]);
+  for (Eigen::Index t = 0; t < mesh.triangles.rows(); ++t) {
+    Eigen::AlignedBox2d box;
+    for (int i = 0; i < 3; ++i) box.extend(mesh.points.row(mesh.triangles(t, i)).transpose());
+    const Eigen::Array2i first = cell_of(box.min()), last = cell_of(box.max());
+    for (int j = first[1]; j <= last[1]; ++j)
+      for (int i = first[0]; i <= last[0]; ++i)
+        in_cell_[std::size_t(j) * n_[0] + i].push_back(int(t));
+  }
+}
+
+Eigen::Array2i TriangleFinder::cell_of(const Vector<2>& x) const {
+  return ((x - lower_) / cell_).array().floor().cast<int>().max(0).min(n_ - 1);
+}
+
+TriangleFinder::Place TriangleFinder::operator()(const Vector<2>& x) const {
+  constexpr double kRounding = 1e-12;
+  const Eigen::Array2i cell = cell_of(x);
+  Place best{-1, {}};
+  for (const int t : in_cell_[std::size_t(cell[1]) * n_[0] + cell[0]]) {
+    const Vector<2> p = mesh_.points.row(mesh_.triangles(t, 0)),
+                    a = mesh_.points.row(mesh_.triangles(t, 1)).transpose() - p,
+                    b = mesh_.points.row(mesh_.triangles(t, 2)).transpose() - p, d = x - p;
+    const double twice = a[0] * b[1] - a[1] * b[0];
+    Eigen::Vector3d at;
+    at[1] = (d[0] * b[1] - d[1] * b[0]) / twice;
+    at[2] = (a[0] * d[1] - a[1] * d[0]) / twice;
+    at[0] = 1 - at[1] - at[2];
+    if (best.triangle < 0 || at.minCoeff() > best.barycentric.minCoeff()) best = {t, at};
+    if (at.minCoeff() >= -kRounding) return {t, at};
+  }
+  return best;
 }
 
 double smallest_angle(const DomainMesh& mesh) {

@@ -64,6 +64,30 @@ DomainMesh mesh_domain(const Segments& curves, const Points<2>& outer, const Siz
 /// that they only tell where the curves once were.
 Points<2> reusable_nodes(const DomainMesh& mesh, const Segments& curves, const SizeField& sizes);
 
+/// Finds the triangle of a mesh that contains a point.
+class TriangleFinder {
+ public:
+  /// @param mesh  must outlive this object
+  explicit TriangleFinder(const DomainMesh& mesh);
+
+  struct Place {
+    int triangle;
+    Eigen::Vector3d barycentric;
+  };
+  /// The first triangle that contains x, up to rounding; of a point outside the box, the nearest of
+  /// those whose boxes lie round its place on the grid.
+  Place operator()(const Vector<2>& x) const;
+
+ private:
+  Eigen::Array2i cell_of(const Vector<2>& x) const;
+
+  const DomainMesh& mesh_;
+  Vector<2> lower_;
+  double cell_;
+  Eigen::Array2i n_;
+  std::vector<std::vector<int>> in_cell_;  // triangles whose boxes meet it
+};
+
 /// Smallest angle of the triangles [degrees].
 double smallest_angle(const DomainMesh& mesh);
 
