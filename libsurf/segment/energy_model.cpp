@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "libsurf/base/error.h"
 #include "libsurf/energy/boundary_integral.h"
 #include "libsurf/energy/fields.h"
 
@@ -12,6 +13,18 @@ std::shared_ptr<const Field<Dim>> EnergyModel<Dim>::edge_indicator(double lambda
   auto& field = edge_indicators_[lambda];
   if (!field) field = make_edge_indicator(lambda);
   return field;
+}
+
+template <int Dim>
+double EnergyModel<Dim>::contrast() const {
+  const double width = double(extent_.range[1]) - extent_.range[0];
+  return width > 0 ? width : 1;
+}
+
+template <int Dim>
+std::unique_ptr<energy::ShapeEnergy<Dim>> EnergyModel<Dim>::make_mumford_shah(
+    const EnergyTerm&) const {
+  throw UsageError("energy mumford-shah: not available for this kind of image");
 }
 
 template <int Dim>
@@ -56,6 +69,8 @@ std::unique_ptr<energy::EnergySum<Dim>> EnergyModel<Dim>::energy(
       options.intensity_scale = std::sqrt(std::max(variance, 1e-300));
       sum->add(term.weight, std::make_unique<energy::ChanVese<Dim>>(intensity(), all, options,
                                                                     antiderivative()));
+    } else if (term.name == "mumford-shah") {
+      sum->add(term.weight, make_mumford_shah(term));
     } else if (term.name == "window") {
       sum->add(term.weight,
                std::make_unique<energy::DomainIntegral<Dim>>(window(term), domain_options()));

@@ -51,11 +51,18 @@ class EnergyModel {
   std::vector<std::shared_ptr<const Field<Dim>>> integrands(std::span<const EnergyTerm> terms);
   /// @param terms  every parameter filled in
   std::unique_ptr<energy::EnergySum<Dim>> energy(std::span<const EnergyTerm> terms);
+  /// The distance of object and background in intensity, > 0: what (I - u)^2 is divided by the
+  /// square of. The whole range unless a model knows better.
+  virtual double contrast() const;
 
  protected:
   virtual std::shared_ptr<const Field<Dim>> make_edge_indicator(double lambda) const = 0;
   /// Sums over the whole image.
   virtual energy::ImageTotals totals() const = 0;
+  /// (5.4), its length or area term included.
+  /// @param term  every parameter filled in
+  /// @throws UsageError  there is none for this kind of image
+  virtual std::unique_ptr<energy::ShapeEnergy<Dim>> make_mumford_shah(const EnergyTerm& term) const;
   /// Of the intensity, where it is cheap to have.
   virtual std::optional<energy::Antiderivative<Dim>> antiderivative() const { return {}; }
 

@@ -15,6 +15,7 @@ const std::map<std::string, std::set<std::string>>& known_parameters() {
       {"minimal-surface", {"gamma0", "gamma", "lambda"}},
       {"chan-vese", {}},
       {"window", {"mean", "half-width"}},
+      {"mumford-shah", {"mu", "gamma", "contrast", "data-tolerance"}},
       {"area", {}}};
   return known;
 }
@@ -33,7 +34,8 @@ void check_terms(std::span<const EnergyTerm> terms) {
     const auto known = known_parameters().find(term.name);
     if (known == known_parameters().end())
       throw UsageError(fmt::format(
-          "energy '{}' is unknown; there are minimal-surface, chan-vese, window and area",
+          "energy '{}' is unknown; there are minimal-surface, chan-vese, mumford-shah, window and "
+          "area",
           term.name));
     if (!std::isfinite(term.weight))
       throw UsageError(fmt::format("energy {}: weight {} is not a number", term.name, term.weight));
@@ -42,8 +44,12 @@ void check_terms(std::span<const EnergyTerm> terms) {
         throw UsageError(fmt::format("energy {}: parameter '{}' is unknown", term.name, key));
       if (!std::isfinite(value))
         throw UsageError(fmt::format("energy {}: {} = {} is not a number", term.name, key, value));
-      if ((key == "lambda" || key == "half-width") && !(value > 0))
+      if ((key == "lambda" || key == "half-width" || key == "mu" || key == "contrast") &&
+          !(value > 0))
         throw UsageError(fmt::format("energy {}: {} = {} violates > 0", term.name, key, value));
+      if ((key == "data-tolerance" || (key == "gamma" && term.name == "mumford-shah")) &&
+          !(value >= 0))
+        throw UsageError(fmt::format("energy {}: {} = {} violates >= 0", term.name, key, value));
     }
   }
 }

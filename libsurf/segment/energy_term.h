@@ -12,6 +12,8 @@ namespace surf::segment {
 ///   minimal-surface  gamma0, gamma [1/mm], lambda [intensity/mm]: (5.1)
 ///   chan-vese        no parameters: 1.1.2, divided by the squared contrast
 ///   window           mean, half-width [intensity]: int_Omega of energy::intensity_window
+///   mumford-shah     mu [mm^2], gamma [mm], contrast [intensity]: (5.4) with I / contrast,
+///                    data-tolerance: of Alg. 8 on the domains, in the plane
 ///   area             beta of beta |Gamma| as `weight` [mm beside window or chan-vese]
 struct EnergyTerm {
   std::string name;

@@ -22,6 +22,8 @@ constexpr double kStepPerBlur = 1.2;
 constexpr double kLongSteps = 4;
 constexpr double kCoarseTolerance = 30;  // of the flow on coarser levels, times that of the last
 constexpr int kMostNucleations = 3;
+constexpr double kSmoothingCells = 10;  // of mumford-shah: sqrt(mu)
+constexpr double kLengthCells = 0.25;   // and its gamma
 constexpr int kSettleSteps = 8;
 constexpr double kSettleStep = 0.25;  // cells, largest move in a step
 
@@ -60,6 +62,13 @@ Simplices<Dim> seed_balls(const Setting<Dim>& setting, const std::vector<Vector<
   return setting.joined(balls);
 }
 
+/// Its minimiser lies where the means of both sides meet, in noise the edge indicator knows no
+/// better place: such a run does not settle.
+bool has_mumford_shah(std::span<const EnergyTerm> terms) {
+  return std::any_of(terms.begin(), terms.end(),
+                     [](const EnergyTerm& term) { return term.name == "mumford-shah"; });
+}
+
 /// One run: options made complete, then the stages.
 template <int Dim>
 class Run {
@@ -91,7 +100,7 @@ class Run {
   RunResult<Dim> run() {
     const bool go_on = options_.energies.empty() ? run_ladder() : run_energies();
     const Simplices<Dim> unsettled = result_.shape;
-    if (go_on && options_.settle) run_settle();
+    if (go_on && options_.settle && !has_mumford_shah(result_.energies)) run_settle();
     if (!setting_.is_embedded(result_.shape)) choose_embedded(unsettled);
     return std::move(result_);
   }
@@ -245,6 +254,10 @@ class Run {
     } else if (term.name == "window") {
       p.try_emplace("mean", seed_model_.mean);
       p.try_emplace("half-width", 4 * seed_model_.deviation);
+    } else if (term.name == "mumford-shah") {
+      p.try_emplace("mu", kSmoothingCells * kSmoothingCells * cell_ * cell_);
+      p.try_emplace("gamma", kLengthCells * cell_);
+      p.try_emplace("contrast", model_->contrast());
     }
   }
 

@@ -50,7 +50,7 @@ void add_energy_options(CLI::App& command, RunArguments& a, const RunWords& word
   command
       .add_option("--energy", a.energies,
                   "Term NAME[:key=value,...] of the energy, repeatable: minimal-surface, "
-                  "chan-vese, window, area; auto chooses from the seeds")
+                  "chan-vese, mumford-shah, window, area; auto chooses from the seeds")
       ->take_all()
       ->allow_extra_args(false)
       ->default_str("auto")
