@@ -3,6 +3,7 @@
 
 #include <memory>
 #include <string>
+#include <utility>
 
 #include "libcurve/mesh_motion.h"
 #include "libcurve/neumann.h"
@@ -79,7 +80,8 @@ class MumfordShah : public energy::ShapeEnergy<2> {
  private:
   struct State;
   std::unique_ptr<State> made(const fem::Geometry<2>& shape) const;
-  DomainMesh adapted_mesh(const Segments& curves, const State* last) const;
+  std::pair<DomainMesh, ImageIntegrals> adapted_mesh(const Segments& curves) const;
+  bool lower_sizes(const DomainMesh& mesh, const Eigen::VectorXd& errors) const;
   void refresh() const;
 
   std::shared_ptr<const Field<2>> I_;

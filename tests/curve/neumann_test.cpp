@@ -37,12 +37,15 @@ std::shared_ptr<const Field<2>> image() {
       });
 }
 
+Neumann solved(const DomainMesh& mesh, std::shared_ptr<const Field<2>> I,
+               const NeumannOptions& options) {
+  return {mesh, image_integrals(mesh, *I, options), I, options};
+}
+
 Neumann solved(double h) {
-  Points<2> corners = square(1);
   const SizeField sizes(square(2), h, 0.1);
-  return {mesh_domain(polygon(corners, h), square(2), sizes),
-          image(),
-          {.mu = kMu, .spacing_mm = h / 2}};
+  return solved(mesh_domain(polygon(square(1), h), square(2), sizes), image(),
+                {.mu = kMu, .spacing_mm = h / 2});
 }
 
 /// In L2 and in the H1 seminorm, over both domains, by the midpoints of the edges.
@@ -130,9 +133,23 @@ TEST(Neumann, QuadratureResolvesPixelsOnACoarseMesh) {
       },
       [](const Vector<2>&) { return Vector<2>::Zero(); });
   const SizeField sizes(square(2), 2, 0.1);
-  const Neumann problem(mesh_domain(polygon(square(1), 1), square(2), sizes), checkerboard,
-                        {.mu = 1, .spacing_mm = 0.05});
+  const Neumann problem = solved(mesh_domain(polygon(square(1), 1), square(2), sizes), checkerboard,
+                                 {.mu = 1, .spacing_mm = 0.05});
   EXPECT_LT((problem.u().array() - 0.5).abs().maxCoeff(), 0.02);
+}
+
+// Integrals of triangles that an earlier mesh has are copied, whichever corner comes first.
+TEST(Neumann, KnownIntegralsAreThoseComputedAnew) {
+  const SizeField sizes(square(2), 0.4, 0.1);
+  const NeumannOptions options{.mu = kMu, .spacing_mm = 0.05};
+  const Segments first = polygon(square(1), 0.3), second = polygon(square(1.1), 0.3);
+  const DomainMesh old = mesh_domain(first, square(2), sizes);
+  const ImageIntegrals known = image_integrals(old, *image(), options);
+  const DomainMesh mesh = mesh_domain(second, square(2), sizes, reusable_nodes(old, second, sizes));
+  const ImageIntegrals anew = image_integrals(mesh, *image(), options);
+  const ImageIntegrals copied = image_integrals(mesh, *image(), options, &old, &known);
+  EXPECT_LT((anew.loads - copied.loads).cwiseAbs().maxCoeff(), 1e-15);
+  EXPECT_LT((anew.errors - copied.errors).cwiseAbs().maxCoeff(), 1e-15);
 }
 
 }  // namespace
