@@ -55,81 +55,48 @@ class StoppingRule {
   int n_at_bound_ = 0;  // steps up to the last one whose displacement was about the largest
 };
 
-/// One step: the velocity system at the current shape, and the search along it.
+/// The content is brought to its target in bounded moves, and held there when the mesh was mended.
 template <int Dim>
-class Stepper {
+class ContentKeeper {
  public:
-  Stepper(MovingShape<Dim>& shape, energy::ShapeEnergy<Dim>& energy, const FlowOptions& options)
-      : moving_(shape), energy_(energy), options_(options) {}
+  ContentKeeper(MovingShape<Dim>& shape, double target) : shape_(shape), target_(target) {}
 
-  /// Fills the record; false if no step decreases J.
-  bool advance(const fem::Geometry<Dim>& shape, StepRecord& record) {
-    const SparseMatrix A = fem::stiffness<Dim>(shape, Eigen::VectorXd::Ones(shape.n_elements()));
-    energy::ShapeTerms<Dim> terms(shape);
-    energy_.differentiate(fem::mean_curvature<Dim>(shape, A), 1, terms);
-    const VelocitySystem<Dim> system(shape, terms, A, options_.velocity);
-    velocity_ = system.solve(previous_tau_);
-    const double tau_max = largest_step(shape);
-    if (!(tau_max > 0)) return false;
-    const double J = energy_.value();
-    const auto attempt = [&](double tau) {
-      if (system.depends_on_step()) velocity_ = system.solve(tau);
-      to_ = shape.points() + tau * velocity_.vector;
-      record.held_share = moving_.restrict_move(to_);
-      const Points<Dim> moved = to_ - shape.points();
-      const double expected = terms.derivative.cwiseProduct(moved).sum();
-      return Trial{try_points(shape) - J, expected};
-    };
-    const auto step = choose_step(options_.step, first_trial(tau_max), tau_max, attempt);
-    record.shape_derivative = velocity_.shape_derivative;
-    if (!step) return false;
-    previous_tau_ = step->tau;
-    energy_.accept();
-    record.tau = step->tau;
-    record.energy = energy_.value();
-    record.n_trials = step->n_trials;
-    record.max_displacement_mm = (to_ - shape.points()).rowwise().norm().maxCoeff();
-    return true;
+  /// A move along the normals as far as needed, or as far as a step may go. True if that is enough.
+  bool move() {
+    const fem::Geometry<Dim> now = shape_.geometry();
+    Points<Dim> to = now.points();
+    const double longest = std::min(shape_.max_displacement(), kLargestMove * now.radius());
+    const bool is_reached =
+        correct_content<Dim>(to, now.elements(), now.nodal_normals(), target_, longest);
+    shape_.restrict_move(to);
+    shape_.move_to(to);
+    return is_reached;
   }
 
-  const Points<Dim>& destination() const { return to_; }
+  /// Moves and mends until it is reached; false if it cannot be.
+  bool approach() {
+    double before = std::numeric_limits<double>::infinity();
+    for (int k = 0; k < kMostMoves && shape_.obstacle().empty(); ++k) {
+      if (move() && k > 0) return true;
+      shape_.mend();
+      const double left = std::abs(shape_.geometry().enclosed() - target_);
+      if (left >= before && left > kNear * std::abs(target_)) return false;
+      before = left;
+    }
+    return false;
+  }
+
+  bool is_far() const {
+    return std::abs(shape_.geometry().enclosed() - target_) > kNear * std::abs(target_);
+  }
 
  private:
-  /// J at the tried points; infinite where the tried shape has an element without measure.
-  double try_points(const fem::Geometry<Dim>& shape) {
-    try {
-      return energy_.try_move(shape.moved_to(to_));
-    } catch (const InvalidMesh&) {
-      return std::numeric_limits<double>::infinity();
-    }
-  }
+  static constexpr double kLargestMove = 0.1;  // of the radius
+  static constexpr double kNear = 1e-3;        // of the content: what mending changes is far less
+  static constexpr int kMostMoves = 1000;
 
-  /// Bound by the largest displacement and by Alg. 3.
-  double largest_step(const fem::Geometry<Dim>& shape) const {
-    const double speed = velocity_.vector.rowwise().norm().maxCoeff();
-    if (!(speed > 0) || !std::isfinite(speed)) return 0;
-    double tau = std::min(moving_.max_displacement(), shape.radius()) / speed;
-    const double gradient =
-        max_velocity_gradient<Dim>(shape, velocity_.vector, options_.step.exempt_share);
-    if (gradient > 0) tau = std::min(tau, options_.step.epsilon_tau / gradient);
-    return tau;
-  }
-
-  /// Twice the last step, but for H1 the full inexact Newton step 1 first: longer ones are only
-  /// found by the line search, where J falls as fast as a linear function.
-  double first_trial(double tau_max) const {
-    const bool is_newton = options_.velocity.product == ScalarProduct::kH1;
-    double tau = previous_tau_ > 0 ? 2 * previous_tau_ : is_newton ? 1 : tau_max;
-    if (is_newton) tau = std::min(tau, std::max(1.0, previous_tau_));
-    return std::min(tau, tau_max);
-  }
-
-  MovingShape<Dim>& moving_;
-  energy::ShapeEnergy<Dim>& energy_;
-  const FlowOptions& options_;
-  Velocity<Dim> velocity_;
-  Points<Dim> to_;
-  double previous_tau_ = 0;
+  MovingShape<Dim>& shape_;
+  double target_;
 };
 
 }  // namespace
@@ -137,6 +104,14 @@ class Stepper {
 std::string FlowOptions::error() const {
   if (std::string error = velocity.error(); !error.empty()) return error;
   if (std::string error = step.error(); !error.empty()) return error;
+  if (content && !(*content > 0))
+    return fmt::format("FlowOptions::content = {} violates > 0", *content);
+  const bool keeps = keep_content || content;
+  if (keeps && method == Method::kLbfgs)
+    return "FlowOptions::keep_content: L-BFGS cannot keep the content; use a gradient flow or "
+           "Newton's method";
+  if (method != Method::kGradientFlow && velocity.scheme == Scheme::kSemiImplicit)
+    return "FlowOptions::velocity.scheme: only gradient flows are semi-implicit";
   if (max_steps < 0) return fmt::format("FlowOptions::max_steps = {} violates >= 0", max_steps);
   if (!(rel_tol >= 0 && rel_tol < 1))
     return fmt::format("FlowOptions::rel_tol = {} violates 0 <= rel_tol < 1", rel_tol);
