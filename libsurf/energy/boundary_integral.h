@@ -24,8 +24,10 @@ class BoundaryIntegral : public ShapeEnergy<Dim> {
   double try_move(const fem::Geometry<Dim>& moved) override;
   void accept() override;
   void remesh(const fem::Geometry<Dim>& shape) override { reset(shape); }
-  void differentiate(const Eigen::VectorXd& curvature, double weight,
+  void differentiate(const fem::Curvature& curvature, double weight,
                      ShapeTerms<Dim>& terms) const override;
+  void differentiate_twice(const fem::Curvature& curvature, double weight,
+                           SecondDerivative<Dim>& second) const override;
 
  private:
   double evaluate(const fem::Geometry<Dim>& shape) const;

@@ -5,9 +5,12 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <memory>
+#include <optional>
 
 #include "libsurf/base/error.h"
-#include "libsurf/fem/stiffness.h"
+#include "libsurf/flow/content.h"
+#include "libsurf/flow/stepper.h"
 
 namespace surf::flow {
 namespace {
@@ -31,7 +34,7 @@ class StoppingRule {
       return fmt::format("the shape derivative fell to {:.1e} of its largest value",
                          std::abs(last.shape_derivative) / steepest_);
     n_at_bound_ = last.max_displacement_mm > kAtBound * bound_mm ? n_at_bound_ + 1 : 0;
-    const int window = options_.energy_window;
+    const int window = options_.method == Method::kLbfgs ? 1 : options_.energy_window;
     const int n = static_cast<int>(summary.steps.size());
     if (n <= window) return {};
     const double gained = summary.steps[n - 1 - window].energy - last.energy;
@@ -86,6 +89,7 @@ class ContentKeeper {
     return false;
   }
 
+  double target() const { return target_; }
   bool is_far() const {
     return std::abs(shape_.geometry().enclosed() - target_) > kNear * std::abs(target_);
   }
@@ -106,8 +110,7 @@ std::string FlowOptions::error() const {
   if (std::string error = step.error(); !error.empty()) return error;
   if (content && !(*content > 0))
     return fmt::format("FlowOptions::content = {} violates > 0", *content);
-  const bool keeps = keep_content || content;
-  if (keeps && method == Method::kLbfgs)
+  if (keeps_content() && method == Method::kLbfgs)
     return "FlowOptions::keep_content: L-BFGS cannot keep the content; use a gradient flow or "
            "Newton's method";
   if (method != Method::kGradientFlow && velocity.scheme == Scheme::kSemiImplicit)
@@ -143,51 +146,103 @@ std::string to_string(Termination termination) {
   return "stopped";
 }
 
+namespace {
+
+/// The run of a flow.
+template <int Dim>
+class Evolution {
+ public:
+  Evolution(MovingShape<Dim>& shape, energy::ShapeEnergy<Dim>& energy, const FlowOptions& options)
+      : shape_(shape), energy_(energy), options_(options) {}
+
+  FlowSummary run(const StepCallback& callback) {
+    const bool keeps = options_.keeps_content();
+    if (keeps) keeper_.emplace(shape_, options_.content.value_or(shape_.geometry().enclosed()));
+    const bool is_there = !options_.content || keeper_->approach();
+    geometry_ = std::make_unique<fem::Geometry<Dim>>(shape_.geometry());
+    energy_.reset(*geometry_);
+    summary_.initial_energy = energy_.value();
+    if (!is_there) return finish(Termination::kObstacle, unreached());
+
+    StoppingRule rule(options_);
+    const auto stepper = make_stepper<Dim>(
+        {shape_, energy_, options_,
+         keeps ? std::optional<double>(keeper_->target()) : std::optional<double>()});
+    for (int k = 1; k <= options_.max_steps; ++k) {
+      StepRecord record;
+      record.k = k;
+      if (!stepper->advance(*geometry_, record))
+        return finish(Termination::kStalled, "no step decreases the energy any further");
+      shape_.move_to(stepper->destination());
+      mend(record);
+      summary_.steps.push_back(record);
+      if (callback && !callback(record)) return finish(Termination::kStopped, "stopped on request");
+      if (std::string why = shape_.obstacle(); !why.empty())
+        return finish(Termination::kObstacle, std::move(why));
+      if (std::string why = rule.check(summary_, shape_.max_displacement()); !why.empty())
+        return finish(Termination::kConverged, std::move(why));
+    }
+    return finish(Termination::kMaxSteps,
+                  fmt::format("the limit of {} steps was reached", options_.max_steps));
+  }
+
+ private:
+  void mend(StepRecord& record) {
+    const bool is_remeshed = shape_.mend();
+    record.events = shape_.take_events();
+    const bool has_changed_domain = shape_.has_changed_domain();
+    const bool is_far = keeper_ && keeper_->is_far();  // by surgery
+    if (is_far) keeper_->approach();
+    *geometry_ = shape_.geometry();
+    is_rebuilt_ |= has_changed_domain || is_far;
+    if (has_changed_domain || is_far)
+      energy_.rebuild(*geometry_);
+    else if (is_remeshed)
+      energy_.remesh(*geometry_);
+    if (keeper_ && is_remeshed && !is_far) hold_content(record);
+    record.enclosed = geometry_->enclosed();
+    record.n_vertices = geometry_->n_vertices();
+    record.n_elements = geometry_->n_elements();
+  }
+
+  /// Takes back what mending has changed.
+  void hold_content(StepRecord& record) {
+    keeper_->move();
+    *geometry_ = geometry_->moved_to(shape_.geometry().points());
+    energy_.try_move(*geometry_);
+    energy_.accept();
+    record.energy = energy_.value();
+  }
+
+  std::string unreached() const {
+    return fmt::format("the content {:.6g} mm^{} cannot be reached: the shape is held at {:.6g}",
+                       keeper_->target(), Dim, geometry_->enclosed());
+  }
+
+  FlowSummary finish(Termination termination, std::string message) {
+    if (is_rebuilt_) energy_.reset(shape_.geometry());
+    summary_.termination = termination;
+    summary_.message = std::move(message);
+    summary_.final_energy = energy_.value();
+    return std::move(summary_);
+  }
+
+  MovingShape<Dim>& shape_;
+  energy::ShapeEnergy<Dim>& energy_;
+  const FlowOptions& options_;
+  FlowSummary summary_;
+  std::optional<ContentKeeper<Dim>> keeper_;
+  std::unique_ptr<fem::Geometry<Dim>> geometry_;
+  bool is_rebuilt_ = false;  // J may be off by a constant
+};
+
+}  // namespace
+
 template <int Dim>
 FlowSummary evolve(MovingShape<Dim>& shape, energy::ShapeEnergy<Dim>& energy,
                    const FlowOptions& options, const StepCallback& callback) {
   if (const std::string error = options.error(); !error.empty()) throw UsageError(error);
-  FlowSummary summary;
-  bool is_rebuilt = false;  // J may be off by a constant
-  const auto finish = [&](Termination termination, std::string message) {
-    if (is_rebuilt) energy.reset(shape.geometry());
-    summary.termination = termination;
-    summary.message = std::move(message);
-    summary.final_energy = energy.value();
-    return summary;
-  };
-  StoppingRule rule(options);
-  Stepper<Dim> stepper(shape, energy, options);
-  fem::Geometry<Dim> geometry = shape.geometry();
-  energy.reset(geometry);
-  summary.initial_energy = energy.value();
-
-  for (int k = 1; k <= options.max_steps; ++k) {
-    StepRecord record;
-    record.k = k;
-    if (!stepper.advance(geometry, record))
-      return finish(Termination::kStalled, "no step decreases the energy any further");
-    shape.move_to(stepper.destination());
-    const bool is_remeshed = shape.mend();
-    record.events = shape.take_events();
-    geometry = shape.geometry();
-    is_rebuilt |= shape.has_changed_domain();
-    if (shape.has_changed_domain())
-      energy.rebuild(geometry);
-    else if (is_remeshed)
-      energy.remesh(geometry);
-    record.enclosed = geometry.enclosed();
-    record.n_vertices = geometry.n_vertices();
-    record.n_elements = geometry.n_elements();
-    summary.steps.push_back(record);
-    if (callback && !callback(record)) return finish(Termination::kStopped, "stopped on request");
-    if (std::string why = shape.obstacle(); !why.empty())
-      return finish(Termination::kObstacle, std::move(why));
-    if (std::string why = rule.check(summary, shape.max_displacement()); !why.empty())
-      return finish(Termination::kConverged, std::move(why));
-  }
-  return finish(Termination::kMaxSteps,
-                fmt::format("the limit of {} steps was reached", options.max_steps));
+  return Evolution<Dim>(shape, energy, options).run(callback);
 }
 
 template FlowSummary evolve<2>(MovingShape<2>&, energy::ShapeEnergy<2>&, const FlowOptions&,

@@ -44,6 +44,10 @@ struct FlowOptions {
   /// Converged when no vertex moved further than this in any step of the window [mm]; 0 = off.
   double displacement_tol_mm = 0;
 
+  bool keeps_content() const {
+    return keep_content || content ||
+           (method == Method::kGradientFlow && velocity.product == ScalarProduct::kHMinus1);
+  }
   std::string error() const;  ///< empty if valid
 };
 

@@ -18,12 +18,11 @@ class GradientStepper : public Stepper<Dim> {
   bool advance(const fem::Geometry<Dim>& shape, StepRecord& record) override {
     const SparseMatrix A = fem::stiffness<Dim>(shape, Eigen::VectorXd::Ones(shape.n_elements()));
     energy::ShapeTerms<Dim> terms(shape);
-    this->energy_.differentiate(fem::mean_curvature<Dim>(shape, A), 1, terms);
+    this->energy_.differentiate(fem::curvature<Dim>(shape, A), 1, terms);
     const VelocitySystem<Dim> system(shape, terms, A, velocity_options_);
     velocity_ = system.solve(previous_tau_);
-    const double tau_max =
-        largest_step<Dim>(shape, velocity_.vector, this->moving_.max_displacement(),
-                          this->options_.step);
+    const double tau_max = largest_step<Dim>(shape, velocity_.vector,
+                                             this->moving_.max_displacement(), this->options_.step);
     if (!(tau_max > 0)) return false;
     const double J = this->energy_.value();
     const auto attempt = [&](double tau) {

@@ -9,7 +9,6 @@ namespace {
 using ColumnMatrix = Eigen::SparseMatrix<double>;
 
 constexpr double kShift = 1e-11;  // of an entry of the diagonal
-constexpr int kRefinements = 2;
 
 /// Rows and columns scaled by the roots of the largest entries: blocks of different units.
 Eigen::VectorXd scale_of(const SparseMatrix& matrix) {
@@ -45,10 +44,10 @@ SymmetricSolver::~SymmetricSolver() = default;
 SymmetricSolver::SymmetricSolver(SymmetricSolver&&) noexcept = default;
 SymmetricSolver& SymmetricSolver::operator=(SymmetricSolver&&) noexcept = default;
 
-Eigen::VectorXd SymmetricSolver::solve(const Eigen::VectorXd& rhs) const {
+Eigen::VectorXd SymmetricSolver::solve(const Eigen::VectorXd& rhs, int n_refinements) const {
   const Eigen::VectorXd scaled = impl_->scale.cwiseProduct(rhs);
   Eigen::VectorXd x = impl_->factor.solve(scaled);
-  for (int k = 0; k < kRefinements; ++k) x += impl_->factor.solve(scaled - impl_->matrix * x);
+  for (int k = 0; k < n_refinements; ++k) x += impl_->factor.solve(scaled - impl_->matrix * x);
   return impl_->scale.cwiseProduct(x);
 }
 

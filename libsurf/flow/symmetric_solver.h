@@ -19,7 +19,8 @@ class SymmetricSolver {
   SymmetricSolver(SymmetricSolver&&) noexcept;
   SymmetricSolver& operator=(SymmetricSolver&&) noexcept;
 
-  Eigen::VectorXd solve(const Eigen::VectorXd& rhs) const;
+  /// @param n_refinements  each a further solve
+  Eigen::VectorXd solve(const Eigen::VectorXd& rhs, int n_refinements = 2) const;
 
  private:
   struct Impl;

@@ -56,6 +56,35 @@ std::string VelocityOptions::error() const {
   return {};
 }
 
+namespace {
+
+/// Smallest beta [energy / mm^(Dim+1)]. Without a curvature term (g = 0) the scale is that
+/// of the right-hand side: a full step moves the mean vertex by a tenth of the radius.
+template <int Dim>
+double smallest_beta(const fem::Geometry<Dim>& shape, const energy::ShapeTerms<Dim>& terms,
+                     double beta_floor) {
+  const double r = std::max(shape.radius(), 1e-3 * std::sqrt(shape.measure()));
+  const double stiffness = std::max(terms.g.maxCoeff(), terms.bilaplacian.maxCoeff() / (r * r));
+  if (stiffness > 0) return beta_floor * stiffness / (r * r);
+  const Eigen::VectorXd force =
+      terms.derivative.cwiseProduct(shape.nodal_normals()).rowwise().sum();
+  const double mean_force = force.cwiseAbs().sum() / shape.measure();
+  return std::max(10 * mean_force / r, 1e-300);
+}
+
+}  // namespace
+
+template <int Dim>
+SparseMatrix h1_product(const fem::Geometry<Dim>& shape, const energy::ShapeTerms<Dim>& terms,
+                        const SparseMatrix& A, double beta_floor) {
+  SparseMatrix product = fem::stiffness<Dim>(shape, terms.alpha.cwiseMax(0));
+  const double floor = smallest_beta<Dim>(shape, terms, beta_floor);
+  add_to_diagonal(product, shape.lumped_mass().cwiseProduct(terms.beta.cwiseMax(floor)));
+  if (terms.bilaplacian.maxCoeff() > 0)
+    product += bilaplacian_matrix<Dim>(shape, A, terms.bilaplacian);
+  return product;
+}
+
 std::string to_string(ScalarProduct product) {
   return product == ScalarProduct::kL2 ? "l2" : product == ScalarProduct::kH1 ? "h1" : "h-1";
 }
@@ -71,19 +100,13 @@ struct VelocitySystem<Dim>::Impl {
     product_diagonal = shape.lumped_mass();
     has_direct_solver =
         options.product == ScalarProduct::kHMinus1 || terms.bilaplacian.maxCoeff() > 0;
-    if (options.product == ScalarProduct::kH1) set_h1_product(terms);
+    if (options.product == ScalarProduct::kH1)
+      product = h1_product<Dim>(shape, terms, A, options.beta_floor);
     if (options.scheme != Scheme::kSemiImplicit) return;
     if (has_direct_solver && std::max(terms.alpha.maxCoeff(), terms.bilaplacian.maxCoeff()) > 0)
       implicit = principal_part(terms);
     else if (!has_direct_solver && terms.g.maxCoeff() > 0)
       set_bending(terms);
-  }
-
-  void set_h1_product(const energy::ShapeTerms<Dim>& terms) {
-    product = fem::stiffness<Dim>(shape, terms.alpha.cwiseMax(0));
-    product_diagonal = product_diagonal.cwiseProduct(terms.beta.cwiseMax(floor(terms)));
-    add_to_diagonal(product, product_diagonal);
-    if (has_direct_solver) product += bilaplacian_matrix<Dim>(shape, A, terms.bilaplacian);
   }
 
   /// W S, or W^(1/2) S W^(1/2) for L2.
@@ -101,16 +124,6 @@ struct VelocitySystem<Dim>::Impl {
   SparseMatrix principal_part(const energy::ShapeTerms<Dim>& terms) const {
     return fem::normal_stiffness<Dim>(shape, fem::stiffness<Dim>(shape, terms.alpha.cwiseMax(0))) +
            bilaplacian_matrix<Dim>(shape, A, terms.bilaplacian);
-  }
-
-  /// Smallest beta [energy / mm^(Dim+1)]. Without a curvature term (g = 0) the scale is that
-  /// of the right-hand side: a full step moves the mean vertex by a tenth of the radius.
-  double floor(const energy::ShapeTerms<Dim>& terms) const {
-    const double r = std::max(shape.radius(), 1e-3 * std::sqrt(shape.measure()));
-    const double stiffness = std::max(terms.g.maxCoeff(), terms.bilaplacian.maxCoeff() / (r * r));
-    if (stiffness > 0) return options.beta_floor * stiffness / (r * r);
-    const double mean_force = rhs.cwiseAbs().sum() / shape.measure();
-    return std::max(10 * mean_force / r, 1e-300);
   }
 
   bool is_implicit() const { return implicit.rows() > 0; }
@@ -243,6 +256,10 @@ Velocity<Dim> VelocitySystem<Dim>::solve(double tau) const {
   return velocity;
 }
 
+template SparseMatrix h1_product<2>(const fem::Geometry<2>&, const energy::ShapeTerms<2>&,
+                                    const SparseMatrix&, double);
+template SparseMatrix h1_product<3>(const fem::Geometry<3>&, const energy::ShapeTerms<3>&,
+                                    const SparseMatrix&, double);
 template class VelocitySystem<2>;
 template class VelocitySystem<3>;
 

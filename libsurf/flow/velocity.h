@@ -51,6 +51,13 @@ struct Velocity {
   Eigen::VectorXd content_direction;
 };
 
+/// The matrix of the weighted H1 product: A_alpha + M_beta + A M^-1 diag(c) A with the positive
+/// parts of the weights and beta at least its floor. Symmetric positive definite.
+/// @param A  fem::stiffness(shape, 1);  @param beta_floor  VelocityOptions::beta_floor
+template <int Dim>
+SparseMatrix h1_product(const fem::Geometry<Dim>& shape, const energy::ShapeTerms<Dim>& terms,
+                        const SparseMatrix& A, double beta_floor);
+
 /// Computes velocities for one shape: matrices and factorisation are kept while the time step
 /// of the semi-implicit scheme is searched.
 ///
