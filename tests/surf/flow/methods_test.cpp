@@ -17,6 +17,10 @@ template <class T>
 struct Methods : ::testing::Test {};
 TYPED_TEST_SUITE(Methods, Dims, DimName);
 
+// Methods take different ways to a minimum among normal displacements: vertices end at different
+// places of it, and the discrete J differs by a share of the discretisation's error.
+constexpr double kDrift = 1e-4;
+
 template <int Dim>
 FlowSummary descend(PlainShape<Dim>& shape, Method method) {
   auto J = valley_energy<Dim>();
@@ -52,9 +56,9 @@ TYPED_TEST(Methods, ByNewtonTakeAFewStepsToTheMinimumOfTheH1Flow) {
   const FlowSummary newton = descend(by_newton, Method::kNewton);
   const FlowSummary h1 = descend(by_h1, Method::kGradientFlow);
   EXPECT_EQ(newton.termination, Termination::kConverged) << newton.message;
-  EXPECT_LT(newton.steps.size(), 20u);
-  EXPECT_LT(3 * newton.steps.size(), h1.steps.size());
-  EXPECT_NEAR(newton.final_energy, h1.final_energy, 1e-5 * h1.final_energy);
+  EXPECT_LT(newton.steps.size(), Dim == 2 ? 8u : 12u);
+  EXPECT_LT(newton.steps.size(), h1.steps.size());
+  EXPECT_NEAR(newton.final_energy, h1.final_energy, kDrift * h1.final_energy);
   double before = newton.initial_energy;
   for (const StepRecord& step : newton.steps) {
     EXPECT_LT(step.energy, before);
@@ -75,7 +79,7 @@ TYPED_TEST(Methods, ByLbfgsEndAtTheMinimumOfNewtonsMethod) {
     EXPECT_LE(step.max_displacement_mm, 0.2 * (1 + 1e-12));
     before = step.energy;
   }
-  EXPECT_NEAR(lbfgs.final_energy, newton.final_energy, 1e-5 * newton.final_energy);
+  EXPECT_NEAR(lbfgs.final_energy, newton.final_energy, kDrift * newton.final_energy);
   EXPECT_NEAR(by_lbfgs.geometry().enclosed(), by_newton.geometry().enclosed(),
               2e-3 * by_newton.geometry().enclosed());
 }
@@ -83,19 +87,35 @@ TYPED_TEST(Methods, ByLbfgsEndAtTheMinimumOfNewtonsMethod) {
 TYPED_TEST(Methods, BySurfaceDiffusionTakeAnEllipsoidToABallAndKeepItsContentToRounding) {
   constexpr int Dim = TypeParam::value;
   constexpr int kLevel = Dim == 2 ? 3 : 2;
-  for (const Scheme scheme : {Scheme::kExplicit, Scheme::kSemiImplicit}) {
-    PlainShape<Dim> shape(ellipsoid<Dim>(kLevel));
-    const double content = shape.geometry().enclosed();
-    auto J = test::area_energy<Dim>();
-    FlowOptions options;
-    options.velocity = {.product = ScalarProduct::kHMinus1, .scheme = scheme};
-    options.energy_tol = 1e-5;
-    options.max_steps = 500;
-    const FlowSummary summary = evolve<Dim>(shape, J, options);
-    for (const StepRecord& step : summary.steps)
-      ASSERT_NEAR(step.enclosed, content, 1e-13 * content) << step.k;
-    EXPECT_LT(roundness<Dim>(shape.geometry(), kLevel), 1.01) << summary.message;
-    EXPECT_LT(summary.steps.size(), scheme == Scheme::kExplicit ? 501u : 60u);
+  PlainShape<Dim> shape(ellipsoid<Dim>(kLevel));
+  const double content = shape.geometry().enclosed();
+  auto J = test::area_energy<Dim>();
+  FlowOptions options;
+  options.velocity = {.product = ScalarProduct::kHMinus1, .scheme = Scheme::kSemiImplicit};
+  const FlowSummary summary = evolve<Dim>(shape, J, options);
+  for (const StepRecord& step : summary.steps)
+    ASSERT_NEAR(step.enclosed, content, 1e-13 * content) << step.k;
+  EXPECT_EQ(summary.termination, Termination::kConverged) << summary.message;
+  EXPECT_LT(roundness<Dim>(shape.geometry(), kLevel), 1.002);
+  EXPECT_LT(summary.steps.size(), 20u);
+}
+
+// The explicit scheme needs steps of h^4.
+TYPED_TEST(Methods, ByExplicitSurfaceDiffusionDescendSlowlyAndKeepTheContentToRounding) {
+  constexpr int Dim = TypeParam::value;
+  PlainShape<Dim> shape(ellipsoid<Dim>(2));
+  const double content = shape.geometry().enclosed();
+  auto J = test::area_energy<Dim>();
+  FlowOptions options;
+  options.velocity = {.product = ScalarProduct::kHMinus1};
+  options.max_steps = 30;
+  const FlowSummary summary = evolve<Dim>(shape, J, options);
+  EXPECT_EQ(summary.steps.size(), 30u) << summary.message;
+  double before = summary.initial_energy;
+  for (const StepRecord& step : summary.steps) {
+    ASSERT_NEAR(step.enclosed, content, 1e-13 * content) << step.k;
+    EXPECT_LT(step.energy, before);
+    before = step.energy;
   }
 }
 
