@@ -23,8 +23,8 @@ std::optional<double> parse_content(const std::string& option, const std::string
                                     bool is_area) {
   if (text == "keep") return std::nullopt;
   using Units = std::vector<std::pair<std::string, double>>;
-  const Units units = is_area ? Units{{"mm2", 1}, {"cm2", 100}}
-                              : Units{{"mm3", 1}, {"ml", 1000}, {"cm3", 1000}};
+  const Units units =
+      is_area ? Units{{"mm2", 1}, {"cm2", 100}} : Units{{"mm3", 1}, {"ml", 1000}, {"cm3", 1000}};
   std::string number = text;
   double unit = 1;
   for (const auto& [name, in_mm] : units)
@@ -55,16 +55,17 @@ void check_flow(const CLI::App& command, const RunArguments& a, const RunWords& 
                     "no time step",
                     a.flow));
   if (a.flow == "lbfgs" && !a.kept_content.empty())
-    throw UsageError(fmt::format(
-        "{}: --flow lbfgs cannot keep the {}; use h1, l2, h-1 or newton", option, words.content));
+    throw UsageError(fmt::format("{}: --flow lbfgs cannot keep the {}; use h1, l2, h-1 or newton",
+                                 option, words.content));
   if (!a.terms(command).empty()) return;
   if (!is_gradient_flow)
-    throw UsageError(fmt::format(
-        "--flow {}: it needs an --energy; seeds alone grow by h1 or l2", a.flow));
+    throw UsageError(
+        fmt::format("--flow {}: it needs an --energy; seeds alone grow by h1 or l2", a.flow));
   if (a.flow == "h-1" || !a.kept_content.empty())
-    throw UsageError(fmt::format("{}: the {} stays, so that no seed can grow: give an --energy and "
-                                 "where to start",
-                                 a.flow == "h-1" ? "--flow h-1" : option, words.content));
+    throw UsageError(
+        fmt::format("{}: the {} stays, so that no seed can grow: give an --energy and "
+                    "where to start",
+                    a.flow == "h-1" ? "--flow h-1" : option, words.content));
 }
 
 template <int Dim>
@@ -142,24 +143,26 @@ void add_flow_options(CLI::App& command, RunArguments& a, const RunWords& words)
       ->capture_default_str()
       ->group(group);
   command
-      .add_option("--flow", a.flow,
-                  fmt::format("Gradient flow of a scalar product: h1 (weighted, inexact Newton), l2, "
-                              "h-1 (keeps the {}); or newton (trust region), lbfgs",
-                              words.content))
+      .add_option(
+          "--flow", a.flow,
+          fmt::format("Gradient flow of a scalar product: h1 (weighted, inexact Newton), l2, "
+                      "h-1 (keeps the {}); or newton (trust region), lbfgs",
+                      words.content))
       ->check(CLI::IsMember({"h1", "l2", "h-1", "newton", "lbfgs"}))
       ->capture_default_str()
       ->group(group);
   command
-      .add_option("--scheme", a.scheme,
-                  "Time discretisation of gradient flows; auto: explicit for h1, else semi-implicit")
+      .add_option(
+          "--scheme", a.scheme,
+          "Time discretisation of gradient flows; auto: explicit for h1, else semi-implicit")
       ->check(CLI::IsMember({"auto", "explicit", "semi-implicit"}))
       ->capture_default_str()
       ->group(group);
   command
-      .add_option(content_option(words), a.kept_content,
-                  fmt::format("Keep the {} by a multiplier: keep, that of the start, or {}",
-                              words.content,
-                              words.content == "area" ? "500mm2, 5cm2" : "5000mm3, 5ml"))
+      .add_option(
+          content_option(words), a.kept_content,
+          fmt::format("Keep the {} by a multiplier: keep, that of the start, or {}", words.content,
+                      words.content == "area" ? "500mm2, 5cm2" : "5000mm3, 5ml"))
       ->group(group);
   command.add_option("--step-rule", a.step_rule, "Time step: line-search or backtracking")
       ->check(CLI::IsMember({"line-search", "backtracking"}))

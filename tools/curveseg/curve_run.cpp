@@ -76,11 +76,10 @@ surf::mesh::Ellipsoid<2> ellipse_at(const CurveArguments& a, const Image& image)
   surf::Points<2> points(landmarks.points.rows(), 2);
   for (Eigen::Index i = 0; i < points.rows(); ++i) {
     const auto row = landmarks.points.row(i);
-    points.row(i) = parse_plane_point(
-        "--landmarks",
-        is_flat ? fmt::format("{},{}", row[0], row[1])
-                : fmt::format("{},{},{}", row[0], row[1], row[2]),
-        space, image);
+    points.row(i) = parse_plane_point("--landmarks",
+                                      is_flat ? fmt::format("{},{}", row[0], row[1])
+                                              : fmt::format("{},{},{}", row[0], row[1], row[2]),
+                                      space, image);
   }
   return surf::mesh::fit_ellipsoid<2>(points);
 }
@@ -96,8 +95,8 @@ Segments initial_curves(const CurveArguments& a, const Image& image, double edge
   if (!a.seeds_grid.empty()) parts.push_back(grid_of_seeds(a, image, edge_length));
   if (!a.landmarks.empty()) {
     const auto fit = ellipse_at(a, image);
-    parts.push_back(
-        surf::curve::ellipse(fit.center, fit.axes, std::min(edge_length, fit.axes.col(1).norm() / 4)));
+    parts.push_back(surf::curve::ellipse(fit.center, fit.axes,
+                                         std::min(edge_length, fit.axes.col(1).norm() / 4)));
   }
   if (!a.contour.empty()) {
     parts.push_back(surf::curve::read_contours(a.contour));
@@ -183,7 +182,8 @@ surf::curve::CurveOptions curve_options(const CLI::App& command, const CurveArgu
     out.seeds_mm.push_back(parse_plane_point("--seed", seed, a.space, image));
   if (a.has_initial())
     out.initial = initial_curves(a, image, out.edge_length_mm.value_or(1.5 * image.pixel_size()));
-  if (out.seeds_mm.empty() && !a.landmarks.empty()) out.seeds_mm.push_back(ellipse_at(a, image).center);
+  if (out.seeds_mm.empty() && !a.landmarks.empty())
+    out.seeds_mm.push_back(ellipse_at(a, image).center);
   // The centre of a circle serves as seed, to choose parameters, if there is no other.
   if (out.seeds_mm.empty() && a.circles.size() == 1)
     out.seeds_mm.push_back(

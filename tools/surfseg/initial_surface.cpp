@@ -106,8 +106,8 @@ InitialSurface make_box(const std::array<Vector3d, 2>& corners, Space space,
   return out;
 }
 
-InitialSurface make_fitted(const std::string& path, Space space,
-                           const surf::volume::Volume& volume, double edge_length_mm) {
+InitialSurface make_fitted(const std::string& path, Space space, const surf::volume::Volume& volume,
+                           double edge_length_mm) {
   const surf::io::Landmarks landmarks = surf::io::read_landmarks(path);
   if (landmarks.points.cols() != 3)
     throw surf::InputError(fmt::format("{}: {}: expected three coordinates a line; got {}",

@@ -16,7 +16,7 @@ struct InitialArguments {
   int label = 1;  ///< of `file`, if it is a label map
 
   bool any() const { return is_body() || !file.empty(); }
-  bool is_body() const { 
+  bool is_body() const {
     return !(ball.empty() && ellipsoid.empty() && box.empty() && landmarks.empty());
   }
   /// What can be found wrong without the volume.
