@@ -23,28 +23,10 @@ double BoundaryIntegral<Dim>::evaluate(const fem::Geometry<Dim>& shape) const {
 }
 
 template <int Dim>
-void BoundaryIntegral<Dim>::reset(const fem::Geometry<Dim>& shape) {
-  shape_ = std::make_unique<fem::Geometry<Dim>>(shape);
-  value_ = evaluate(shape);
-}
-
-template <int Dim>
-double BoundaryIntegral<Dim>::try_move(const fem::Geometry<Dim>& moved) {
-  tried_ = std::make_unique<fem::Geometry<Dim>>(moved);
-  return tried_value_ = evaluate(moved);
-}
-
-template <int Dim>
-void BoundaryIntegral<Dim>::accept() {
-  shape_ = std::move(tried_);
-  value_ = tried_value_;
-}
-
-template <int Dim>
 void BoundaryIntegral<Dim>::differentiate(const fem::Curvature& curvature, double weight,
                                           ShapeTerms<Dim>& terms) const {
   const auto& rule = fem::quadrature<Dim>(quadrature_order_);
-  const auto& shape = *shape_;
+  const auto& shape = this->shape();
   const Elements<Dim>& T = shape.elements();
   Samples<Dim> samples;
   H_->sample(fem::quadrature_points<Dim>(shape.points(), T, rule.points), Derivatives::kSecond,
@@ -80,7 +62,7 @@ template <int Dim>
 void BoundaryIntegral<Dim>::differentiate_twice(const fem::Curvature& curvature, double weight,
                                                 SecondDerivative<Dim>& second) const {
   const auto& rule = fem::quadrature<Dim>(quadrature_order_);
-  const auto& shape = *shape_;
+  const auto& shape = this->shape();
   const Eigen::VectorXd gauss = curvature.mean.cwiseAbs2() - curvature.square_sum;  // 2 K
   Samples<Dim> samples;
   H_->sample(fem::quadrature_points<Dim>(shape.points(), shape.elements(), rule.points),

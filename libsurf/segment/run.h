@@ -112,6 +112,9 @@ struct ShapeOptions {
   double coarseness = 1;
   fem::AdaptivityOptions<Dim> adaptivity = {};
   double max_displacement_mm = std::numeric_limits<double>::infinity();
+  /// Curves only: see MovingCurveOptions.
+  std::shared_ptr<const Field<Dim>> edge_indicator;
+  double path_spacing_mm = 0;
   mesh::Topology topology = mesh::Topology::kFixed;
   double topology_resolution_mm = 0;
   double sheet_distance = 0.7;
@@ -124,6 +127,10 @@ struct ShapeOptions {
     out.coarseness = coarseness;
     out.adaptivity = adaptivity;
     out.max_displacement_mm = max_displacement_mm;
+    if constexpr (Dim == 2) {
+      out.edge_indicator = edge_indicator;
+      out.path_spacing_mm = path_spacing_mm;
+    }
     out.topology = topology;
     out.topology_resolution_mm = topology_resolution_mm;
     out.sheet_distance = sheet_distance;

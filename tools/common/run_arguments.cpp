@@ -111,9 +111,11 @@ void add_image_options(CLI::App& command, RunArguments& a, const RunWords& words
 void add_energy_options(CLI::App& command, RunArguments& a, const RunWords& words) {
   const std::string group = "Energy";
   command
-      .add_option("--energy", a.energies,
-                  "Term NAME[:key=value,...] of the energy, repeatable: minimal-surface, "
-                  "chan-vese, window, area; auto chooses from the seeds")
+      .add_option(
+          "--energy", a.energies,
+          fmt::format("Term NAME[:key=value,...] of the energy, repeatable, with NAME one of "
+                      "{}; auto chooses from the seeds",
+                      surf::segment::known_energies()))
       ->take_all()
       ->allow_extra_args(false)
       ->default_str("auto")
