@@ -279,7 +279,7 @@ void MumfordShah::accept() {
 
 const Neumann& MumfordShah::solution() const { return state_->solution; }
 
-void MumfordShah::differentiate(const Eigen::VectorXd& curvature, double weight,
+void MumfordShah::differentiate(const fem::Curvature& curvature, double weight,
                                 energy::ShapeTerms<2>& terms) const {
   refresh();
   const fem::Geometry<2>& shape = state_->shape;
@@ -296,8 +296,14 @@ void MumfordShah::differentiate(const Eigen::VectorXd& curvature, double weight,
   const Eigen::ArrayXd jump = a.square() - b.square();
   const Eigen::ArrayXd slopes = at.slope_inside - at.slope_outside;
   // d_nu u_i = 0, so d_nu (u_i - I)^2 = -2 (u_i - I) d_nu I.
-  terms.beta.array() += weight * (0.5 * curvature.array() * (jump + options_.mu * slopes) -
+  terms.beta.array() += weight * (0.5 * curvature.mean.array() * (jump + options_.mu * slopes) -
                                   (at.inside - at.outside).array() * at.intensity_slope.array());
+}
+
+void MumfordShah::differentiate_twice(const fem::Curvature&, double,
+                                      energy::SecondDerivative<2>&) const {
+  throw UsageError(
+      "energy mumford-shah: it has no second derivative as a matrix; use --flow h1 or l2");
 }
 
 MumfordShah::Traces MumfordShah::traces() const {

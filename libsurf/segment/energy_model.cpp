@@ -14,7 +14,8 @@
 namespace surf::segment {
 namespace {
 
-constexpr double kAlignmentSmoothing = 0.1;  // of |s| at 0, in units of the scale
+constexpr double kAlignmentSmoothing = 0.1;    // of |s| at 0, in units of the scale
+constexpr double kThirdDerivativeStep = 0.01;  // cells
 
 }  // namespace
 
@@ -119,7 +120,7 @@ energy::DensityPointer<Dim> EnergyModel<Dim>::alignment(const EnergyTerm& term) 
                                         sign == 0
                                             ? energy::absolute_alignment(scale, kAlignmentSmoothing)
                                             : energy::signed_alignment(sign, scale),
-                                        extent_.cell_mm() / 2);
+                                        kThirdDerivativeStep * extent_.cell_mm());
 }
 
 template <int Dim>
