@@ -15,9 +15,11 @@
 namespace surf::flow {
 namespace {
 
-constexpr int kMostIterations = 100;  // of a round
-constexpr int kMemory = 20;           // pairs; more or fewer change little
-constexpr int kMostTrials = 12;       // of taking less of a round, should its end be held back
+constexpr int kMostIterations = 100;   // of a round
+constexpr int kMemory = 20;            // pairs; more or fewer change little
+constexpr double kShareOfChart = 0.5;  // that the first step may take
+constexpr double kHardlyMoved = 0.1;   // likewise
+constexpr int kMostTrials = 12;        // of taking less of a round, should its end be held back
 
 /// y with V = P^T L^-T D^(-1/2) y for the H1 product B = P^T L D L^T P: b(V, V) = |y|^2, so that
 /// the first direction is that of the H1 flow on every mesh.
@@ -65,8 +67,11 @@ class Chart : public ceres::FirstOrderFunction {
     const energy::ShapeTerms<Dim> terms = terms_at(shape, A);
     coordinates_.emplace(h1_product<Dim>(shape, terms, A, options.velocity.beta_floor));
     first_gradient_ = coordinates_->gradient(normal_part(terms));
+    first_step_ =
+        std::min(1.0, kShareOfChart * largest_step<Dim>(shape, displacement(-first_gradient_),
+                                                        max_displacement_, options_));
     const double largest = first_gradient_.cwiseAbs().maxCoeff();
-    unit_ = largest > 0 ? largest * largest : 1;
+    if (largest > 0 && first_step_ > 0) unit_ = std::pow(largest * first_step_, 2);
   }
 
   int NumParameters() const override { return int(shape_.n_vertices()); }
@@ -74,6 +79,13 @@ class Chart : public ceres::FirstOrderFunction {
   int n_evaluations() const { return n_evaluations_; }
   /// dJ along the first direction.
   double first_derivative() const { return -first_gradient_.squaredNorm(); }
+
+  /// The largest component of the first gradient.
+  double gradient_size() const { return 1 / first_step_; }
+  /// Along the first direction.
+  Points<Dim> first_step() const {
+    return displacement(-first_step_ / std::sqrt(unit_) * first_gradient_);
+  }
 
   Points<Dim> displacement(const Eigen::VectorXd& y) const {
     return coordinates_->velocity(std::sqrt(unit_) * y).asDiagonal() * shape_.nodal_normals();
@@ -123,7 +135,7 @@ class Chart : public ceres::FirstOrderFunction {
   StepOptions options_;
   std::optional<Coordinates> coordinates_;
   Eigen::VectorXd first_gradient_;
-  double unit_ = 1;
+  double unit_ = 1, first_step_ = 1;
   mutable bool has_met_bound_ = false;
   mutable int n_evaluations_ = 0;
 };
@@ -154,7 +166,12 @@ class LbfgsStepper : public Stepper<Dim> {
     record.shape_derivative = chart->first_derivative();
     if (!(record.shape_derivative < 0)) return false;
     steepest_ = std::max(steepest_, -record.shape_derivative);
-    const Points<Dim> displacement = chart->displacement(minimise(problem, *chart, record));
+    Points<Dim> displacement = chart->displacement(minimise(problem, *chart, record));
+    // A line search that ran into the bound and found nothing before it.
+    if (chart->has_met_bound() &&
+        largest_step<Dim>(shape, displacement, this->moving_.max_displacement(),
+                          this->options_.step) > 1 / kHardlyMoved)
+      displacement = chart->first_step();
     for (int k = 0; k < kMostTrials; ++k) {
       record.tau = std::pow(0.5, k);
       record.n_trials = chart->n_evaluations() + k + 1;
@@ -175,9 +192,9 @@ class LbfgsStepper : public Stepper<Dim> {
     options.max_lbfgs_rank = kMemory;
     options.max_num_iterations = kMostIterations;
     options.function_tolerance = 1e-12;
-    // The chart's first gradient has the largest component 1.
     options.gradient_tolerance =
-        0.1 * std::sqrt(this->options_.rel_tol * steepest_ / -record.shape_derivative);
+        0.1 * chart.gradient_size() *
+        std::sqrt(this->options_.rel_tol * steepest_ / -record.shape_derivative);
     options.parameter_tolerance = 1e-10;
     options.logging_type = ceres::SILENT;
     options.callbacks.push_back(&end_at_bound);
