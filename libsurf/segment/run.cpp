@@ -93,7 +93,9 @@ class Run {
   RunResult<Dim> run() {
     const bool go_on = options_.energies.empty() ? run_ladder() : run_energies();
     const Simplices<Dim> unsettled = result_.shape;
-    if (go_on && options_.settle && settles_on_edges(result_.energies)) run_settle();
+    if (go_on && options_.settle && !options_.flow.keeps_content() &&
+        settles_on_edges(result_.energies))
+      run_settle();
     if (!setting_.is_embedded(result_.shape)) choose_embedded(unsettled);
     return std::move(result_);
   }

@@ -60,7 +60,8 @@ struct RunOptions {
   /// level hides, so 1 is the default.
   int n_levels = 1;
   flow::FlowOptions flow;
-  /// Settle the shape on the edges it has found: a last stage with the edge indicator alone.
+  /// Settle the shape on the edges it has found: a last stage with the edge indicator alone. Not
+  /// where the flow keeps the content.
   bool settle = true;
 
   std::string error() const;  ///< empty if valid
