@@ -103,42 +103,76 @@ curve::Image textured() {
   });
 }
 
-std::vector<Case> cases() {
-  const EnergyTerm minimal{"minimal-surface", 1, {{"gamma0", 1}, {"gamma", 0}, {"lambda", 3}}};
-  std::vector<Case> all;
-  all.push_back({"a concavity",
-                 "concavity",
-                 slotted_disc,
-                 image_of([](const Vector<2>& x) { return smooth_step(slotted_disc(x), 0.2); }),
-                 circle({0, 0}, 0.72),
-                 {{"minimal-surface", {minimal}},
-                  {"average-edge", {{"average-edge", 1, {{"lambda", 3}}}, {"area", 0.02, {}}}}}});
-  all.push_back(
-      {"a varying background",
-       "background",
-       slotted_disc,
-       image_of([](const Vector<2>& x) {
-         const double inside = smooth_step(slotted_disc(x), 0.1);
-         return inside + (1 - inside) * 1.6 * (2 + x[0] + x[1]) / 4;
-       }),
-       circle({0, 0}, 0.72),
-       {{"minimal-surface", {minimal}},
-        {"alignment", {{"alignment", 1, {{"sign", 0}, {"scale", 3}}}, {"area", 0.5, {}}}}}});
-  all.push_back({"a smooth transition",
-                 "transition",
-                 blob,
-                 image_of([](const Vector<2>& x) { return smooth_step(blob(x), 1.2); }),
-                 circle({0.2, 0.1}, 0.3),
-                 {{"minimal-surface", {minimal}},
-                  {"chan-vese", {{"chan-vese", 1, {}}, {"area", 0.005, {}}}}}});
-  all.push_back({"two textures of equal mean",
-                 "textures",
-                 blob,
-                 textured(),
-                 circle({0.1, 0.1}, 0.35),
-                 {{"chan-vese", {{"chan-vese", 1, {}}, {"area", 0.02, {}}}},
-                  {"region-competition", {{"region-competition", 1, {}}, {"area", 0.02, {}}}}}});
-  return all;
+/// The circle of radius 0.72, drawn a third of the way into the slot.
+Segments notched_circle() {
+  std::vector<Vector<2>> corners;
+  const double mouth = std::asin(0.17 / 0.72);
+  for (int k = 0; k <= 200; ++k) {
+    const double angle = mouth + (2 * std::acos(-1.0) - 2 * mouth) * k / 200;
+    corners.push_back(0.72 * Vector<2>(std::cos(angle), std::sin(angle)));
+  }
+  const double x_mouth = corners.back()[0];
+  for (int k = 1; k <= 20; ++k) corners.push_back({x_mouth + (0.4 - x_mouth) * k / 20, -0.17});
+  for (int k = 1; k <= 20; ++k) corners.push_back({0.4, -0.17 + 0.34 * k / 20});
+  for (int k = 1; k < 20; ++k) corners.push_back({0.4 + (x_mouth - 0.4) * k / 20, 0.17});
+  Segments out;
+  const int n = static_cast<int>(corners.size());
+  out.points.resize(n, 2);
+  out.elements.resize(n, 2);
+  for (int i = 0; i < n; ++i) {
+    out.points.row(i) = corners[i] + Vector<2>::Ones();
+    out.elements.row(i) << i, (i + 1) % n;
+  }
+  return out;
+}
+
+EnergyTerm minimal_surface(double lambda) {
+  return {"minimal-surface", 1, {{"gamma0", 1}, {"gamma", 0}, {"lambda", lambda}}};
+}
+
+Case concavity() {
+  return {"a concavity",
+          "concavity",
+          slotted_disc,
+          image_of([](const Vector<2>& x) { return smooth_step(slotted_disc(x), 0.15); }),
+          notched_circle(),
+          {{"minimal-surface", {minimal_surface(2)}},
+           {"average-edge", {{"average-edge", 1, {{"lambda", 2}}}}}}};
+}
+
+/// An even slope all over the image, about as steep as the edge.
+Case background() {
+  return {
+      "a varying background",
+      "background",
+      blob,
+      image_of([](const Vector<2>& x) { return smooth_step(blob(x), 0.3) + 2 * (x[0] + x[1]); }),
+      circle({0, 0}, 0.6),
+      {{"minimal-surface", {minimal_surface(2)}},
+       {"alignment", {{"alignment", 1, {{"sign", 1}, {"scale", 4}}}, {"area", 0.02, {}}}}}};
+}
+
+Case transition() {
+  const std::vector<double> noise = texture();
+  std::size_t at = 0;
+  return {
+      "a smooth transition",
+      "transition",
+      blob,
+      image_of([&](const Vector<2>& x) { return smooth_step(blob(x), 0.6) + 0.1 * noise[at++]; }),
+      circle({0, 0}, 0.8),
+      {{"minimal-surface", {minimal_surface(2)}},
+       {"chan-vese", {{"chan-vese", 1, {}}, {"area", 0.02, {}}}}}};
+}
+
+Case textures() {
+  return {"two textures of equal mean",
+          "textures",
+          blob,
+          textured(),
+          circle({0.05, 0.05}, 0.4),
+          {{"chan-vese", {{"chan-vese", 1, {}}, {"area", 0.05, {}}}},
+           {"region-competition", {{"region-competition", 1, {}}, {"area", 0.05, {}}}}}};
 }
 
 /// Overlap with the object, 2 |A B| / (|A| + |B|).
@@ -186,7 +220,7 @@ io::Picture picture_of(const Case& one, const Segments& curves) {
 int main(int n_arguments, char** arguments) {
   const std::string directory = n_arguments > 1 ? arguments[1] : ".";
   fmt::print("| image | energy | Dice | steps | end |\n|---|---|---|---|---|\n");
-  for (const Case& one : cases()) {
+  for (const Case& one : {concavity(), background(), transition(), textures()}) {
     io::Picture both(4 * kPixels + 8, 2 * kPixels, {255, 255, 255});
     int column = 0;
     for (const Model& model : one.models) {
