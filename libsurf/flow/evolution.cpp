@@ -42,6 +42,8 @@ class StoppingRule {
     const double gained = summary.steps[n - 1 - window].energy - last.energy;
     const double total = summary.initial_energy - last.energy;
     const double share = n_at_bound_ >= window ? options_.energy_share_on_the_way : 1;
+    if (gained <= share * options_.energy_tol * total && is_round)
+      return fmt::format("the last round gained {:.1e} of the whole decrease", gained / total);
     if (gained <= share * options_.energy_tol * total)
       return fmt::format("the last {} steps gained {:.1e} of the whole decrease", window,
                          gained / total);

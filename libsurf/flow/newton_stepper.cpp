@@ -18,7 +18,6 @@ constexpr double kGoodRatio = 0.75;   // above: it grows
 constexpr double kMuchTooLong = 0.7;  // as little of a step may be taken
 constexpr double kFastestShrinking = 0.1;
 constexpr int kMostShrinkings = 8;
-constexpr double kNormBetaFloor = 1;  // VelocityOptions::beta_floor of the norm
 // Conformal maps leave the Willmore energy as it is: along them the discrete one falls as meshes
 // degenerate. Energies of fourth order get this times c / r^4 as a shift of the second derivative.
 constexpr double kFourthOrderShift = 5;
@@ -30,7 +29,8 @@ class NewtonStepper : public Stepper<Dim> {
   using Stepper<Dim>::Stepper;
 
   bool advance(const fem::Geometry<Dim>& shape, StepRecord& record) override {
-    const System system(shape, this->energy_, this->content_.has_value());
+    const System system(shape, this->energy_, this->options_.velocity.beta_floor,
+                        this->content_.has_value());
     const double norm = std::sqrt(system.steepest_decrease);
     if (!(norm > 0) || !std::isfinite(norm)) return false;
     steepest_ = std::max(steepest_, norm);
@@ -67,14 +67,14 @@ class NewtonStepper : public Stepper<Dim> {
   /// The model of J at one shape; on the shapes of one content that of J + lambda C.
   struct System {
     System(const fem::Geometry<Dim>& shape, const energy::ShapeEnergy<Dim>& energy,
-           bool keeps_content)
+           double beta_floor, bool keeps_content)
         : A(fem::stiffness<Dim>(shape, Eigen::VectorXd::Ones(shape.n_elements()))), second(shape) {
       const fem::Curvature curvature = fem::curvature<Dim>(shape, A);
       energy::ShapeTerms<Dim> terms(shape);
       energy.differentiate(curvature, 1, terms);
       energy.differentiate_twice(curvature, 1, second);
       derivative = terms.derivative.cwiseProduct(shape.nodal_normals()).rowwise().sum();
-      norm = std::make_unique<SymmetricSolver>(h1_product<Dim>(shape, terms, A, kNormBetaFloor));
+      norm = std::make_unique<SymmetricSolver>(h1_product<Dim>(shape, terms, A, beta_floor));
       diagonal = kFourthOrderShift * std::max(0.0, second.bilaplacian.maxCoeff()) /
                  std::pow(shape.radius(), 4) * shape.lumped_mass();
       model.gradient = derivative;
