@@ -137,7 +137,8 @@ Case concavity() {
           image_of([](const Vector<2>& x) { return smooth_step(slotted_disc(x), 0.15); }),
           notched_circle(),
           {{"minimal-surface", {minimal_surface(2)}},
-           {"average-edge", {{"average-edge", 1, {{"lambda", 2}}}}}}};
+           {"average-edge + willmore",
+            {{"average-edge", 1, {{"lambda", 2}}}, {"willmore", 1e-4, {}}}}}};
 }
 
 /// An even slope all over the image, about as steep as the edge.
@@ -149,7 +150,7 @@ Case background() {
       image_of([](const Vector<2>& x) { return smooth_step(blob(x), 0.3) + 2 * (x[0] + x[1]); }),
       circle({0, 0}, 0.6),
       {{"minimal-surface", {minimal_surface(2)}},
-       {"alignment", {{"alignment", 1, {{"sign", 1}, {"scale", 4}}}, {"area", 0.02, {}}}}}};
+       {"alignment + area", {{"alignment", 1, {{"sign", 1}, {"scale", 4}}}, {"area", 0.02, {}}}}}};
 }
 
 Case transition() {
@@ -162,7 +163,7 @@ Case transition() {
       image_of([&](const Vector<2>& x) { return smooth_step(blob(x), 0.6) + 0.1 * noise[at++]; }),
       circle({0, 0}, 0.8),
       {{"minimal-surface", {minimal_surface(2)}},
-       {"chan-vese", {{"chan-vese", 1, {}}, {"area", 0.02, {}}}}}};
+       {"chan-vese + area", {{"chan-vese", 1, {}}, {"area", 0.5, {}}}}}};
 }
 
 Case textures() {
@@ -170,9 +171,9 @@ Case textures() {
           "textures",
           blob,
           textured(),
-          circle({0.05, 0.05}, 0.4),
-          {{"chan-vese", {{"chan-vese", 1, {}}, {"area", 0.05, {}}}},
-           {"region-competition", {{"region-competition", 1, {}}, {"area", 0.05, {}}}}}};
+          circle({0.05, 0.05}, 0.7),
+          {{"chan-vese + area", {{"chan-vese", 1, {}}, {"area", 0.15, {}}}},
+           {"region-competition + area", {{"region-competition", 1, {}}, {"area", 0.15, {}}}}}};
 }
 
 /// Overlap with the object, 2 |A B| / (|A| + |B|).
