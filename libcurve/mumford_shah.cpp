@@ -126,6 +126,7 @@ std::string MumfordShahOptions::error() const {
   if (!(contrast > 0)) return message("contrast", contrast, "> 0");
   if (!(pixel_mm > 0)) return message("pixel_mm", pixel_mm, "> 0");
   if (!(max_size_mm >= 0)) return message("max_size_mm", max_size_mm, ">= 0");
+  if (!(step_mm >= 0)) return message("step_mm", step_mm, ">= 0");
   if (!(min_size_mm >= 0)) return message("min_size_mm", min_size_mm, ">= 0");
   if (!(data_tolerance >= 0)) return message("data_tolerance", data_tolerance, ">= 0");
   if (outer.rows() != 4) return message("outer.rows()", double(outer.rows()), "= 4");
@@ -296,8 +297,11 @@ void MumfordShah::differentiate(const Eigen::VectorXd& curvature, double weight,
   const Eigen::ArrayXd jump = a.square() - b.square();
   const Eigen::ArrayXd slopes = at.slope_inside - at.slope_outside;
   // d_nu u_i = 0, so d_nu (u_i - I)^2 = -2 (u_i - I) d_nu I.
-  terms.beta.array() += weight * (0.5 * curvature.array() * (jump + options_.mu * slopes) -
-                                  (at.inside - at.outside).array() * at.intensity_slope.array());
+  const Eigen::ArrayXd second = 0.5 * curvature.array() * (jump + options_.mu * slopes) -
+                                (at.inside - at.outside).array() * at.intensity_slope.array();
+  const Eigen::ArrayXd G = 0.5 * (jump + options_.mu * slopes) + options_.gamma * curvature.array();
+  const double step = options_.step_mm > 0 ? options_.step_mm : 4 * options_.pixel_mm;
+  terms.beta.array() += weight * second.max(G.abs() / step);
 }
 
 MumfordShah::Traces MumfordShah::traces() const {
