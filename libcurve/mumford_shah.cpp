@@ -280,7 +280,7 @@ void MumfordShah::accept() {
 
 const Neumann& MumfordShah::solution() const { return state_->solution; }
 
-void MumfordShah::differentiate(const Eigen::VectorXd& curvature, double weight,
+void MumfordShah::differentiate(const fem::Curvature& curvature, double weight,
                                 energy::ShapeTerms<2>& terms) const {
   refresh();
   const fem::Geometry<2>& shape = state_->shape;
@@ -297,11 +297,18 @@ void MumfordShah::differentiate(const Eigen::VectorXd& curvature, double weight,
   const Eigen::ArrayXd jump = a.square() - b.square();
   const Eigen::ArrayXd slopes = at.slope_inside - at.slope_outside;
   // d_nu u_i = 0, so d_nu (u_i - I)^2 = -2 (u_i - I) d_nu I.
-  const Eigen::ArrayXd second = 0.5 * curvature.array() * (jump + options_.mu * slopes) -
+  const Eigen::ArrayXd second = 0.5 * curvature.mean.array() * (jump + options_.mu * slopes) -
                                 (at.inside - at.outside).array() * at.intensity_slope.array();
-  const Eigen::ArrayXd G = 0.5 * (jump + options_.mu * slopes) + options_.gamma * curvature.array();
+  const Eigen::ArrayXd G =
+      0.5 * (jump + options_.mu * slopes) + options_.gamma * curvature.mean.array();
   const double step = options_.step_mm > 0 ? options_.step_mm : 4 * options_.pixel_mm;
   terms.beta.array() += weight * second.max(G.abs() / step);
+}
+
+void MumfordShah::differentiate_twice(const fem::Curvature&, double,
+                                      energy::SecondDerivative<2>&) const {
+  throw UsageError(
+      "energy mumford-shah: it has no second derivative as a matrix; use --flow h1 or l2");
 }
 
 MumfordShah::Traces MumfordShah::traces() const {

@@ -184,7 +184,9 @@ Outcome run(const Experiment& one, flow::ScalarProduct product) {
 
   curve::MovingCurveOptions options;
   options.edge_length_mm = 2 * std::numbers::pi / one.n_nodes;
-  options.max_displacement_mm = one.edge_width / 2;  // no edge is jumped over
+  options.max_displacement_mm = 2 * one.edge_width;
+  options.edge_indicator = H;  // no edge is jumped over
+  options.path_spacing_mm = one.edge_width / 2;
   if (one.is_adaptive) {
     options.edge_length_mm = 2 * std::numbers::pi / 2048;
     options.coarseness = 64;

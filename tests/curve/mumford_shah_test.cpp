@@ -56,7 +56,9 @@ fem::Geometry<2> geometry(const Segments& curves) { return {curves.points, curve
 
 Points<2> derivative(const MumfordShah& J, const fem::Geometry<2>& shape) {
   energy::ShapeTerms<2> terms(shape);
-  J.differentiate(Eigen::VectorXd::Zero(shape.n_vertices()), 1, terms);
+  J.differentiate(fem::Curvature{Eigen::VectorXd::Zero(shape.n_vertices()),
+                                 Eigen::VectorXd::Zero(shape.n_vertices())},
+                  1, terms);
   return terms.derivative;
 }
 
