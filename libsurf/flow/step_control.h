@@ -10,7 +10,11 @@
 
 namespace surf::flow {
 
-enum class StepRule { kBacktracking, kLineSearch };
+enum class StepRule {
+  kBacktracking,
+  kLineSearch,
+  kFixed  ///< StepOptions::tau within the bounds, whatever J does: thesis Alg. 17, far from optima
+};
 
 struct StepOptions {
   StepRule rule = StepRule::kLineSearch;
@@ -24,6 +28,7 @@ struct StepOptions {
   /// would turn over are held back by the moving shape. In [0, 1).
   double exempt_share = 1e-4;
   int max_trials = 12;
+  double tau = 1;  ///< of kFixed: the whole step of an inexact Newton method
 
   std::string error() const;  ///< empty if valid
 };
