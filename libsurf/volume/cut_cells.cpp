@@ -249,6 +249,16 @@ std::array<DomainCells, 2> cut_cells(const Points<3>& points, const Elements<3>&
   return {std::move(inside), std::move(outside)};
 }
 
+DomainCells blended(const DomainCells& cells, double share) {
+  DomainCells out = cells;
+  for (Moments& moments : out.moments) {
+    const double volume = moments[0];
+    for (std::size_t m = 0; m < moments.size(); ++m)
+      moments[m] = (1 - share) * moments[m] + share * volume * full_moments()[m];
+  }
+  return out;
+}
+
 DomainCells coarsened(const DomainCells& fine, const std::array<int, 3>& factor) {
   DomainCells out;
   for (int axis = 0; axis < 3; ++axis)

@@ -51,6 +51,12 @@ struct DomainCells {
 std::array<DomainCells, 2> cut_cells(const Points<3>& points, const Elements<3>& elements,
                                      const Grid& grid);
 
+/// The same with the share `share` of the integrals over the domain's part of each cut cell replaced
+/// by the mean over the cell times the part's volume. It is of second order where the integrand
+/// is smooth, linear in the domain, and makes the matrices of small parts as well conditioned as
+/// those of whole cells.
+DomainCells blended(const DomainCells& cells, double share);
+
 /// The same domain on cells `factor` (1 or 2 along each axis) times as long; the last ones may
 /// reach out of the grid, where the domain is empty.
 DomainCells coarsened(const DomainCells& fine, const std::array<int, 3>& factor);

@@ -42,18 +42,53 @@ double scaled_square(const CutMatrix& matrix, const Values& r) {
   return sum_over_active(matrix, [&](std::size_t n) { return scale[n] * r[n] * r[n]; });
 }
 
+/// Trilinear weights of the corners, and their derivatives.
+std::array<double, 8> corner_weights(const Eigen::Vector3d& x) {
+  std::array<double, 8> out;
+  for (int a = 0; a < 8; ++a)
+    out[a] = (a & 1 ? x[0] : 1 - x[0]) * (a & 2 ? x[1] : 1 - x[1]) * (a & 4 ? x[2] : 1 - x[2]);
+  return out;
+}
+
+Eigen::Vector3d slope(const std::array<double, 8>& u, const Eigen::Vector3d& x) {
+  Eigen::Vector3d out = Eigen::Vector3d::Zero();
+  for (int a = 0; a < 8; ++a) {
+    const double wx = a & 1 ? x[0] : 1 - x[0], wy = a & 2 ? x[1] : 1 - x[1],
+                 wz = a & 4 ? x[2] : 1 - x[2];
+    out += u[a] * Eigen::Vector3d((a & 1 ? 1 : -1) * wy * wz, wx * (a & 2 ? 1 : -1) * wz,
+                                  wx * wy * (a & 4 ? 1 : -1));
+  }
+  return out;
+}
+
 }  // namespace
+
+double CellDensity::difference(const Eigen::Vector3d& x) const {
+  const auto weights = corner_weights(x);
+  double sum = 0;
+  for (int a = 0; a < 8; ++a) sum += weights[a] * e_[a];
+  return sum;
+}
+
+double CellDensity::operator()(const Eigen::Vector3d& x) const {
+  const double e = difference(x);
+  const Eigen::Vector3d d = slope(u_, x);
+  return pointwise_ * (e * e + d.dot(metric_ * d)) / 2 + constant_;
+}
 
 /// In terms of the difference e = u - I, which does not feel a constant added to I:
 /// (M + mu K) e = -mu K I = b, and J = constant - (b + r) . e / 2 with r the residual.
 struct ScreenedPoisson::Impl {
   Impl(std::shared_ptr<const DomainCells> the_cells, const Grid& the_grid, double mu,
        std::span<const double> the_I, const ScreenedPoissonOptions& the_options)
-      : cells(std::move(the_cells)),
-        size(the_grid.size),
+      : size(the_grid.size),
         I(the_I),
         options(the_options),
-        multigrid(*cells, the_grid.index_to_world.linear(), mu) {
+        metric(the_grid.index_to_world.linear()),
+        mass(cell_matrix(full_moments(), metric, 1 / metric.volume, 0)),
+        stiffness(cell_matrix(full_moments(), metric, 0, mu / metric.volume)),
+        mu_metric(mu * metric.metric),
+        multigrid(blended(*the_cells, the_options.blend), the_grid.index_to_world.linear(), mu) {
     const NodeBox& box = multigrid.matrix().box();
     for (Values* values : {&e, &b, &r}) values->assign(box.n_values(), 0);
     Values padded(box.n_values());
@@ -61,11 +96,11 @@ struct ScreenedPoisson::Impl {
       for (int j = 0; j < size[1]; ++j)
         for (int i = 0; i < size[0]; ++i) padded[box.at(i, j, k)] = I[node(i, j, k)];
     });
-    const CutMatrix stiffness(*cells, the_grid.index_to_world.linear(), 0, mu);
-    stiffness.multiply(padded, b);
-    constant = dot(stiffness, padded, b) / 2;
+    const CutMatrix K(blended(*the_cells, the_options.blend), the_grid.index_to_world.linear(), 0, mu);
+    K.multiply(padded, b);
+    constant = dot(K, padded, b) / 2;
     const CutMatrix& matrix = multigrid.matrix();
-    for_active(stiffness, [&](std::size_t n) { b[n] = matrix.is_active(n) ? -b[n] : 0; });
+    for_active(K, [&](std::size_t n) { b[n] = matrix.is_active(n) ? -b[n] : 0; });
     r = b;
   }
 
@@ -73,10 +108,12 @@ struct ScreenedPoisson::Impl {
     return (std::size_t(k) * size[1] + j) * size[0] + i;
   }
 
-  std::shared_ptr<const DomainCells> cells;
   std::array<int, 3> size;
   std::span<const double> I;
   ScreenedPoissonOptions options;
+  CellMetric metric;
+  CellMatrix mass, stiffness;  // of a whole cell, over its volume
+  Eigen::Matrix3d mu_metric;
   Multigrid multigrid;
   Values e, b, r;
   double constant = 0;
@@ -189,6 +226,19 @@ std::array<double, 8> ScreenedPoisson::corner_values(int i, int j, int k) const 
     }
   }
   return values;
+}
+
+CellDensity ScreenedPoisson::density(int i, int j, int k) const {
+  CellDensity out;
+  out.u_ = corner_values(i, j, k);
+  for (int a = 0; a < 8; ++a)
+    out.e_[a] = out.u_[a] - impl_->I[impl_->node(i + (a & 1), j + (a >> 1 & 1), k + (a >> 2))];
+  out.metric_ = impl_->mu_metric;
+  const Eigen::Map<const Eigen::Matrix<double, 8, 1>> u(out.u_.data()), e(out.e_.data());
+  const double mean = (e.dot(impl_->mass * e) + u.dot(impl_->stiffness * u)) / 2;
+  out.pointwise_ = 1 - impl_->options.blend;
+  out.constant_ = impl_->options.blend * mean;
+  return out;
 }
 
 }  // namespace surf::volume
