@@ -1,5 +1,6 @@
 #include "libsurf/energy/boundary_integral.h"
 
+#include "libsurf/energy/element_terms.h"
 #include "libsurf/fem/quadrature.h"
 
 namespace surf::energy {
@@ -22,28 +23,10 @@ double BoundaryIntegral<Dim>::evaluate(const fem::Geometry<Dim>& shape) const {
 }
 
 template <int Dim>
-void BoundaryIntegral<Dim>::reset(const fem::Geometry<Dim>& shape) {
-  shape_ = std::make_unique<fem::Geometry<Dim>>(shape);
-  value_ = evaluate(shape);
-}
-
-template <int Dim>
-double BoundaryIntegral<Dim>::try_move(const fem::Geometry<Dim>& moved) {
-  tried_ = std::make_unique<fem::Geometry<Dim>>(moved);
-  return tried_value_ = evaluate(moved);
-}
-
-template <int Dim>
-void BoundaryIntegral<Dim>::accept() {
-  shape_ = std::move(tried_);
-  value_ = tried_value_;
-}
-
-template <int Dim>
-void BoundaryIntegral<Dim>::differentiate(const Eigen::VectorXd& curvature, double weight,
+void BoundaryIntegral<Dim>::differentiate(const fem::Curvature& curvature, double weight,
                                           ShapeTerms<Dim>& terms) const {
   const auto& rule = fem::quadrature<Dim>(quadrature_order_);
-  const auto& shape = *shape_;
+  const auto& shape = this->shape();
   const Elements<Dim>& T = shape.elements();
   Samples<Dim> samples;
   H_->sample(fem::quadrature_points<Dim>(shape.points(), T, rule.points), Derivatives::kSecond,
@@ -59,7 +42,7 @@ void BoundaryIntegral<Dim>::differentiate(const Eigen::VectorXd& curvature, doub
       const Eigen::Map<const Eigen::Matrix<double, Dim, Dim>> hessian(
           samples.hessian.row(at).data());
       double kappa = 0;
-      for (int i = 0; i < Dim; ++i) kappa += rule.points(q, i) * curvature[T(t, i)];
+      for (int i = 0; i < Dim; ++i) kappa += rule.points(q, i) * curvature.mean[T(t, i)];
       const double beta = nu.dot(hessian * nu) + 2 * kappa * grad_H.dot(nu);
       mean_H += rule.weights[q] * H;
       for (int i = 0; i < Dim; ++i) {
@@ -73,6 +56,38 @@ void BoundaryIntegral<Dim>::differentiate(const Eigen::VectorXd& curvature, doub
     for (int i = 0; i < Dim; ++i)  // H div_Gamma(phi_i e_k) = H d_k phi_i
       terms.derivative.row(T(t, i)) += weight * mean_H * measure * shape.basis_gradients(t).row(i);
   }
+}
+
+template <int Dim>
+void BoundaryIntegral<Dim>::differentiate_twice(const fem::Curvature& curvature, double weight,
+                                                SecondDerivative<Dim>& second) const {
+  const auto& rule = fem::quadrature<Dim>(quadrature_order_);
+  const auto& shape = this->shape();
+  const Eigen::VectorXd gauss = curvature.mean.cwiseAbs2() - curvature.square_sum;  // 2 K
+  Samples<Dim> samples;
+  H_->sample(fem::quadrature_points<Dim>(shape.points(), shape.elements(), rule.points),
+             Derivatives::kSecond, samples);
+  add_element_matrices<Dim>(shape, weight, second.sparse, [&](Eigen::Index t) {
+    const Vector<Dim> nu = shape.normals().row(t);
+    const auto& gradients = shape.basis_gradients(t);
+    Eigen::Matrix<double, Dim, Dim> local = Eigen::Matrix<double, Dim, Dim>::Zero();
+    double mean_H = 0;
+    for (Eigen::Index q = 0; q < rule.size(); ++q) {
+      const Eigen::Index at = t * rule.size() + q;
+      const Vector<Dim> phi = rule.points.row(q);
+      const Eigen::Map<const Eigen::Matrix<double, Dim, Dim>> hessian(
+          samples.hessian.row(at).data());
+      const double H = samples.value[at];
+      const double mass =
+          nu.dot(hessian * nu) +
+          2 * at_point<Dim>(curvature.mean, shape, t, phi) * samples.gradient.row(at).dot(nu) +
+          at_point<Dim>(gauss, shape, t, phi) * H;
+      mean_H += rule.weights[q] * H;
+      local += rule.weights[q] * mass * phi * phi.transpose();
+    }
+    local += mean_H * gradients * gradients.transpose();
+    return Eigen::Matrix<double, Dim, Dim>(shape.measures()[t] * local);
+  });
 }
 
 template class BoundaryIntegral<2>;

@@ -85,17 +85,35 @@ double ChanVese<Dim>::value_of(const Eigen::VectorXd& inside) const {
 }
 
 template <int Dim>
-void ChanVese<Dim>::differentiate(const Eigen::VectorXd& curvature, double weight,
+void ChanVese<Dim>::differentiate(const fem::Curvature& curvature, double weight,
                                   ShapeTerms<Dim>& terms) const {
+  add_region_terms<Dim>(*I_, *shape_, options_.quadrature_order, curvature.mean, weight, density(),
+                        terms);
+}
+
+template <int Dim>
+void ChanVese<Dim>::differentiate_twice(const fem::Curvature& curvature, double weight,
+                                        SecondDerivative<Dim>& second) const {
+  add_region_second<Dim>(*I_, *shape_, options_.quadrature_order, curvature.mean, weight, density(),
+                         second.sparse);
+  const auto [mu_1, mu_2] = means();
+  const double a = 1 / inside_[0], b = 1 / (totals_.content - inside_[0]);
+  const double mixed = mu_1 * a + mu_2 * b;
+  Eigen::Matrix2d D2J;  // with respect to V_1 and S_1
+  D2J << -(mu_1 * mu_1 * a + mu_2 * mu_2 * b), mixed, mixed, -(a + b);
+  const double scale = 2 * weight / (options_.intensity_scale * options_.intensity_scale);
+  second.add_integrals(region_loads<Dim>(*I_, *shape_, options_.quadrature_order, one_and_value, 2),
+                       scale * D2J);
+}
+
+template <int Dim>
+typename ChanVese<Dim>::Density ChanVese<Dim>::density() const {
   const auto [mu_1, mu_2] = means();
   const double scale = 1 / (options_.intensity_scale * options_.intensity_scale);
-  add_region_terms<Dim>(
-      *I_, *shape_, options_.quadrature_order, curvature, weight,
-      [scale, mu_1 = mu_1, mu_2 = mu_2](double I) {
-        const double a = I - mu_1, b = I - mu_2;
-        return std::array<double, 2>{scale * (a * a - b * b), scale * 2 * (a - b)};
-      },
-      terms);
+  return [scale, mu_1 = mu_1, mu_2 = mu_2](double I) {
+    const double a = I - mu_1, b = I - mu_2;
+    return std::array<double, 2>{scale * (a * a - b * b), scale * 2 * (a - b)};
+  };
 }
 
 template <int Dim>

@@ -39,7 +39,8 @@ struct ChanVeseOptions {
 ///
 /// J = Q - S_1^2/V_1 - S_2^2/V_2 with the integrals S of I and V of 1, so only S_1 and V_1
 /// follow the surface. Since mu_i is optimal, G = (I - mu_1)^2 - (I - mu_2)^2, g = 0;
-/// beta = d_nu G + kappa G at fixed means.
+/// beta = d_nu G + kappa G at fixed means; the second derivative of J as a function of V_1 and S_1
+/// is the rank-two part of d2J (Theorem 2.2.7 for two integrals).
 template <int Dim>
 class ChanVese : public ShapeEnergy<Dim> {
  public:
@@ -55,8 +56,10 @@ class ChanVese : public ShapeEnergy<Dim> {
   double try_move(const fem::Geometry<Dim>& moved) override;
   void accept() override;
   void remesh(const fem::Geometry<Dim>& shape) override;
-  void differentiate(const Eigen::VectorXd& curvature, double weight,
+  void differentiate(const fem::Curvature& curvature, double weight,
                      ShapeTerms<Dim>& terms) const override;
+  void differentiate_twice(const fem::Curvature& curvature, double weight,
+                           SecondDerivative<Dim>& second) const override;
   void add_density(const Points<Dim>& points, double weight,
                    Eigen::VectorXd& density) const override;
 
@@ -64,6 +67,9 @@ class ChanVese : public ShapeEnergy<Dim> {
   std::array<double, 2> means() const;
 
  private:
+  /// G and dG/dI as functions of I.
+  using Density = std::function<std::array<double, 2>(double)>;
+  Density density() const;
   double value_of(const Eigen::VectorXd& inside) const;
   Eigen::VectorXd integrals_over(const fem::Geometry<Dim>& shape) const;
 

@@ -40,14 +40,25 @@ void DomainIntegral<Dim>::remesh(const fem::Geometry<Dim>& shape) {
 }
 
 template <int Dim>
-void DomainIntegral<Dim>::differentiate(const Eigen::VectorXd& curvature, double weight,
+void DomainIntegral<Dim>::differentiate(const fem::Curvature& curvature, double weight,
                                         ShapeTerms<Dim>& terms) const {
   add_region_terms<Dim>(
-      *F_, *shape_, options_.quadrature_order, curvature, weight,
+      *F_, *shape_, options_.quadrature_order, curvature.mean, weight,
       [](double value) {
         return std::array<double, 2>{value, 1};
       },
       terms);
+}
+
+template <int Dim>
+void DomainIntegral<Dim>::differentiate_twice(const fem::Curvature& curvature, double weight,
+                                              SecondDerivative<Dim>& second) const {
+  add_region_second<Dim>(
+      *F_, *shape_, options_.quadrature_order, curvature.mean, weight,
+      [](double value) {
+        return std::array<double, 2>{value, 1};
+      },
+      second.sparse);
 }
 
 template <int Dim>

@@ -32,8 +32,10 @@ class DomainIntegral : public ShapeEnergy<Dim> {
   void accept() override;
   void remesh(const fem::Geometry<Dim>& shape) override;
   void rebuild(const fem::Geometry<Dim>& shape) override { remesh(shape); }
-  void differentiate(const Eigen::VectorXd& curvature, double weight,
+  void differentiate(const fem::Curvature& curvature, double weight,
                      ShapeTerms<Dim>& terms) const override;
+  void differentiate_twice(const fem::Curvature& curvature, double weight,
+                           SecondDerivative<Dim>& second) const override;
   void add_density(const Points<Dim>& points, double weight,
                    Eigen::VectorXd& density) const override;
 

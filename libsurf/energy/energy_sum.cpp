@@ -51,10 +51,17 @@ void EnergySum<Dim>::rebuild(const fem::Geometry<Dim>& shape) {
 }
 
 template <int Dim>
-void EnergySum<Dim>::differentiate(const Eigen::VectorXd& curvature, double weight,
+void EnergySum<Dim>::differentiate(const fem::Curvature& curvature, double weight,
                                    ShapeTerms<Dim>& terms) const {
   for (const Term& term : terms_)
     term.energy->differentiate(curvature, weight * term.weight, terms);
+}
+
+template <int Dim>
+void EnergySum<Dim>::differentiate_twice(const fem::Curvature& curvature, double weight,
+                                         SecondDerivative<Dim>& second) const {
+  for (const Term& term : terms_)
+    term.energy->differentiate_twice(curvature, weight * term.weight, second);
 }
 
 template <int Dim>

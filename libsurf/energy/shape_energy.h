@@ -3,6 +3,7 @@
 
 #include <string>
 
+#include "libsurf/fem/curvature.h"
 #include "libsurf/fem/geometry.h"
 
 namespace surf::energy {
@@ -15,19 +16,50 @@ struct ShapeTerms {
       : derivative(Points<Dim>::Zero(shape.n_vertices(), Dim)),
         g(Eigen::VectorXd::Zero(shape.n_vertices())),
         alpha(Eigen::VectorXd::Zero(shape.n_elements())),
-        beta(Eigen::VectorXd::Zero(shape.n_vertices())) {}
+        beta(Eigen::VectorXd::Zero(shape.n_vertices())),
+        bilaplacian(Eigen::VectorXd::Zero(shape.n_vertices())) {}
 
   /// dJ(Gamma; phi_i e_k): the exact derivative of the discrete J (with its quadrature) with
   /// respect to vertex i, (n, Dim). So the step control sees the energy whose derivative the
   /// flow follows. Its normal part converges to the weak form <G, phi_i> of the
   /// shape gradient G = g kappa + f (1.13): derivative_i . n_i -> (M_g K + f)_i of (3.53).
   Points<Dim> derivative;
-  /// Coefficient g of the curvature in G at the vertices, (n); the implicit part of (3.54).
+  /// Coefficient g of the curvature in G at the vertices, (n); the implicit part of (3.54). 0 for
+  /// energies of fourth order, which do not have the form (1.13).
   Eigen::VectorXd g;
   /// Weights of the scalar product <alpha grad V, grad W> + <beta V, W> (3.8) from the second
   /// derivative: alpha per element (m), beta per vertex (n). beta may be negative here; the
   /// positive part is taken of the sum of all terms.
   Eigen::VectorXd alpha, beta;
+  /// Weight c of int c Lap V Lap W in the scalar product of energies of fourth order, per vertex
+  /// (n); 0 for all others.
+  Eigen::VectorXd bilaplacian;
+};
+
+/// The second derivative d2J(Gamma; V, W) at one shape for normal velocities V, W that are constant
+/// along the normals (2.23), as a bilinear form on P1 functions:
+///   V^T (S + A M^-1 diag(c) A + U C U^T) W
+/// with A, M the stiffness and the lumped mass. It is the mixed derivative of
+/// J(X + s V nu + t W nu) at s = t = 0, summed over the terms of a weighted sum.
+template <int Dim>
+struct SecondDerivative {
+  explicit SecondDerivative(const fem::Geometry<Dim>& shape)
+      : sparse(shape.topology().pattern()),
+        bilaplacian(Eigen::VectorXd::Zero(shape.n_vertices())),
+        vectors(shape.n_vertices(), 0) {}
+
+  /// Adds the rank-one terms vectors * coefficients * vectors^T.
+  void add_integrals(const Eigen::MatrixXd& more_vectors, const Eigen::MatrixXd& more_coefficients);
+  /// (S + A M^-1 diag(c) A + U C U^T) W.
+  /// @param A  stiffness(shape, 1)
+  Eigen::VectorXd times(const fem::Geometry<Dim>& shape, const SparseMatrix& A,
+                        const Eigen::VectorXd& W) const;
+
+  SparseMatrix sparse;          ///< S (n, n), with the sparsity of the shape's topology
+  Eigen::VectorXd bilaplacian;  ///< c (n): int c Lap V Lap W; 0 but for energies of fourth order
+  /// The rank-one terms of integrals (Theorems 2.2.7 and 2.2.9), applied and never assembled:
+  Eigen::MatrixXd vectors;       ///< U (n, r): columns <u, phi_i>
+  Eigen::MatrixXd coefficients;  ///< C (r, r), symmetric
 };
 
 /// A shape energy J. It keeps its value at a current shape, so that domain integrals need not
@@ -57,9 +89,13 @@ class ShapeEnergy {
   /// derivative depends on is computed anew; J may be off by a constant until the next reset.
   virtual void rebuild(const fem::Geometry<Dim>& shape) { reset(shape); }
   /// Adds weight * (first derivative, g, alpha, beta) at the current shape.
-  /// @param curvature  mean curvature at the vertices, (n), for alpha and beta
-  virtual void differentiate(const Eigen::VectorXd& curvature, double weight,
+  /// @param curvature  of the current shape, for alpha, beta and the bilaplacian
+  virtual void differentiate(const fem::Curvature& curvature, double weight,
                              ShapeTerms<Dim>& terms) const = 0;
+  /// Adds weight * d2J at the current shape.
+  /// @throws UsageError  the energy has no second derivative in this form
+  virtual void differentiate_twice(const fem::Curvature& curvature, double weight,
+                                   SecondDerivative<Dim>& second) const = 0;
   /// Adds weight * F(x) at points inside the current shape, with F the density of the domain part:
   /// without a small ball B about x, J changes by -F(x) |B| and what its boundary costs. So F is
   /// the topological derivative, up to its sign. Boundary energies have none.

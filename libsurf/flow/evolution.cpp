@@ -66,7 +66,7 @@ class Stepper {
   bool advance(const fem::Geometry<Dim>& shape, StepRecord& record) {
     const SparseMatrix A = fem::stiffness<Dim>(shape, Eigen::VectorXd::Ones(shape.n_elements()));
     energy::ShapeTerms<Dim> terms(shape);
-    energy_.differentiate(fem::mean_curvature<Dim>(shape, A), 1, terms);
+    energy_.differentiate(fem::curvature<Dim>(shape, A), 1, terms);
     const VelocitySystem<Dim> system(shape, terms, A, options_.velocity);
     velocity_ = system.solve(previous_tau_);
     const double tau_max = largest_step(shape);

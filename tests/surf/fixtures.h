@@ -11,6 +11,7 @@
 #include <random>
 
 #include "libsurf/base/field.h"
+#include "libsurf/fem/curvature.h"
 #include "libsurf/fem/geometry.h"
 
 namespace surf::test {
@@ -71,6 +72,15 @@ Arrays<Dim> unit_sphere(int level) {
     }
   }
   return out;
+}
+
+/// Curvatures of a plane, and of the unit sphere.
+inline fem::Curvature no_curvature(Eigen::Index n) {
+  return {Eigen::VectorXd::Zero(n), Eigen::VectorXd::Zero(n)};
+}
+template <int Dim>
+fem::Curvature unit_curvature(Eigen::Index n) {
+  return {Eigen::VectorXd::Constant(n, Dim - 1), Eigen::VectorXd::Constant(n, Dim - 1)};
 }
 
 /// Torus with radii R > r about the z axis, nu x nv quads split in two. Outward.

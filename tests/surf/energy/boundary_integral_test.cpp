@@ -22,7 +22,7 @@ TYPED_TEST(BoundaryTerm, OfOneIsTheMeasureWithTheStiffnessTimesPositionsAsDeriva
   J.reset(shape);
   EXPECT_NEAR(J.value(), shape.measure(), 1e-13);
   ShapeTerms<Dim> terms(shape);
-  J.differentiate(Eigen::VectorXd::Zero(shape.n_vertices()), 3, terms);
+  J.differentiate(test::no_curvature(shape.n_vertices()), 3, terms);
   const Points<Dim> expected =
       3 * (fem::stiffness<Dim>(shape, Eigen::VectorXd::Ones(shape.n_elements())) * arrays.X);
   EXPECT_LT((terms.derivative - expected).cwiseAbs().maxCoeff(), 1e-13);
@@ -53,7 +53,7 @@ TYPED_TEST(BoundaryTerm, HasTheScalarProductWeightsOfItsSecondDerivative) {
   BoundaryIntegral<Dim> J(std::make_shared<const HalfSquare<Dim>>());
   J.reset(shape);
   ShapeTerms<Dim> terms(shape);
-  J.differentiate(Eigen::VectorXd::Constant(shape.n_vertices(), Dim - 1), 1, terms);
+  J.differentiate(test::unit_curvature<Dim>(shape.n_vertices()), 1, terms);
   constexpr double kTolerance = 0.02;  // quadrature points lie h^2 / 8 inside the sphere
   EXPECT_LT((terms.g.array() - 0.5).abs().maxCoeff(), kTolerance);
   EXPECT_LT((terms.alpha.array() - 0.5).abs().maxCoeff(), kTolerance);

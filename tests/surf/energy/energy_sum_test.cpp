@@ -29,7 +29,7 @@ TYPED_TEST(Sum, IsTheWeightedSumOfItsTermsAtEveryCall) {
   };
   sum.reset(shape), boundary.reset(shape), domain.reset(shape);
   expect_sum(sum.value(), boundary.value(), domain.value());
-  const Eigen::VectorXd kappa = Eigen::VectorXd::Constant(shape.n_vertices(), Dim - 1);
+  const auto kappa = test::unit_curvature<Dim>(shape.n_vertices());
   ShapeTerms<Dim> all(shape), a(shape), b(shape);
   sum.differentiate(kappa, 2, all);
   boundary.differentiate(kappa, 2 * 0.7, a);

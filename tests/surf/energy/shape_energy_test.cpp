@@ -59,7 +59,7 @@ TYPED_TEST(EveryEnergy, DerivativeIsTheDifferenceQuotientOfTheValue) {
     for (auto& [name, energy] : all_energies<Dim>(seed)) {
       energy->reset(shape);
       ShapeTerms<Dim> terms(shape);
-      energy->differentiate(Eigen::VectorXd::Zero(shape.n_vertices()), 1, terms);
+      energy->differentiate(test::no_curvature(shape.n_vertices()), 1, terms);
       const double exact = terms.derivative.cwiseProduct(W).sum();
       const double plus = energy->try_move(shape.moved_to(arrays.X + kStep * W));
       const double minus = energy->try_move(shape.moved_to(arrays.X - kStep * W));
@@ -79,7 +79,7 @@ TYPED_TEST(EveryEnergy, DerivativeErrorFallsWithTheSquareOfTheStep) {
   for (auto& [name, energy] : all_energies<Dim>(3)) {
     energy->reset(shape);
     ShapeTerms<Dim> terms(shape);
-    energy->differentiate(Eigen::VectorXd::Zero(shape.n_vertices()), 1, terms);
+    energy->differentiate(test::no_curvature(shape.n_vertices()), 1, terms);
     const double exact = terms.derivative.cwiseProduct(W).sum();
     const auto error = [&](double step) {
       const double plus = energy->try_move(shape.moved_to(arrays.X + step * W));
@@ -124,7 +124,7 @@ TYPED_TEST(EveryEnergy, NormalDerivativeConvergesToTheShapeGradient) {
     add_minimal_surface<Dim>(energy, H, gamma_0, gamma, {.ray_spacing_mm = 0.05});
     energy.reset(shape);
     ShapeTerms<Dim> terms(shape);
-    energy.differentiate(Eigen::VectorXd::Zero(shape.n_vertices()), 1, terms);
+    energy.differentiate(test::no_curvature(shape.n_vertices()), 1, terms);
     Samples<Dim> samples;
     H->sample(arrays.X, Derivatives::kFirst, samples);
     const Points<Dim> W = test::random_smooth_vectors<Dim>(arrays.X, 5);
@@ -152,7 +152,7 @@ TYPED_TEST(EveryEnergy, ScalarProductWeightsAreThoseOfTheSecondDerivativeOnABall
   add_minimal_surface<Dim>(energy, constant_field<Dim>(1), 0.7, 1.3, {});
   energy.reset(shape);
   ShapeTerms<Dim> terms(shape);
-  energy.differentiate(Eigen::VectorXd::Constant(shape.n_vertices(), Dim - 1), 1, terms);
+  energy.differentiate(test::unit_curvature<Dim>(shape.n_vertices()), 1, terms);
   EXPECT_NEAR(terms.alpha.minCoeff(), 0.7, 1e-12);
   EXPECT_NEAR(terms.alpha.maxCoeff(), 0.7, 1e-12);
   EXPECT_NEAR(terms.beta.minCoeff(), 1.3 * (Dim - 1), 1e-12);

@@ -27,7 +27,7 @@ struct Direction {
                                           energy::ShapeEnergy<Dim>& J) {
     J.reset(shape);
     energy::ShapeTerms<Dim> terms(shape);
-    J.differentiate(fem::mean_curvature<Dim>(shape, A), 1, terms);
+    J.differentiate(fem::curvature<Dim>(shape, A), 1, terms);
     return terms;
   }
 };
