@@ -75,8 +75,7 @@ CellMetric::CellMetric(const Eigen::Matrix3d& index_to_world)
   // Zeros of an orthogonal grid, but for rounding.
   for (int p = 0; p < 3; ++p)
     for (int q = 0; q < 3; ++q)
-      if (std::abs(metric(p, q)) < 1e-12 * std::sqrt(metric(p, p) * metric(q, q)))
-        metric(p, q) = 0;
+      if (std::abs(metric(p, q)) < 1e-12 * std::sqrt(metric(p, p) * metric(q, q))) metric(p, q) = 0;
 }
 
 CellMatrix cell_mass(const Moments& moments) {

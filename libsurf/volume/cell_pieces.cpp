@@ -20,8 +20,8 @@ PieceRule make_rule() {
     rule.weights[n++] = weight;
   };
   add(1.0 / 3, 1.0 / 3, -0.149570044467670);
-  for (const auto& [a, weight] :
-       {std::array{0.260345966079038, 0.175615257433204}, std::array{0.065130102902216, 0.053347235608839}}) {
+  for (const auto& [a, weight] : {std::array{0.260345966079038, 0.175615257433204},
+                                  std::array{0.065130102902216, 0.053347235608839}}) {
     add(a, a, weight);
     add(a, 1 - 2 * a, weight);
     add(1 - 2 * a, a, weight);

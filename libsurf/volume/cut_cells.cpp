@@ -82,8 +82,7 @@ class Slab {
     const Eigen::Vector3d corner(i, j, k_);
     for_triangles_of(part, [&](const PieceCorner& p, const PieceCorner& q, const PieceCorner& r) {
       const Eigen::Vector3d a = p.index - corner, b = q.index - corner, c = r.index - corner;
-      const double area =
-          0.5 * ((b[1] - a[1]) * (c[2] - a[2]) - (c[1] - a[1]) * (b[2] - a[2]));
+      const double area = 0.5 * ((b[1] - a[1]) * (c[2] - a[2]) - (c[1] - a[1]) * (b[2] - a[2]));
       if (area == 0) return;
       const PieceRule& rule = piece_rule();
       for (std::size_t m = 0; m < rule.weights.size(); ++m) {
@@ -120,8 +119,8 @@ std::vector<std::vector<int>> triangles_of_slabs(const Points<3>& index,
                                                  const Elements<3>& elements, int n_slabs) {
   std::vector<std::vector<int>> out(n_slabs);
   for (int t = 0; t < elements.rows(); ++t) {
-    const auto [low, high] = std::minmax(
-        {index(elements(t, 0), 2), index(elements(t, 1), 2), index(elements(t, 2), 2)});
+    const auto [low, high] =
+        std::minmax({index(elements(t, 0), 2), index(elements(t, 1), 2), index(elements(t, 2), 2)});
     const auto [first, last] = cells_of({low, high});
     for (int k = std::max(first, 0); k <= std::min(last, n_slabs - 1); ++k) out[k].push_back(t);
   }
@@ -186,8 +185,7 @@ Moments make_full_moments() {
   Moments out;
   for (int c = 0; c < 3; ++c)
     for (int b = 0; b < 3; ++b)
-      for (int a = 0; a < 3; ++a)
-        out[(c * 3 + b) * 3 + a] = 1.0 / ((a + 1) * (b + 1) * (c + 1));
+      for (int a = 0; a < 3; ++a) out[(c * 3 + b) * 3 + a] = 1.0 / ((a + 1) * (b + 1) * (c + 1));
   return out;
 }
 

@@ -31,8 +31,7 @@ struct DomainCells {
   }
   /// State of a cell; kEmpty out of the grid.
   std::int32_t at(int i, int j, int k) const {
-    const bool is_in =
-        i >= 0 && j >= 0 && k >= 0 && i < size[0] && j < size[1] && k < size[2];
+    const bool is_in = i >= 0 && j >= 0 && k >= 0 && i < size[0] && j < size[1] && k < size[2];
     return is_in ? state[cell(i, j, k)] : kEmpty;
   }
 };
@@ -51,10 +50,10 @@ struct DomainCells {
 std::array<DomainCells, 2> cut_cells(const Points<3>& points, const Elements<3>& elements,
                                      const Grid& grid);
 
-/// The same with the share `share` of the integrals over the domain's part of each cut cell replaced
-/// by the mean over the cell times the part's volume. It is of second order where the integrand
-/// is smooth, linear in the domain, and makes the matrices of small parts as well conditioned as
-/// those of whole cells.
+/// The same with the share `share` of the integrals over the domain's part of each cut cell
+/// replaced by the mean over the cell times the part's volume. It is of second order where the
+/// integrand is smooth, linear in the domain, and makes the matrices of small parts as well
+/// conditioned as those of whole cells.
 DomainCells blended(const DomainCells& cells, double share);
 
 /// The same domain on cells `factor` (1 or 2 along each axis) times as long; the last ones may

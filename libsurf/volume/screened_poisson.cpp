@@ -2,7 +2,7 @@
 
 #include <tbb/parallel_for.h>
 
-#include <cmath>
+#include <algorithm>
 #include <utility>
 
 #include "libsurf/volume/multigrid.h"
@@ -76,76 +76,111 @@ double CellDensity::operator()(const Eigen::Vector3d& x) const {
   return pointwise_ * (e * e + d.dot(metric_ * d)) / 2 + constant_;
 }
 
-/// In terms of the difference e = u - I, which does not feel a constant added to I:
-/// (M + mu K) e = -mu K I = b, and J = constant - (b + r) . e / 2 with r the residual.
 struct ScreenedPoisson::Impl {
-  Impl(std::shared_ptr<const DomainCells> the_cells, const Grid& the_grid, double mu,
-       std::span<const double> the_I, const ScreenedPoissonOptions& the_options)
-      : size(the_grid.size),
+  Impl(const Grid& grid, double mu, std::span<const double> the_I, double the_blend)
+      : box{grid.size},
         I(the_I),
-        options(the_options),
-        metric(the_grid.index_to_world.linear()),
+        blend(the_blend),
+        metric(grid.index_to_world.linear()),
         mass(cell_matrix(full_moments(), metric, 1 / metric.volume, 0)),
         stiffness(cell_matrix(full_moments(), metric, 0, mu / metric.volume)),
-        mu_metric(mu * metric.metric),
-        multigrid(blended(*the_cells, the_options.blend), the_grid.index_to_world.linear(), mu) {
-    const NodeBox& box = multigrid.matrix().box();
-    for (Values* values : {&e, &b, &r}) values->assign(box.n_values(), 0);
-    Values padded(box.n_values());
-    tbb::parallel_for(0, size[2], [&](int k) {
-      for (int j = 0; j < size[1]; ++j)
-        for (int i = 0; i < size[0]; ++i) padded[box.at(i, j, k)] = I[node(i, j, k)];
-    });
-    const CutMatrix K(blended(*the_cells, the_options.blend), the_grid.index_to_world.linear(), 0, mu);
-    K.multiply(padded, b);
-    constant = dot(K, padded, b) / 2;
-    const CutMatrix& matrix = multigrid.matrix();
-    for_active(K, [&](std::size_t n) { b[n] = matrix.is_active(n) ? -b[n] : 0; });
-    r = b;
-  }
+        mu_metric(mu * metric.metric) {}
 
   std::size_t node(int i, int j, int k) const {
-    return (std::size_t(k) * size[1] + j) * size[0] + i;
+    return (std::size_t(k) * box.size[1] + j) * box.size[0] + i;
   }
+  bool is_active_at(int i, int j, int k) const {
+    return i >= 0 && j >= 0 && k >= 0 && i < box.size[0] && j < box.size[1] && k < box.size[2] &&
+           is_active[box.at(i, j, k)];
+  }
+  double value(int i, int j, int k) const { return e[box.at(i, j, k)] + I[node(i, j, k)]; }
 
-  std::array<int, 3> size;
+  void start_from(const Impl& other, const std::array<int, 3>& shift);
+
+  NodeBox box;
   std::span<const double> I;
-  ScreenedPoissonOptions options;
+  double blend;
   CellMetric metric;
   CellMatrix mass, stiffness;  // of a whole cell, over its volume
   Eigen::Matrix3d mu_metric;
-  Multigrid multigrid;
-  Values e, b, r;
-  double constant = 0;
+  Values e;  // u - I
+  std::vector<char> is_active;
+  double energy = 0;
+  int n_iterations = 0;
 };
 
-ScreenedPoisson::ScreenedPoisson(std::shared_ptr<const DomainCells> cells, const Grid& grid,
-                                 double mu, std::span<const double> I,
-                                 const ScreenedPoissonOptions& options)
-    : impl_(std::make_unique<Impl>(std::move(cells), grid, mu, I, options)) {}
+namespace {
 
-ScreenedPoisson::~ScreenedPoisson() = default;
-ScreenedPoisson::ScreenedPoisson(ScreenedPoisson&&) noexcept = default;
+/// In terms of the difference e = u - I, which does not feel a constant added to I:
+/// (M + mu K) e = -mu K I = b, and J = constant - (b + r) . e / 2 with r the residual.
+class Equations {
+ public:
+  Equations(const DomainCells& cells, const Eigen::Matrix3d& index_to_world, double mu,
+            std::span<const double> I)
+      : multigrid_(cells, index_to_world, mu), b_(A().box().n_values(), 0) {
+    const NodeBox& box = A().box();
+    Values padded(box.n_values());
+    tbb::parallel_for(0, box.size[2], [&](int k) {
+      std::size_t from = std::size_t(k) * box.size[0] * box.size[1];
+      for (int j = 0; j < box.size[1]; ++j, from += box.size[0])
+        std::copy_n(I.begin() + from, box.size[0], padded.begin() + box.at(0, j, k));
+    });
+    const CutMatrix K(cells, index_to_world, 0, mu);
+    K.multiply(padded, b_);
+    constant_ = dot(K, padded, b_) / 2;
+    for_active(K, [&](std::size_t n) { b_[n] = A().is_active(n) ? -b_[n] : 0; });
+  }
 
-void ScreenedPoisson::start_from(const ScreenedPoisson& other, const std::array<int, 3>& shift) {
-  const CutMatrix& matrix = impl_->multigrid.matrix();
-  const NodeBox &box = matrix.box(), &there = other.impl_->multigrid.matrix().box();
-  const auto known = [&](int i, int j, int k) {
-    return i >= 0 && j >= 0 && k >= 0 && i < there.size[0] && j < there.size[1] &&
-           k < there.size[2] && other.impl_->multigrid.matrix().is_active(there.at(i, j, k));
-  };
-  const auto value = [&](int i, int j, int k) {
-    return other.impl_->e[there.at(i, j, k)] + other.impl_->I[other.impl_->node(i, j, k)];
-  };
+  const CutMatrix& A() const { return multigrid_.matrix(); }
+
+  /// CG from e; returns the number of iterations.
+  int solve(const ScreenedPoissonOptions& options, Values& e) {
+    const double target = options.tolerance * options.tolerance * scaled_square(A(), b_);
+    r_.assign(b_.size(), 0);
+    A().residual(b_, e, r_);
+    Values z(b_.size()), p(b_.size()), Ap(b_.size());
+    double rz = 0;
+    for (int iteration = 0; iteration < options.max_iterations; ++iteration) {
+      if (scaled_square(A(), r_) <= target) return iteration;
+      multigrid_.precondition(r_, z);
+      const double previous = std::exchange(rz, dot(A(), r_, z));
+      const double beta = iteration == 0 ? 0 : rz / previous;
+      for_active(A(), [&](std::size_t n) { p[n] = z[n] + beta * p[n]; });
+      A().multiply(p, Ap);
+      const double curvature = dot(A(), p, Ap);
+      if (!(curvature > 0)) return iteration;
+      const double alpha = rz / curvature;
+      for_active(A(), [&](std::size_t n) {
+        e[n] += alpha * p[n];
+        r_[n] -= alpha * Ap[n];
+      });
+    }
+    return options.max_iterations;
+  }
+
+  double energy(const Values& e) const {
+    return constant_ -
+           sum_over_active(A(), [&](std::size_t n) { return (b_[n] + r_[n]) * e[n]; }) / 2;
+  }
+
+ private:
+  Multigrid multigrid_;
+  Values b_, r_;
+  double constant_ = 0;
+};
+
+}  // namespace
+
+/// What is not known there gets the mean of its neighbours' values, or I.
+void ScreenedPoisson::Impl::start_from(const Impl& other, const std::array<int, 3>& shift) {
   tbb::parallel_for(0, box.size[2], [&](int k) {
     for (int j = 0; j < box.size[1]; ++j)
       for (int i = 0; i < box.size[0]; ++i) {
         const std::size_t at = box.at(i, j, k);
-        if (!matrix.is_active(at)) continue;
+        if (!is_active[at]) continue;
         const int a = i + shift[0], b = j + shift[1], c = k + shift[2];
-        const double I = impl_->I[impl_->node(i, j, k)];
-        if (known(a, b, c)) {
-          impl_->e[at] = value(a, b, c) - I;
+        if (other.is_active_at(a, b, c)) {
+          e[at] = other.value(a, b, c) - I[node(i, j, k)];
           continue;
         }
         double sum = 0;
@@ -153,53 +188,38 @@ void ScreenedPoisson::start_from(const ScreenedPoisson& other, const std::array<
         for (int z = c - 1; z <= c + 1; ++z)
           for (int y = b - 1; y <= b + 1; ++y)
             for (int x = a - 1; x <= a + 1; ++x)
-              if (known(x, y, z)) sum += value(x, y, z), ++n;
-        impl_->e[at] = n > 0 ? sum / n - I : 0;
+              if (other.is_active_at(x, y, z)) sum += other.value(x, y, z), ++n;
+        if (n > 0) e[at] = sum / n - I[node(i, j, k)];
       }
   });
 }
 
-int ScreenedPoisson::solve() {
-  const CutMatrix& A = impl_->multigrid.matrix();
-  Values &e = impl_->e, &r = impl_->r;
-  const double target =
-      impl_->options.tolerance * impl_->options.tolerance * scaled_square(A, impl_->b);
-  A.residual(impl_->b, e, r);
-  Values z(r.size()), p(r.size()), Ap(r.size());
-  double rz = 0;
-  for (int iteration = 0; iteration < impl_->options.max_iterations; ++iteration) {
-    if (scaled_square(A, r) <= target) return iteration;
-    impl_->multigrid.precondition(r, z);
-    const double previous = std::exchange(rz, dot(A, r, z));
-    const double beta = iteration == 0 ? 0 : rz / previous;
-    for_active(A, [&](std::size_t n) { p[n] = z[n] + beta * p[n]; });
-    A.multiply(p, Ap);
-    const double curvature = dot(A, p, Ap);
-    if (!(curvature > 0)) return iteration;
-    const double alpha = rz / curvature;
-    for_active(A, [&](std::size_t n) {
-      e[n] += alpha * p[n];
-      r[n] -= alpha * Ap[n];
-    });
-  }
-  return impl_->options.max_iterations;
+ScreenedPoisson::ScreenedPoisson(const DomainCells& cells, const Grid& grid, double mu,
+                                 std::span<const double> I, const ScreenedPoissonOptions& options,
+                                 const ScreenedPoisson* start, const std::array<int, 3>& shift)
+    : impl_(std::make_unique<Impl>(grid, mu, I, options.blend)) {
+  Equations equations(blended(cells, options.blend), grid.index_to_world.linear(), mu, I);
+  impl_->e.assign(impl_->box.n_values(), 0);
+  impl_->is_active.assign(impl_->box.n_values(), 0);
+  for_active(equations.A(),
+             [&](std::size_t n) { impl_->is_active[n] = equations.A().is_active(n); });
+  if (start) impl_->start_from(*start->impl_, shift);
+  impl_->n_iterations = equations.solve(options, impl_->e);
+  impl_->energy = equations.energy(impl_->e);
 }
 
-double ScreenedPoisson::energy() const {
-  const Values &e = impl_->e, &b = impl_->b, &r = impl_->r;
-  return impl_->constant - sum_over_active(impl_->multigrid.matrix(), [&](std::size_t n) {
-                             return (b[n] + r[n]) * e[n];
-                           }) / 2;
-}
+ScreenedPoisson::~ScreenedPoisson() = default;
+ScreenedPoisson::ScreenedPoisson(ScreenedPoisson&&) noexcept = default;
+ScreenedPoisson& ScreenedPoisson::operator=(ScreenedPoisson&&) noexcept = default;
+
+double ScreenedPoisson::energy() const { return impl_->energy; }
+int ScreenedPoisson::n_iterations() const { return impl_->n_iterations; }
 
 bool ScreenedPoisson::is_active(int i, int j, int k) const {
-  const CutMatrix& matrix = impl_->multigrid.matrix();
-  return matrix.is_active(matrix.box().at(i, j, k));
+  return impl_->is_active[impl_->box.at(i, j, k)];
 }
 
-double ScreenedPoisson::node_value(int i, int j, int k) const {
-  return impl_->e[impl_->multigrid.matrix().box().at(i, j, k)] + impl_->I[impl_->node(i, j, k)];
-}
+double ScreenedPoisson::node_value(int i, int j, int k) const { return impl_->value(i, j, k); }
 
 std::array<double, 8> ScreenedPoisson::corner_values(int i, int j, int k) const {
   std::array<double, 8> values{};
@@ -236,8 +256,8 @@ CellDensity ScreenedPoisson::density(int i, int j, int k) const {
   out.metric_ = impl_->mu_metric;
   const Eigen::Map<const Eigen::Matrix<double, 8, 1>> u(out.u_.data()), e(out.e_.data());
   const double mean = (e.dot(impl_->mass * e) + u.dot(impl_->stiffness * u)) / 2;
-  out.pointwise_ = 1 - impl_->options.blend;
-  out.constant_ = impl_->options.blend * mean;
+  out.pointwise_ = 1 - impl_->blend;
+  out.constant_ = impl_->blend * mean;
   return out;
 }
 

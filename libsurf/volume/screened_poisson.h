@@ -17,8 +17,9 @@ struct ScreenedPoissonOptions {
   /// scaled rows. The energy's relative error is about its square.
   double tolerance = 1e-5;
   int max_iterations = 500;
-  /// Share of the integrals over cut cells that is taken from the cell's mean, in (0, 1]: with none,
-  /// cells of which the domain has next to nothing make CG need 50 to 180 iterations in place of 7.
+  /// Share of the integrals over cut cells that is taken from the cell's mean, in (0, 1]: with
+  /// none, cells of which the domain has next to nothing make CG need 50 to 180 iterations in place
+  /// of 7.
   double blend = 0.1;
 };
 
@@ -48,23 +49,24 @@ class CellDensity {
 /// derivative is the integral of `density` times V, exactly.
 ///
 /// CG with one multigrid cycle as preconditioner: about 7 iterations for six digits whatever mu
-/// and the grid are. Some 14 values of 8 bytes per node.
+/// and the grid are. Solving takes some 14 values of 8 bytes per node, the solution one.
 class ScreenedPoisson {
  public:
+  /// Solves.
   /// @param cells  of Omega on `grid`
   /// @param I      at the nodes of the grid, i fastest; kept by the caller
-  ScreenedPoisson(std::shared_ptr<const DomainCells> cells, const Grid& grid, double mu,
-                  std::span<const double> I, const ScreenedPoissonOptions& options = {});
+  /// @param start  another solution to start from, on a grid where node (i, j, k) + `shift` is node
+  ///               (i, j, k) here
+  ScreenedPoisson(const DomainCells& cells, const Grid& grid, double mu, std::span<const double> I,
+                  const ScreenedPoissonOptions& options = {},
+                  const ScreenedPoisson* start = nullptr, const std::array<int, 3>& shift = {});
   ~ScreenedPoisson();
   ScreenedPoisson(ScreenedPoisson&&) noexcept;
+  ScreenedPoisson& operator=(ScreenedPoisson&&) noexcept;
 
-  /// Takes the values of another problem's solution as a start.
-  /// @param shift  node (i, j, k) here is node (i, j, k) + shift there
-  void start_from(const ScreenedPoisson& other, const std::array<int, 3>& shift);
-  /// Minimises. Returns the number of iterations.
-  int solve();
   /// J(u)
   double energy() const;
+  int n_iterations() const;
 
   /// u at the corners of a cell, x fastest. Corners whose functions vanish on Omega get the mean of
   /// their neighbours in the cell.

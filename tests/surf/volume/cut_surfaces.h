@@ -25,11 +25,11 @@ inline test::Arrays<3> box_surface(const Eigen::Vector3d& sides, const Eigen::Af
   test::Arrays<3> out;
   out.X.resize(8, 3);
   for (int n = 0; n < 8; ++n)
-    out.X.row(n) = motion * Eigen::Vector3d((n & 1) * sides[0], (n >> 1 & 1) * sides[1],
-                                            (n >> 2) * sides[2]);
+    out.X.row(n) =
+        motion * Eigen::Vector3d((n & 1) * sides[0], (n >> 1 & 1) * sides[1], (n >> 2) * sides[2]);
   out.T.resize(12, 3);
-  out.T << 0, 2, 1, 1, 2, 3, 4, 5, 6, 5, 7, 6, 0, 1, 4, 1, 5, 4, 2, 6, 3, 3, 6, 7, 0, 4, 2, 2, 4,
-      6, 1, 3, 5, 3, 7, 5;
+  out.T << 0, 2, 1, 1, 2, 3, 4, 5, 6, 5, 7, 6, 0, 1, 4, 1, 5, 4, 2, 6, 3, 3, 6, 7, 0, 4, 2, 2, 4, 6,
+      1, 3, 5, 3, 7, 5;
   return out;
 }
 

@@ -17,16 +17,14 @@ using Gradient = std::function<Eigen::Vector3d(const Eigen::Vector3d&)>;
 
 struct Problem {
   Grid grid;
-  std::shared_ptr<const DomainCells> cells;
+  DomainCells cells;
   std::vector<double> I;
 };
 
 /// @param side  0 inside, 1 outside
 Problem make_problem(const test::Arrays<3>& surface, const Grid& grid, const Function& I,
                      int side = 0) {
-  Problem out{grid, nullptr, {}};
-  out.cells =
-      std::make_shared<const DomainCells>(cut_cells(surface.X, surface.T, grid)[side]);
+  Problem out{grid, cut_cells(surface.X, surface.T, grid)[side], {}};
   for (int k = 0; k < grid.size[2]; ++k)
     for (int j = 0; j < grid.size[1]; ++j)
       for (int i = 0; i < grid.size[0]; ++i)
@@ -43,7 +41,7 @@ struct Errors {
 /// so the gradient is taken at a third of the cell's length instead.
 Errors errors(const ScreenedPoisson& solution, const Problem& problem, const Function& u,
               const Gradient& grad_u) {
-  const DomainCells& cells = *problem.cells;
+  const DomainCells& cells = problem.cells;
   const Eigen::Matrix3d to_world = problem.grid.index_to_world.linear().inverse().transpose();
   const double volume = std::abs(problem.grid.index_to_world.linear().determinant());
   const Eigen::Vector3d x(1.0 / 3, 1.0 / 3, 1.0 / 3);
@@ -65,8 +63,8 @@ Errors errors(const ScreenedPoisson& solution, const Problem& problem, const Fun
             d[axis] = is_upper ? 1 : -1;
           }
           value += corners[a] * w.prod();
-          slope += corners[a] * Eigen::Vector3d(d[0] * w[1] * w[2], w[0] * d[1] * w[2],
-                                                w[0] * w[1] * d[2]);
+          slope += corners[a] *
+                   Eigen::Vector3d(d[0] * w[1] * w[2], w[0] * d[1] * w[2], w[0] * w[1] * d[2]);
         }
         const Eigen::Vector3d at = problem.grid.index_to_world * (Eigen::Vector3d(i, j, k) + x);
         sum.l2 += volume * share * std::pow(value - u(at), 2);
@@ -115,14 +113,13 @@ TEST(ScreenedPoisson, ConvergesInABoxThatCutsAnObliqueGrid) {
     const Problem problem = make_problem(surface, oblique_grid(error == &coarse ? 20 : 40),
                                          [&](const auto& x) { return exact.I(x); });
     ScreenedPoisson solution(problem.cells, problem.grid, exact.mu, problem.I, {1e-10, 200});
-    solution.solve();
     *error = errors(
         solution, problem, [&](const auto& x) { return exact.u(x); },
         [&](const auto& x) { return exact.gradient(x); });
   }
   EXPECT_GT(std::log2(coarse.l2 / fine.l2), 1.8) << coarse.l2 << ", " << fine.l2;
   EXPECT_GT(std::log2(coarse.h1 / fine.h1), 0.9) << coarse.h1 << ", " << fine.h1;
-  EXPECT_LT(fine.l2, 0.01);
+  EXPECT_LT(fine.l2, 0.02);  // of a norm of 0.55
 }
 
 // Outside the unit ball: u = f(r) with f' = (r - 1) exp(-r)-like slopes that vanish on it, so far
@@ -152,7 +149,6 @@ TEST(ScreenedPoisson, ConvergesInsideAndOutsideOfABall) {
       surface.X *= kRadius;
       const Problem problem = make_problem(surface, oblique_grid(is_coarse ? 24 : 48), I, side);
       ScreenedPoisson solution(problem.cells, problem.grid, kMu, problem.I, {1e-10, 200});
-      solution.solve();
       *error = errors(solution, problem, u, grad_u);
     }
     EXPECT_GT(std::log2(coarse.l2 / fine.l2), 1.8) << side << ": " << coarse.l2;
@@ -171,7 +167,7 @@ TEST(ScreenedPoisson, IterationsHardlyDependOnTheGridAndTheSmoothingLength) {
     for (const int n : {16, 33, 64}) {
       const Problem problem = wavy_problem(n);
       ScreenedPoisson solution(problem.cells, problem.grid, mu, problem.I, {1e-8, 100});
-      EXPECT_LE(solution.solve(), 25) << "mu " << mu << ", " << n << " cells";
+      EXPECT_LE(solution.n_iterations(), 12) << "mu " << mu << ", " << n << " cells";
     }
 }
 
@@ -179,7 +175,6 @@ TEST(ScreenedPoisson, ConstantsAreTheirOwnSolution) {
   const auto surface = test::random_smooth_shape<3>(4, 3);
   const Problem problem = make_problem(surface, oblique_grid(20), [](const auto&) { return 3.0; });
   ScreenedPoisson solution(problem.cells, problem.grid, 0.2, problem.I);
-  solution.solve();
   EXPECT_NEAR(solution.energy(), 0, 1e-12);
   EXPECT_NEAR(solution.corner_values(10, 10, 10)[3], 3, 1e-12);
 }
@@ -187,27 +182,42 @@ TEST(ScreenedPoisson, ConstantsAreTheirOwnSolution) {
 TEST(ScreenedPoisson, EnergyIsTheLeastOneAndCloserThanTheSolution) {
   const Problem problem = wavy_problem(20);
   ScreenedPoisson exact(problem.cells, problem.grid, 0.1, problem.I, {1e-12, 200});
-  exact.solve();
   ScreenedPoisson rough(problem.cells, problem.grid, 0.1, problem.I, {1e-3, 200});
-  rough.solve();
   EXPECT_GT(rough.energy(), exact.energy());
   EXPECT_LT(rough.energy() - exact.energy(), 1e-5 * exact.energy());
 }
 
 TEST(ScreenedPoisson, AWarmStartSavesIterations) {
+  const ScreenedPoissonOptions options{.tolerance = 1e-5};
   const Problem problem = wavy_problem(32);
-  ScreenedPoisson first(problem.cells, problem.grid, 0.1, problem.I, {1e-8, 100});
-  const int n_cold = first.solve();
-  ScreenedPoisson again(problem.cells, problem.grid, 0.1, problem.I, {1e-8, 100});
-  again.start_from(first, {0, 0, 0});
-  EXPECT_EQ(again.solve(), 0);
+  const ScreenedPoisson first(problem.cells, problem.grid, 0.1, problem.I, options);
+  const ScreenedPoisson again(problem.cells, problem.grid, 0.1, problem.I, options, &first);
+  EXPECT_EQ(again.n_iterations(), 0);
   auto moved = test::random_smooth_shape<3>(4, 4);
-  moved.X *= 1.01;
-  const auto cells =
-      std::make_shared<const DomainCells>(cut_cells(moved.X, moved.T, problem.grid)[0]);
-  ScreenedPoisson next(cells, problem.grid, 0.1, problem.I, {1e-8, 100});
-  next.start_from(first, {0, 0, 0});
-  EXPECT_LT(next.solve(), n_cold);
+  moved.X *= 1.002;
+  const ScreenedPoisson next(cut_cells(moved.X, moved.T, problem.grid)[0], problem.grid, 0.1,
+                             problem.I, options, &first);
+  EXPECT_LT(next.n_iterations(), first.n_iterations());
+}
+
+// The same box with one more layer of cells round it: values are found where they were.
+TEST(ScreenedPoisson, AStartOnAnotherGridIsTheSame) {
+  const Problem problem = wavy_problem(32);
+  const ScreenedPoisson first(problem.cells, problem.grid, 0.1, problem.I);
+  Grid wider = problem.grid;
+  for (int& size : wider.size) size += 2;
+  wider.index_to_world.translate(Eigen::Vector3d(-1, -1, -1));
+  const auto surface = test::random_smooth_shape<3>(4, 4);
+  std::vector<double> I(std::size_t(wider.size[0]) * wider.size[1] * wider.size[2], 0.0);
+  for (int k = 0; k <= 32; ++k)
+    for (int j = 0; j <= 32; ++j)
+      for (int i = 0; i <= 32; ++i)
+        I[(std::size_t(k + 1) * 35 + j + 1) * 35 + i + 1] =
+            problem.I[(std::size_t(k) * 33 + j) * 33 + i];
+  const ScreenedPoisson second(cut_cells(surface.X, surface.T, wider)[0], wider, 0.1, I, {}, &first,
+                               {-1, -1, -1});
+  EXPECT_EQ(second.n_iterations(), 0);
+  EXPECT_NEAR(second.energy(), first.energy(), 1e-9 * first.energy());
 }
 
 TEST(ScreenedPoisson, SolutionDoesNotDependOnTheNumberOfThreads) {
@@ -216,7 +226,6 @@ TEST(ScreenedPoisson, SolutionDoesNotDependOnTheNumberOfThreads) {
   for (const int n_threads : {1, 2}) {
     const ThreadLimit limit(n_threads);
     ScreenedPoisson solution(problem.cells, problem.grid, 0.1, problem.I);
-    solution.solve();
     for (int i = 0; i < 25; ++i) values.push_back(solution.node_value(i, 12, 12));
     values.push_back(solution.energy());
   }
