@@ -30,6 +30,32 @@ double sum_of_sizes(const std::array<double, 27>& row) {
 /// 0 at the first node of an axis, 2 at the last one, else 1.
 int place(int index, int size) { return index == 0 ? 0 : index == size - 1 ? 2 : 1; }
 
+/// By the cells of a node that are in the grid.
+enum class NodeKind : char { kNone, kRegular, kOwn };
+
+/// Kinds of the nodes along i: first of the cells that the nodes of the line have in common.
+void kinds_of_line(const DomainCells& cells, int j, int k, std::vector<NodeKind>& kinds) {
+  const auto& size = cells.size;
+  constexpr int kMixed = 1;  // no state of a cell that is not cut
+  std::vector<std::int32_t> states(size[0]);
+  bool is_first = true;
+  for (int z = std::max(k - 1, 0); z <= std::min(k, size[2] - 1); ++z)
+    for (int y = std::max(j - 1, 0); y <= std::min(j, size[1] - 1); ++y, is_first = false) {
+      const std::int32_t* line = cells.state.data() + cells.cell(0, y, z);
+      for (int i = 0; i < size[0]; ++i) {
+        const std::int32_t state = std::min(line[i], 0);  // 0 if it is cut
+        states[i] = is_first || states[i] == state ? state : kMixed;
+      }
+    }
+  for (int i = 0; i <= size[0]; ++i) {
+    const std::int32_t before = states[std::max(i - 1, 0)],
+                       after = states[std::min(i, size[0] - 1)];
+    kinds[i] = before != after || before >= 0 ? NodeKind::kOwn
+               : before == DomainCells::kFull ? NodeKind::kRegular
+                                              : NodeKind::kNone;
+  }
+}
+
 std::vector<CellMatrix> cut_matrices(const DomainCells& cells, const CellMetric& metric,
                                      double mass, double stiffness) {
   std::vector<CellMatrix> out(cells.moments.size());
@@ -91,45 +117,35 @@ CutMatrix::Row CutMatrix::row_of(const DomainCells& cells, std::span<const CellM
 
 void CutMatrix::fill_slab(const DomainCells& cells, std::span<const CellMatrix> cut,
                           const CellMatrix& full, int k) {
-  enum Kind { kNone, kRegular, kOwn };
   const auto& size = box_.size;
-  const auto kind_of = [&](int i, int j) {
-    int n_full = 0, n_empty = 0, n_cells = 0;
-    for (int z = std::max(k - 1, 0); z <= std::min(k, size[2] - 2); ++z)
-      for (int y = std::max(j - 1, 0); y <= std::min(j, size[1] - 2); ++y)
-        for (int x = std::max(i - 1, 0); x <= std::min(i, size[0] - 2); ++x) {
-          const std::int32_t state = cells.state[cells.cell(x, y, z)];
-          n_full += state == DomainCells::kFull;
-          n_empty += state == DomainCells::kEmpty;
-          ++n_cells;
-        }
-    return n_full == n_cells ? kRegular : n_empty == n_cells ? kNone : kOwn;
-  };
   Slab& slab = slabs_[k];
+  const auto add_regular = [&](std::size_t node, int stencil) {
+    inverse_scale_[node] = 1 / stencil_scales_[stencil];
+    Run* last = slab.runs.empty() ? nullptr : &slab.runs.back();
+    if (last && last->stencil == stencil && last->nodes.begin + last->nodes.n == node)
+      ++last->nodes.n;
+    else
+      slab.runs.push_back({{node, 1}, stencil});
+  };
+  const auto add_own = [&](std::size_t node, const Row& row) {
+    const double scale = sum_of_sizes(row);
+    if (!(scale > kLeastRow * stencil_scales_[13])) return false;
+    inverse_scale_[node] = 1 / scale;
+    slab.cut_nodes.push_back(node);
+    slab.cut_rows.push_back(row);
+    return true;
+  };
+  std::vector<NodeKind> kinds(size[0]);
   for (int j = 0; j < size[1]; ++j) {
+    kinds_of_line(cells, j, k, kinds);
     const std::size_t line = box_.at(0, j, k);
     int first = -1, last = -1;
     for (int i = 0; i < size[0]; ++i) {
-      const Kind kind = kind_of(i, j);
-      if (kind == kNone) continue;
-      const std::size_t node = line + i;
-      const int type = place(i, size[0]) + 3 * place(j, size[1]) + 9 * place(k, size[2]);
-      if (kind == kRegular) {
-        inverse_scale_[node] = 1 / stencil_scales_[type];
-        const bool goes_on = !slab.runs.empty() && slab.runs.back().stencil == type &&
-                             slab.runs.back().nodes.begin + slab.runs.back().nodes.n == node;
-        if (goes_on)
-          ++slab.runs.back().nodes.n;
-        else
-          slab.runs.push_back({{node, 1}, type});
-      } else {
-        const Row row = row_of(cells, cut, full, {i, j, k});
-        const double scale = sum_of_sizes(row);
-        if (!(scale > kLeastRow * stencil_scales_[13])) continue;
-        inverse_scale_[node] = 1 / scale;
-        slab.cut_nodes.push_back(node);
-        slab.cut_rows.push_back(row);
-      }
+      if (kinds[i] == NodeKind::kNone) continue;
+      if (kinds[i] == NodeKind::kRegular)
+        add_regular(line + i, place(i, size[0]) + 3 * place(j, size[1]) + 9 * place(k, size[2]));
+      else if (!add_own(line + i, row_of(cells, cut, full, {i, j, k})))
+        continue;
       if (first < 0) first = i;
       last = i;
     }
