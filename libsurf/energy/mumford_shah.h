@@ -18,7 +18,8 @@ struct MumfordShahOptions {
   /// times sqrt(mu) from it, unless the image ends: what lies d away counts by
   /// exp(-d / sqrt(mu)) in u and by its square in the derivative.
   double margin = 6;
-  volume::ScreenedPoissonOptions solver;
+  /// J's relative error is about 1e-6 with this tolerance, dJ's 1e-4.
+  volume::ScreenedPoissonOptions solver{.tolerance = 1e-4};
 
   std::string error() const;  ///< empty if valid
 };

@@ -189,7 +189,7 @@ void CutMatrix::residual(const Values& b, const Values& x, Values& y) const {
     multiply_slab(slabs_[k], x.data(), y.data());
     for (const NodeRange& range : slabs_[k].active)
       for (std::size_t n = range.begin; n < range.begin + range.n; ++n)
-        y[n] = is_active(n) ? b[n] - y[n] : 0;
+        y[n] = b[n] - y[n];
   });
 }
 

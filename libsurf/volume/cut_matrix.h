@@ -25,6 +25,11 @@ struct NodeBox {
     const auto stride = strides();
     return (k + 1) * stride[2] + (j + 1) * stride[1] + (i + 1);
   }
+  /// Indices i and j of a value.
+  std::array<int, 2> place_in_slab(std::size_t value) const {
+    const std::size_t stride = strides()[1];
+    return {int(value % stride) - 1, int(value / stride % (size[1] + 2)) - 1};
+  }
 };
 
 using Values = std::vector<double>;
@@ -41,7 +46,7 @@ struct NodeRange {
 /// grid's sides; the rest have rows of their own.
 ///
 /// Products are computed slab by slab, sums in the slabs' order: the same for any number of
-/// threads. Values of nodes that are not active must be 0 and stay so.
+/// threads. Values of nodes that are not active have to be 0, and stay so.
 class CutMatrix {
  public:
   /// @param index_to_world  of the grid's indices

@@ -15,66 +15,71 @@ constexpr double kSmoothed = 0.12;  // least eigenvalue that the smoother treats
 constexpr int kCoarsestSweeps = 8;
 constexpr double kCoarsest = 0.02;
 
-/// Calls visit(node) for the nodes of the active ranges, the slabs in parallel.
+/// Calls visit(first, end) for the active ranges, the slabs in parallel.
 template <class Visit>
-void for_active(const CutMatrix& matrix, const Visit& visit) {
+void for_ranges(const CutMatrix& matrix, const Visit& visit) {
   tbb::parallel_for(0, matrix.box().size[2], [&](int k) {
-    for (const NodeRange& range : matrix.active(k))
-      for (std::size_t n = range.begin; n < range.begin + range.n; ++n) visit(n);
+    for (const NodeRange& range : matrix.active(k)) visit(range.begin, range.begin + range.n);
   });
 }
 
 /// Chebyshev's iteration for eigenvalues of the scaled matrix in [least, 1].
+/// @param is_zero  x is 0, whatever its values are
 void smooth(const CutMatrix& matrix, const Values& rhs, int n_sweeps, double least, bool is_zero,
             Values& x, Values& residual, Values& step) {
-  const Values& scale = matrix.inverse_scale();
+  const double* scale = matrix.inverse_scale().data();
   const double theta = (1 + least) / 2, delta = (1 - least) / 2, sigma = theta / delta;
   double rho = 1 / sigma;
-  for (int sweep = 0; sweep < n_sweeps; ++sweep) {
-    const bool is_first = sweep == 0;
-    if (!is_first || !is_zero) matrix.residual(rhs, x, residual);
-    const Values& r = is_first && is_zero ? rhs : residual;
-    const double next = 1 / (2 * sigma - rho);
-    const double keep = is_first ? 0 : next * rho, add = is_first ? 1 / theta : 2 * next / delta;
-    if (!is_first) rho = next;
-    for_active(matrix, [&](std::size_t n) {
-      step[n] = keep * step[n] + add * scale[n] * r[n];
-      x[n] = is_first && is_zero ? step[n] : x[n] + step[n];
+  if (!is_zero) matrix.residual(rhs, x, residual);
+  const double* first = is_zero ? rhs.data() : residual.data();
+  double *to = x.data(), *d = step.data();
+  for_ranges(matrix, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t n = begin; n < end; ++n) d[n] = scale[n] * first[n] / theta;
+    if (is_zero)
+      std::copy(d + begin, d + end, to + begin);
+    else
+      for (std::size_t n = begin; n < end; ++n) to[n] += d[n];
+  });
+  for (int sweep = 1; sweep < n_sweeps; ++sweep) {
+    matrix.residual(rhs, x, residual);
+    const double* r = residual.data();
+    const double next = 1 / (2 * sigma - rho), keep = next * rho, add = 2 * next / delta;
+    rho = next;
+    for_ranges(matrix, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t n = begin; n < end; ++n) {
+        d[n] = keep * d[n] + add * scale[n] * r[n];
+        to[n] += d[n];
+      }
     });
   }
 }
 
-/// Calls visit(coarse node, weight) for the nodes that a fine one is interpolated from.
+/// Calls visit(line of the coarse nodes, weight) for those that fine ones of (j, k) lie between.
 template <class Visit>
-void for_parents(const std::array<int, 3>& fine, const std::array<int, 3>& factor,
-                 const Visit& visit) {
-  std::array<int, 3> low, n;
-  for (int axis = 0; axis < 3; ++axis) {
-    low[axis] = fine[axis] / factor[axis];
-    n[axis] = fine[axis] % factor[axis] + 1;
-  }
-  const double weight = 1.0 / (n[0] * n[1] * n[2]);
-  for (int z = 0; z < n[2]; ++z)
-    for (int y = 0; y < n[1]; ++y)
-      for (int x = 0; x < n[0]; ++x) visit(low[0] + x, low[1] + y, low[2] + z, weight);
+void for_parent_lines(int j, int k, const std::array<int, 3>& factor, const Visit& visit) {
+  const int n_j = j % factor[1] + 1, n_k = k % factor[2] + 1;
+  for (int c = 0; c < n_k; ++c)
+    for (int b = 0; b < n_j; ++b) visit(j / factor[1] + b, k / factor[2] + c, 1.0 / (n_j * n_k));
 }
 
 /// Adds the interpolant of the coarse values to x.
 void prolong(const CutMatrix& coarse, const Values& from, const CutMatrix& fine,
              const std::array<int, 3>& factor, Values& x) {
-  const NodeBox& box = fine.box();
+  const NodeBox &box = fine.box(), &coarse_box = coarse.box();
   tbb::parallel_for(0, box.size[2], [&](int k) {
+    std::vector<double> line(coarse_box.size[0] + 1);
     for (const NodeRange& range : fine.active(k)) {
-      const std::size_t stride = box.strides()[1];
-      const int j = int(range.begin / stride % (box.size[1] + 2)) - 1;
-      const int first = int(range.begin % stride) - 1;
-      for (int m = 0; m < range.n; ++m) {
-        if (!fine.is_active(range.begin + m)) continue;
-        double sum = 0;
-        for_parents({first + m, j, k}, factor, [&](int a, int b, int c, double weight) {
-          sum += weight * from[coarse.box().at(a, b, c)];
-        });
-        x[range.begin + m] += sum;
+      const auto [first, j] = box.place_in_slab(range.begin);
+      std::fill(line.begin(), line.end(), 0);
+      for_parent_lines(j, k, factor, [&](int b, int c, double weight) {
+        const double* values = from.data() + coarse_box.at(0, b, c);
+        for (int i = 0; i < coarse_box.size[0]; ++i) line[i] += weight * values[i];
+      });
+      for (int i = first; i < first + range.n; ++i) {
+        const std::size_t n = range.begin + (i - first);
+        if (!fine.is_active(n)) continue;
+        const int low = i / factor[0];
+        x[n] += i % factor[0] == 0 ? line[low] : (line[low] + line[low + 1]) / 2;
       }
     }
   });
@@ -85,26 +90,25 @@ void restrict_to(const CutMatrix& coarse, const CutMatrix& fine, const Values& f
                  const std::array<int, 3>& factor, Values& to) {
   const NodeBox &box = coarse.box(), &fine_box = fine.box();
   tbb::parallel_for(0, box.size[2], [&](int k) {
+    std::vector<double> line(fine_box.size[0] + 3);  // from node -1 on
     for (const NodeRange& range : coarse.active(k)) {
-      const std::size_t stride = box.strides()[1];
-      const int j = int(range.begin / stride % (box.size[1] + 2)) - 1;
-      const int first = int(range.begin % stride) - 1;
-      for (int m = 0; m < range.n; ++m) {
-        if (!coarse.is_active(range.begin + m)) continue;
-        const std::array<int, 3> centre = {(first + m) * factor[0], j * factor[1], k * factor[2]};
-        std::array<int, 3> low, high;
-        for (int axis = 0; axis < 3; ++axis) {
-          low[axis] = std::max(centre[axis] - factor[axis] + 1, 0);
-          high[axis] = std::min(centre[axis] + factor[axis] - 1, fine_box.size[axis] - 1);
+      const auto [first, j] = box.place_in_slab(range.begin);
+      std::fill(line.begin(), line.end(), 0);
+      for (int c = 1 - factor[2]; c < factor[2]; ++c)
+        for (int b = 1 - factor[1]; b < factor[1]; ++b) {
+          const int y = j * factor[1] + b, z = k * factor[2] + c;
+          if (y < 0 || z < 0 || y >= fine_box.size[1] || z >= fine_box.size[2]) continue;
+          const double weight = 1.0 / (1 << ((b != 0) + (c != 0)));
+          const double* values = from.data() + fine_box.at(0, y, z);
+          for (int i = 0; i < fine_box.size[0]; ++i) line[i + 1] += weight * values[i];
         }
-        double sum = 0;
-        for (int c = low[2]; c <= high[2]; ++c)
-          for (int b = low[1]; b <= high[1]; ++b)
-            for (int a = low[0]; a <= high[0]; ++a) {
-              const int n_apart = (a != centre[0]) + (b != centre[1]) + (c != centre[2]);
-              sum += from[fine_box.at(a, b, c)] / (1 << n_apart);
-            }
-        to[range.begin + m] = sum;
+      for (int i = first; i < first + range.n; ++i) {
+        const std::size_t n = range.begin + (i - first);
+        if (!coarse.is_active(n)) continue;
+        const double* centre = line.data() + 1 + i * factor[0];
+        const bool is_last = i * factor[0] >= fine_box.size[0];  // beyond the fine grid's end
+        to[n] = is_last ? 0 : centre[0];
+        if (factor[0] == 2) to[n] += (centre[-1] + (is_last ? 0 : centre[1])) / 2;
       }
     }
   });
