@@ -103,6 +103,13 @@ Points<2> MeshMotion::moved(const Points<2>& displacement) const {
   return mesh_.points + out;
 }
 
+std::vector<char> MeshMotion::moving() const {
+  std::vector<char> out(mesh_.points.rows(), 0);
+  for (const Share& share : shares_) out[share.node] = 1;
+  for (const int node : mobile_) out[node] = 1;
+  return out;
+}
+
 Points<2> MeshMotion::transposed(const Points<2>& of_nodes) const {
   Points<2> inner(Eigen::Index(mobile_.size()), 2);
   for (std::size_t i = 0; i < mobile_.size(); ++i)

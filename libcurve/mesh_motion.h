@@ -19,6 +19,8 @@ class MeshMotion {
 
   /// The nodes when the vertices are displaced: (n, 2).
   Points<2> moved(const Points<2>& displacement) const;
+  /// The nodes on the curves and those that follow them: what transposed() looks at, a flag each.
+  std::vector<char> moving() const;
   /// The transposed map: the derivative by the curves' vertices from that by the nodes.
   Points<2> transposed(const Points<2>& of_nodes) const;
 

@@ -21,6 +21,7 @@ constexpr double kResolution = 0.7;                        // of topology, of th
 constexpr double kTolerance = 0.1;  // by which mending may move the curves, likewise
 constexpr double kRatio = 2.5;      // of neighbours' lengths; bisection makes 2
 constexpr int kHalvings = 12;       // of a step that catches an event
+constexpr double kEdge = 0.7;       // of the indicator on both sides of an edge, at most
 constexpr int kContactRounds = 3;   // of holding sheets
 constexpr int kGrowingRounds = 8;   // of holding crossings, then all nodes are held
 
@@ -68,6 +69,20 @@ int n_places(const CurveMesh& curves, const std::vector<ElementPair>& pairs) {
   return n;
 }
 
+/// First i with values[i] below kEdge of the largest before it and of the largest behind it and
+/// nothing smaller next to it; -1 if there is none.
+Eigen::Index first_valley(const Eigen::VectorXd& values) {
+  double before = 0;
+  for (Eigen::Index i = 1; i + 1 < values.size(); ++i) {
+    before = std::max(before, values[i - 1]);
+    const double behind = values.tail(values.size() - 1 - i).maxCoeff();
+    if (values[i] < kEdge * std::min(before, behind) && values[i] <= values[i - 1] &&
+        values[i] <= values[i + 1])
+      return i;
+  }
+  return -1;
+}
+
 /// Nodes of flagged elements go back; number of nodes that had moved.
 int take_back(const CurveMesh& curves, const std::vector<char>& is_held, const Points<2>& from,
               Points<2>& to) {
@@ -90,6 +105,8 @@ std::string MovingCurveOptions::error() const {
   if (!(edge_length_mm > 0)) return message("edge_length_mm", edge_length_mm, "> 0");
   if (!(coarseness >= 1)) return message("coarseness", coarseness, ">= 1");
   if (!(max_displacement_mm > 0)) return message("max_displacement_mm", max_displacement_mm, "> 0");
+  if (edge_indicator && !(path_spacing_mm > 0))
+    return message("path_spacing_mm", path_spacing_mm, "> 0 with an edge_indicator");
   if (!(topology_resolution_mm >= 0))
     return message("topology_resolution_mm", topology_resolution_mm, ">= 0");
   if (!(min_area_mm2 >= 0)) return message("min_area_mm2", min_area_mm2, ">= 0");
@@ -146,6 +163,21 @@ void MovingCurve::keep_in_box(Points<2>& to) const {
   }
 }
 
+void MovingCurve::stop_at_edges(const Points<2>& from, Points<2>& to) const {
+  if (!options_.edge_indicator) return;
+  Samples<2> samples;
+  for (Eigen::Index i = 0; i < to.rows(); ++i) {
+    const Vector<2> start = from.row(i), way = to.row(i) - from.row(i);
+    const auto n = static_cast<Eigen::Index>(std::ceil(way.norm() / options_.path_spacing_mm));
+    if (n < 2) continue;
+    const Points<2> path = start.transpose().replicate(n + 1, 1) +
+                           Eigen::VectorXd::LinSpaced(n + 1, 0, 1) * way.transpose();
+    options_.edge_indicator->sample(path, Derivatives::kNone, samples);
+    const Eigen::Index edge = first_valley(samples.value);
+    if (edge > 0) to.row(i) = path.row(edge);
+  }
+}
+
 /// With the topology fixed: nodes of sheets about to touch stay; then those of what still meets,
 /// round after round with more of the curve round it.
 void MovingCurve::hold_sheets_apart(const Points<2>& from, Points<2>& to) const {
@@ -194,7 +226,9 @@ void MovingCurve::adjust_step(const Points<2>& from, Points<2>& to) const {
 
 double MovingCurve::restrict_move(Points<2>& to) {
   keep_in_box(to);
-  const Points<2> from = mesh_.points(), wanted = to;
+  const Points<2> from = mesh_.points();
+  stop_at_edges(from, to);
+  const Points<2> wanted = to;
   if (options_.topology == Topology::kFixed)
     hold_sheets_apart(from, to);
   else

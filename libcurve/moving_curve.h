@@ -37,6 +37,11 @@ struct MovingCurveOptions {
   AdaptivityOptions adaptivity = {};
   /// Largest displacement of a node in a step [mm].
   double max_displacement_mm = std::numeric_limits<double>::infinity();
+  /// A node stops at the first edge on its way: where this field, looked at every path_spacing_mm,
+  /// has a minimum below 0.7 of what lies before it and behind it. None = nodes may jump over
+  /// edges.
+  std::shared_ptr<const Field<2>> edge_indicator;
+  double path_spacing_mm = 0;
   /// kFree or kFixed.
   Topology topology = Topology::kFree;
   /// With kFree: sheets that face each other and come closer than 0.9 of it are joined [mm]. 0 =
@@ -95,6 +100,7 @@ class MovingCurve : public flow::MovingShape<2> {
   double topology_resolution() const;
   double min_area() const;
   void keep_in_box(Points<2>& to) const;
+  void stop_at_edges(const Points<2>& from, Points<2>& to) const;
   void hold_sheets_apart(const Points<2>& from, Points<2>& to) const;
   void adjust_step(const Points<2>& from, Points<2>& to) const;
   bool resolve_events();

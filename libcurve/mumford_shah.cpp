@@ -5,8 +5,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <map>
+#include <functional>
 #include <optional>
+#include <unordered_map>
 
 #include "libcurve/curve_mesh.h"
 #include "libcurve/intersections.h"
@@ -39,14 +40,18 @@ Eigen::VectorXd areas(const PlaneTriangles& triangles, const Points<2>& X) {
 /// Where the last solution has a value at the same place on the same side, it; elsewhere the mean
 /// of neighbours that have one.
 Eigen::VectorXd start_from(const Neumann& last, const DomainMesh& mesh, const Unknowns& unknowns) {
-  std::map<std::pair<double, double>, int> places;
-  for (Eigen::Index i = 0; i < last.mesh().points.rows(); ++i)
-    places[{last.mesh().points(i, 0), last.mesh().points(i, 1)}] = int(i);
+  const auto bits = [](const Points<2>& X, Eigen::Index i) {
+    return std::hash<double>()(X(i, 0)) * 31 + std::hash<double>()(X(i, 1));
+  };
+  std::unordered_multimap<std::size_t, int> places;
+  const Points<2>& old = last.mesh().points;
+  for (Eigen::Index i = 0; i < old.rows(); ++i) places.emplace(bits(old, i), int(i));
   Eigen::VectorXd u = Eigen::VectorXd::Zero(unknowns.size);
   std::vector<char> is_known(unknowns.size, 0);
   for (Eigen::Index i = 0; i < mesh.points.rows(); ++i) {
-    const auto at = places.find({mesh.points(i, 0), mesh.points(i, 1)});
-    if (at == places.end()) continue;
+    auto [at, end] = places.equal_range(bits(mesh.points, i));
+    while (at != end && old.row(at->second) != mesh.points.row(i)) ++at;
+    if (at == end) continue;
     for (int side = 0; side < 2; ++side) {
       const int here = unknowns.of_node(i, side), there = last.unknowns().of_node(at->second, side);
       if (here < 0 || there < 0) continue;
@@ -121,6 +126,7 @@ std::string MumfordShahOptions::error() const {
   if (!(contrast > 0)) return message("contrast", contrast, "> 0");
   if (!(pixel_mm > 0)) return message("pixel_mm", pixel_mm, "> 0");
   if (!(max_size_mm >= 0)) return message("max_size_mm", max_size_mm, ">= 0");
+  if (!(step_mm >= 0)) return message("step_mm", step_mm, ">= 0");
   if (!(min_size_mm >= 0)) return message("min_size_mm", min_size_mm, ">= 0");
   if (!(data_tolerance >= 0)) return message("data_tolerance", data_tolerance, ">= 0");
   if (outer.rows() != 4) return message("outer.rows()", double(outer.rows()), "= 4");
@@ -184,45 +190,58 @@ MumfordShah::MumfordShah(std::shared_ptr<const Field<2>> I, const MumfordShahOpt
 MumfordShah::~MumfordShah() = default;
 
 /// Alg. 8: what is marked is halved where the bounds on sizes are lowered, and those stay.
-DomainMesh MumfordShah::adapted_mesh(const Segments& curves, const State* last) const {
-  const auto kept = [&](const DomainMesh& mesh) { return reusable_nodes(mesh, curves, sizes_); };
-  DomainMesh mesh =
-      mesh_domain(curves, options_.outer, sizes_,
-                  last && options_.reuse_nodes ? kept(last->solution.mesh()) : Points<2>(0, 2));
-  if (options_.data_tolerance == 0) return mesh;
-  const double finest = options_.min_size_mm > 0 ? options_.min_size_mm : 1.5 * options_.pixel_mm;
-  for (int round = 0; round < kAdaptiveRounds; ++round) {
-    const Eigen::VectorXd twice_areas = areas(mesh.triangles, mesh.points);
-    const Eigen::VectorXd eta = interpolation_errors(mesh, *I_, neumann_);
-    const auto marks = fem::mark_function(
-        eta, twice_areas / 2, {.tolerance = options_.data_tolerance * twice_areas.sum() / 2});
-    bool is_changed = false;
-    for (Eigen::Index t = 0; t < mesh.triangles.rows(); ++t) {
-      if (marks[t] != fem::Mark::kRefine) continue;
-      const double size = std::sqrt(twice_areas[t]);  // about the longest edge
-      if (size / 2 < finest) continue;
-      sizes_.limit(mesh.points(Eigen::VectorXi(mesh.triangles.row(t)), Eigen::all).colwise().mean(),
-                   size / 2);
-      is_changed = true;
-    }
-    if (!is_changed) break;
-    mesh = mesh_domain(curves, options_.outer, sizes_, kept(mesh));
+std::pair<DomainMesh, ImageIntegrals> MumfordShah::adapted_mesh(const Segments& curves) const {
+  const Neumann* last = state_ ? &state_->solution : nullptr;
+  const auto meshed = [&](const DomainMesh* from) {
+    return mesh_domain(
+        curves, options_.outer, sizes_,
+        from && options_.reuse_nodes ? reusable_nodes(*from, curves, sizes_) : Points<2>(0, 2));
+  };
+  DomainMesh mesh = meshed(last ? &last->mesh() : nullptr);
+  ImageIntegrals integrals = image_integrals(mesh, *I_, neumann_, last ? &last->mesh() : nullptr,
+                                             last ? &last->integrals() : nullptr);
+  for (int round = 0; round < kAdaptiveRounds && lower_sizes(mesh, integrals.errors); ++round) {
+    DomainMesh finer = meshed(&mesh);
+    integrals = image_integrals(finer, *I_, neumann_, &mesh, &integrals);
+    mesh = std::move(finer);
   }
-  return mesh;
+  return {std::move(mesh), std::move(integrals)};
+}
+
+/// Marks and lowers the bounds where a triangle is marked; false if none is.
+bool MumfordShah::lower_sizes(const DomainMesh& mesh, const Eigen::VectorXd& errors) const {
+  if (options_.data_tolerance == 0) return false;
+  const double finest = options_.min_size_mm > 0 ? options_.min_size_mm : 1.5 * options_.pixel_mm;
+  const Eigen::VectorXd twice_areas = areas(mesh.triangles, mesh.points);
+  const auto marks = fem::mark_function(
+      errors, twice_areas / 2, {.tolerance = options_.data_tolerance * twice_areas.sum() / 2});
+  bool is_changed = false;
+  for (Eigen::Index t = 0; t < mesh.triangles.rows(); ++t) {
+    const double size = std::sqrt(twice_areas[t]);  // about the longest edge
+    if (marks[t] != fem::Mark::kRefine || size / 2 < finest) continue;
+    const auto nodes = mesh.triangles.row(t);
+    sizes_.limit((mesh.points.row(nodes[0]) + mesh.points.row(nodes[1]) + mesh.points.row(nodes[2]))
+                         .transpose() /
+                     3,
+                 size / 2);
+    is_changed = true;
+  }
+  return is_changed;
 }
 
 std::unique_ptr<MumfordShah::State> MumfordShah::made(const fem::Geometry<2>& shape) const {
   const Segments curves = segments_of(shape);
   const bool is_simple = intersections(curves.points, curves.elements).empty();
   const Segments simple = is_simple ? curves : resolved(curves);
-  DomainMesh mesh = adapted_mesh(simple, state_.get());
+  auto [mesh, integrals] = adapted_mesh(simple);
   double length = 0;
   for (const TraceEdge& edge : mesh.trace)
     length += (mesh.points.row(edge.end) - mesh.points.row(edge.start)).norm();
   Eigen::VectorXd start;
   if (state_) start = start_from(state_->solution, mesh, unknowns(mesh));
-  return std::make_unique<State>(shape, Neumann(std::move(mesh), I_, neumann_, start), is_simple,
-                                 length);
+  return std::make_unique<State>(
+      shape, Neumann(std::move(mesh), std::move(integrals), I_, neumann_, start), is_simple,
+      length);
 }
 
 void MumfordShah::reset(const fem::Geometry<2>& shape) {
@@ -261,11 +280,12 @@ void MumfordShah::accept() {
 
 const Neumann& MumfordShah::solution() const { return state_->solution; }
 
-void MumfordShah::differentiate(const Eigen::VectorXd& curvature, double weight,
+void MumfordShah::differentiate(const fem::Curvature& curvature, double weight,
                                 energy::ShapeTerms<2>& terms) const {
   refresh();
   const fem::Geometry<2>& shape = state_->shape;
-  terms.derivative += weight * state_->motion().transposed(state_->solution.gradient());
+  terms.derivative +=
+      weight * state_->motion().transposed(state_->solution.gradient(state_->motion().moving()));
   for (Eigen::Index t = 0; t < shape.n_elements(); ++t)
     for (int i = 0; i < 2; ++i)
       terms.derivative.row(shape.elements()(t, i)) +=
@@ -277,8 +297,18 @@ void MumfordShah::differentiate(const Eigen::VectorXd& curvature, double weight,
   const Eigen::ArrayXd jump = a.square() - b.square();
   const Eigen::ArrayXd slopes = at.slope_inside - at.slope_outside;
   // d_nu u_i = 0, so d_nu (u_i - I)^2 = -2 (u_i - I) d_nu I.
-  terms.beta.array() += weight * (0.5 * curvature.array() * (jump + options_.mu * slopes) -
-                                  (at.inside - at.outside).array() * at.intensity_slope.array());
+  const Eigen::ArrayXd second = 0.5 * curvature.mean.array() * (jump + options_.mu * slopes) -
+                                (at.inside - at.outside).array() * at.intensity_slope.array();
+  const Eigen::ArrayXd G =
+      0.5 * (jump + options_.mu * slopes) + options_.gamma * curvature.mean.array();
+  const double step = options_.step_mm > 0 ? options_.step_mm : 4 * options_.pixel_mm;
+  terms.beta.array() += weight * second.max(G.abs() / step);
+}
+
+void MumfordShah::differentiate_twice(const fem::Curvature&, double,
+                                      energy::SecondDerivative<2>&) const {
+  throw UsageError(
+      "energy mumford-shah: it has no second derivative as a matrix; use --flow h1 or l2");
 }
 
 MumfordShah::Traces MumfordShah::traces() const {

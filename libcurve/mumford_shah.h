@@ -3,6 +3,7 @@
 
 #include <memory>
 #include <string>
+#include <utility>
 
 #include "libcurve/mesh_motion.h"
 #include "libcurve/neumann.h"
@@ -25,7 +26,11 @@ struct MumfordShahOptions {
   /// of the interpolation error of I is larger; 0 = not used. What Alg. 8 bounds is how well the
   /// meshes resolve I; quadrature does without them.
   double data_tolerance = 0.05;  // thesis 5.2
-  bool reuse_nodes = true;       ///< a new mesh begins with the nodes of the last one
+  /// In the scalar product beta is at least |G| over this length [mm]: it bounds how far a full
+  /// step moves the curve, and far from the optimum, where the second derivative knows nothing of
+  /// it, all parts move alike. 0 = 4 pixels.
+  double step_mm = 0;
+  bool reuse_nodes = true;  ///< a new mesh begins with the nodes of the last one
 
   std::string error() const;  ///< empty if valid
 };
@@ -40,7 +45,7 @@ struct MumfordShahOptions {
 /// would cross, that of the domain which topology surgery makes of them.
 ///
 /// Scalar product of 5.2: alpha = gamma,
-/// beta = 1/2 (kappa ([|u - I|^2] + mu [|grad u|^2]) + d_nu [|u - I|^2]).
+/// beta = max(1/2 (kappa ([|u - I|^2] + mu [|grad u|^2]) + d_nu [|u - I|^2]), |G| / step).
 class MumfordShah : public energy::ShapeEnergy<2> {
  public:
   /// @throws UsageError  options.error() is not empty
@@ -54,8 +59,11 @@ class MumfordShah : public energy::ShapeEnergy<2> {
   double try_move(const fem::Geometry<2>& moved) override;
   void accept() override;
   void remesh(const fem::Geometry<2>& shape) override { reset(shape); }
-  void differentiate(const Eigen::VectorXd& curvature, double weight,
+  void differentiate(const fem::Curvature& curvature, double weight,
                      energy::ShapeTerms<2>& terms) const override;
+  /// @throws UsageError  always: Theorem 2.2.11 has u' of every velocity, no sparse matrix
+  void differentiate_twice(const fem::Curvature& curvature, double weight,
+                           energy::SecondDerivative<2>& second) const override;
   /// With the mean of u_2 in place of what u would be in the hole:
   /// F = 1/2 ((I - u_1)^2 - (I - mean)^2).
   void add_density(const Points<2>& points, double weight, Eigen::VectorXd& density) const override;
@@ -79,7 +87,8 @@ class MumfordShah : public energy::ShapeEnergy<2> {
  private:
   struct State;
   std::unique_ptr<State> made(const fem::Geometry<2>& shape) const;
-  DomainMesh adapted_mesh(const Segments& curves, const State* last) const;
+  std::pair<DomainMesh, ImageIntegrals> adapted_mesh(const Segments& curves) const;
+  bool lower_sizes(const DomainMesh& mesh, const Eigen::VectorXd& errors) const;
   void refresh() const;
 
   std::shared_ptr<const Field<2>> I_;

@@ -7,6 +7,9 @@
 #include <Eigen/IterativeLinearSolvers>
 #include <array>
 #include <cmath>
+#include <functional>
+#include <unordered_map>
+#include <utility>
 
 namespace surf::curve {
 namespace {
@@ -68,10 +71,68 @@ void for_triangles(Eigen::Index n, const Body& body) {
       tbb::simple_partitioner());
 }
 
-/// Points of a range of triangles in one call of the field.
 struct Batch {
   Points<2> points;
   Samples<2> samples;
+};
+
+void integrate(const Triangle& T, const Field<2>& I, const NeumannOptions& options, Eigen::Index t,
+               ImageIntegrals& out) {
+  thread_local Batch batch;
+  const Barycentric& b = rule(out.parts[t]);
+  batch.points.resize(b.rows() + 3, 2);
+  batch.points.topRows(b.rows()).noalias() = b.lazyProduct(T.X);
+  batch.points.bottomRows<3>() = T.X;
+  I.sample(batch.points, Derivatives::kNone, batch.samples);
+  auto& values = batch.samples.value;
+  values.array() = (values.array() - options.offset) / options.scale;
+  const double weight = T.area / double(b.rows());
+  const Eigen::Vector3d corners = values.tail<3>();
+  Eigen::Vector3d loads = Eigen::Vector3d::Zero();
+  double error = 0;
+  for (Eigen::Index q = 0; q < b.rows(); ++q) {
+    loads += values[q] * b.row(q).transpose();
+    const double off = values[q] - b.row(q).dot(corners);
+    error += off * off;
+  }
+  out.loads.row(t) = weight * loads;
+  out.errors[t] = weight * error;
+}
+
+/// The corners of a triangle, from the first one by coordinates on.
+using Corners = std::array<double, 6>;
+
+int first_corner(const DomainMesh& mesh, Eigen::Index t) {
+  int first = 0;
+  const auto at = [&](int i) {
+    const int node = mesh.triangles(t, i);
+    return std::pair(mesh.points(node, 0), mesh.points(node, 1));
+  };
+  for (int i = 1; i < 3; ++i)
+    if (at(i) < at(first)) first = i;
+  return first;
+}
+
+Corners corners_of(const DomainMesh& mesh, Eigen::Index t) {
+  const int first = first_corner(mesh, t);
+  Corners out;
+  for (int i = 0; i < 3; ++i)
+    for (int axis = 0; axis < 2; ++axis)
+      out[2 * i + axis] = mesh.points(mesh.triangles(t, (first + i) % 3), axis);
+  return out;
+}
+
+/// By how many places corner 0 of triangle t is further on in triangle s of the other mesh.
+int rotation(const DomainMesh& mesh, Eigen::Index t, const DomainMesh& other, Eigen::Index s) {
+  return (first_corner(other, s) - first_corner(mesh, t) + 3) % 3;
+}
+
+struct CornersHash {
+  std::size_t operator()(const Corners& corners) const {
+    std::size_t hash = 0;
+    for (const double x : corners) hash = hash * 0x9E3779B97F4A7C15U + std::hash<double>()(x);
+    return hash;
+  }
 };
 
 }  // namespace
@@ -86,11 +147,44 @@ Unknowns unknowns(const DomainMesh& mesh) {
   return out;
 }
 
-Neumann::Neumann(DomainMesh mesh, std::shared_ptr<const Field<2>> I, const NeumannOptions& options,
-                 const Eigen::VectorXd& start)
-    : mesh_(std::move(mesh)), I_(std::move(I)), options_(options) {
-  unknowns_ = curve::unknowns(mesh_);
-  subdivide();
+ImageIntegrals image_integrals(const DomainMesh& mesh, const Field<2>& I,
+                               const NeumannOptions& options, const DomainMesh* last_mesh,
+                               const ImageIntegrals* last) {
+  std::unordered_map<Corners, int, CornersHash> known;
+  if (last) {
+    known.reserve(2 * last->parts.size());
+    for (Eigen::Index t = 0; t < last_mesh->triangles.rows(); ++t)
+      known.emplace(corners_of(*last_mesh, t), int(t));
+  }
+  const Eigen::Index n = mesh.triangles.rows();
+  ImageIntegrals out{{n, 3}, Eigen::VectorXd(n), std::vector<int>(n)};
+  for_triangles(n, [&](Eigen::Index t) {
+    const auto at = known.find(corners_of(mesh, t));
+    if (at != known.end()) {
+      out.parts[t] = last->parts[at->second];
+      out.errors[t] = last->errors[at->second];
+      // The triangle may begin with another corner.
+      const int shift = rotation(mesh, t, *last_mesh, at->second);
+      for (int i = 0; i < 3; ++i) out.loads(t, i) = last->loads(at->second, (i + shift) % 3);
+      return;
+    }
+    const Triangle T(mesh, t);
+    double longest = 0;
+    for (int i = 0; i < 3; ++i)
+      longest = std::max(longest, (T.X.row(i) - T.X.row((i + 1) % 3)).norm());
+    out.parts[t] = std::clamp(int(std::ceil(longest / options.spacing_mm)), 1, kMostParts);
+    integrate(T, I, options, t, out);
+  });
+  return out;
+}
+
+Neumann::Neumann(DomainMesh mesh, ImageIntegrals integrals, std::shared_ptr<const Field<2>> I,
+                 const NeumannOptions& options, const Eigen::VectorXd& start)
+    : mesh_(std::move(mesh)),
+      I_(std::move(I)),
+      options_(options),
+      unknowns_(curve::unknowns(mesh_)),
+      integrals_(std::move(integrals)) {
   solve(start);
 }
 
@@ -101,19 +195,16 @@ Neumann Neumann::moved_to(const Points<2>& points) const {
   out.I_ = I_;
   out.options_ = options_;
   out.unknowns_ = unknowns_;
-  out.parts_ = parts_;
+  out.integrals_ = integrals_;
+  for_triangles(mesh_.triangles.rows(), [&](Eigen::Index t) {
+    for (const int i : mesh_.triangles.row(t))
+      if (points.row(i) != mesh_.points.row(i)) {
+        integrate(Triangle(out.mesh_, t), *I_, options_, t, out.integrals_);
+        return;
+      }
+  });
   out.solve(u_);
   return out;
-}
-
-void Neumann::subdivide() {
-  for (Eigen::Index t = 0; t < mesh_.triangles.rows(); ++t) {
-    const Triangle T(mesh_, t);
-    double longest = 0;
-    for (int i = 0; i < 3; ++i)
-      longest = std::max(longest, (T.X.row(i) - T.X.row((i + 1) % 3)).norm());
-    parts_.push_back(std::clamp(int(std::ceil(longest / options_.spacing_mm)), 1, kMostParts));
-  }
 }
 
 std::array<int, 3> Neumann::unknowns_of(Eigen::Index t) const {
@@ -123,22 +214,7 @@ std::array<int, 3> Neumann::unknowns_of(Eigen::Index t) const {
   return out;
 }
 
-Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor> Neumann::loads() const {
-  Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor> out(mesh_.triangles.rows(), 3);
-  for_triangles(mesh_.triangles.rows(), [&](Eigen::Index t) {
-    thread_local Batch batch;
-    const Triangle T(mesh_, t);
-    const Barycentric& b = rule(parts_[t]);
-    batch.points.noalias() = b * T.X;
-    I_->sample(batch.points, Derivatives::kNone, batch.samples);
-    const Eigen::VectorXd I = (batch.samples.value.array() - options_.offset) / options_.scale;
-    out.row(t) = T.area / double(b.rows()) * (b.transpose() * I).transpose();
-  });
-  return out;
-}
-
 void Neumann::solve(const Eigen::VectorXd& start) {
-  const auto load = loads();
   std::vector<Eigen::Triplet<double>> entries;
   entries.reserve(9 * mesh_.triangles.rows());
   Eigen::VectorXd rhs = Eigen::VectorXd::Zero(unknowns_.size);
@@ -149,7 +225,7 @@ void Neumann::solve(const Eigen::VectorXd& start) {
         T.area * (options_.mu * T.gradients * T.gradients.transpose() +
                   (Eigen::Matrix3d::Ones() + Eigen::Matrix3d::Identity()) / 12);
     for (int i = 0; i < 3; ++i) {
-      rhs[dofs[i]] += load(t, i);
+      rhs[dofs[i]] += integrals_.loads(t, i);
       for (int j = 0; j < 3; ++j) entries.emplace_back(dofs[i], dofs[j], K(i, j));
     }
   }
@@ -170,13 +246,16 @@ void Neumann::solve(const Eigen::VectorXd& start) {
 
 /// With V = phi_k delta on a triangle: d area = area grad phi_k . delta, d grad u = -grad phi_k
 /// (delta . grad u), d I(x) = grad I . delta phi_k.
-Points<2> Neumann::gradient() const {
-  Eigen::Matrix<double, Eigen::Dynamic, 6, Eigen::RowMajor> parts(mesh_.triangles.rows(), 6);
+Points<2> Neumann::gradient(const std::vector<char>& asked) const {
+  Eigen::Matrix<double, Eigen::Dynamic, 6, Eigen::RowMajor> parts;
+  parts.setZero(mesh_.triangles.rows(), 6);
   for_triangles(mesh_.triangles.rows(), [&](Eigen::Index t) {
+    const auto nodes = mesh_.triangles.row(t);
+    if (!asked.empty() && !asked[nodes[0]] && !asked[nodes[1]] && !asked[nodes[2]]) return;
     thread_local Batch batch;
     const Triangle T(mesh_, t);
-    const Barycentric& b = rule(parts_[t]);
-    batch.points.noalias() = b * T.X;
+    const Barycentric& b = rule(integrals_.parts[t]);
+    batch.points.noalias() = b.lazyProduct(T.X);
     I_->sample(batch.points, Derivatives::kFirst, batch.samples);
     const auto dofs = unknowns_of(t);
     const Eigen::Vector3d u(u_[dofs[0]], u_[dofs[1]], u_[dofs[2]]);
@@ -215,29 +294,6 @@ std::array<double, 2> Neumann::means() const {
     sum[mesh_.is_inside[t]] += here * (u_[dofs[0]] + u_[dofs[1]] + u_[dofs[2]]) / 3;
   }
   return {area[0] > 0 ? sum[0] / area[0] : 0, area[1] > 0 ? sum[1] / area[1] : 0};
-}
-
-Eigen::VectorXd interpolation_errors(const DomainMesh& mesh, const Field<2>& I,
-                                     const NeumannOptions& options) {
-  Samples<2> nodes;
-  I.sample(mesh.points, Derivatives::kNone, nodes);
-  Eigen::VectorXd eta(mesh.triangles.rows());
-  for_triangles(mesh.triangles.rows(), [&](Eigen::Index t) {
-    thread_local Batch batch;
-    const Triangle T(mesh, t);
-    double longest = 0;
-    for (int i = 0; i < 3; ++i)
-      longest = std::max(longest, (T.X.row(i) - T.X.row((i + 1) % 3)).norm());
-    const Barycentric& b =
-        rule(std::clamp(int(std::ceil(longest / options.spacing_mm)), 1, kMostParts));
-    batch.points.noalias() = b * T.X;
-    I.sample(batch.points, Derivatives::kNone, batch.samples);
-    Eigen::Vector3d corners;
-    for (int i = 0; i < 3; ++i) corners[i] = nodes.value[mesh.triangles(t, i)];
-    eta[t] = T.area / double(b.rows()) * (batch.samples.value - b * corners).squaredNorm() /
-             (options.scale * options.scale);
-  });
-  return eta;
 }
 
 }  // namespace surf::curve

@@ -10,9 +10,11 @@
 #include "libcurve/hierarchy.h"
 #include "libcurve/intersections.h"
 #include "libcurve/moving_curve.h"
+#include "libcurve/mumford_shah.h"
 #include "libcurve/primitives.h"
 #include "libcurve/rasterize.h"
 #include "libsurf/base/error.h"
+#include "libsurf/segment/contrast.h"
 
 namespace surf::curve {
 namespace {
@@ -21,6 +23,29 @@ using segment::EnergyModel;
 using segment::GrowingShape;
 using segment::ImageExtent;
 using segment::ShapeOptions;
+
+/// The pixels' squares, out to half a pixel beyond the outermost centres, where curves may run.
+Points<2> pixel_box(const Image& image) {
+  const double right = image.size()[0] - 0.5, bottom = image.size()[1] - 0.5;
+  Eigen::Matrix<double, 2, 4> corners;
+  corners << -0.5, right, right, -0.5, -0.5, -0.5, bottom, bottom;
+  if (image.pixel_to_plane().linear().determinant() < 0) corners.col(1).swap(corners.col(3));
+  return (image.pixel_to_plane() * corners).transpose();
+}
+
+std::unique_ptr<MumfordShah> mumford_shah(const Image& image,
+                                          std::shared_ptr<const Field<2>> intensity,
+                                          const segment::EnergyTerm& term) {
+  MumfordShahOptions options;
+  options.mu = segment::parameter(term, "mu");
+  options.gamma = segment::parameter(term, "gamma");
+  options.contrast = segment::parameter(term, "contrast");
+  if (term.parameters.contains("data-tolerance"))
+    options.data_tolerance = segment::parameter(term, "data-tolerance");
+  options.outer = pixel_box(image);
+  options.pixel_mm = image.pixel_size();
+  return std::make_unique<MumfordShah>(std::move(intensity), options);
+}
 
 class ImageModel : public EnergyModel<2> {
  public:
@@ -31,6 +56,7 @@ class ImageModel : public EnergyModel<2> {
         intensity_(intensity_field(image, options)) {}
 
   std::shared_ptr<const Field<2>> intensity() const override { return intensity_; }
+  double contrast() const override { return segment::two_class_contrast(image_.values()); }
 
  protected:
   std::shared_ptr<const Field<2>> make_edge_indicator(double lambda) const override {
@@ -44,6 +70,10 @@ class ImageModel : public EnergyModel<2> {
     }
     const double pixel = image_.pixel_size() * image_.pixel_size();
     return {pixel * double(image_.n_pixels()), pixel * sum, pixel * squares};
+  }
+  std::unique_ptr<energy::ShapeEnergy<2>> make_mumford_shah(
+      const segment::EnergyTerm& term) const override {
+    return mumford_shah(image_, intensity_, term);
   }
   std::optional<energy::Antiderivative<2>> antiderivative() const override {
     if (options_.interpolation != Interpolation::kSpline) return {};
@@ -224,6 +254,31 @@ std::string CurveOptions::error() const {
   if (topology == mesh::Topology::kGenus0)
     return "CurveOptions::topology = genus0 has no meaning for curves";
   return region_filter(*this).error();
+}
+
+Image denoised(const Image& image, const CurveOptions& options, const CurveResult& result) {
+  const auto term = std::find_if(result.energies.begin(), result.energies.end(),
+                                 [](const auto& t) { return t.name == "mumford-shah"; });
+  if (term == result.energies.end())
+    throw UsageError("a denoised image belongs to --energy mumford-shah, which is not used");
+  volume::SmoothingOptions smoothing;
+  smoothing.sigma_mm = result.sigma_mm;
+  smoothing.selective_sigma_mm = options.selective_sigma_mm;
+  smoothing.selective_threshold = options.selective_threshold;
+  const auto energy = mumford_shah(
+      image, intensity_field(image, {smoothing, options.derivative_filter, options.interpolation}),
+      *term);
+  energy->reset({result.shape.points, result.shape.elements});
+  Points<2> pixels(Eigen::Index(image.n_pixels()), 2);
+  for (int j = 0; j < image.size()[1]; ++j)
+    for (int i = 0; i < image.size()[0]; ++i)
+      pixels.row(Eigen::Index(j) * image.size()[0] + i) = image.pixel_to_plane() * Vector<2>(i, j);
+  const Eigen::VectorXf u = energy->denoised(pixels).cast<float>();
+  return {image.size(),
+          image.pixel_to_plane(),
+          {u.begin(), u.end()},
+          image.source(),
+          image.plane_to_ras()};
 }
 
 CurveResult segment(const Image& image, const CurveOptions& options,

@@ -39,4 +39,10 @@ using CurveProgress = segment::ProgressOf<2>;
 CurveResult segment(const Image& image, const CurveOptions& options,
                     const CurveProgress& progress = {});
 
+/// The piecewise smooth u = u_1 chi_1 + u_2 chi_2 of the Mumford-Shah model at the pixel centres;
+/// it jumps across the curves.
+/// @param result  of segment(image, options), its shape not empty
+/// @throws UsageError  mumford-shah is not among the result's energies
+Image denoised(const Image& image, const CurveOptions& options, const CurveResult& result);
+
 }  // namespace surf::curve

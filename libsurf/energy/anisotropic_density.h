@@ -54,7 +54,7 @@ DensityPointer<Dim> norm_density(std::shared_ptr<const Field<Dim>> H,
 /// phi(<grad I, y>): the edge alignment of Kimmel and Bruckstein.
 /// @param phi      with its first and second derivative, see signed_alignment, absolute_alignment
 /// @param step_mm  d^2 H / dx^2 needs third derivatives of I: differences of D2I along y over
-///                 +-step. Half a cell for the piecewise cubic fields of images.
+///                 +-step. A hundredth of a cell for the piecewise cubic fields of images.
 template <int Dim>
 DensityPointer<Dim> alignment_density(std::shared_ptr<const Field<Dim>> I, Profile phi,
                                       double step_mm);

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <numeric>
 
 #include "libsurf/base/error.h"
 
@@ -47,20 +48,40 @@ Topology<Dim>::Topology(Elements<Dim> T, Eigen::Index n_vertices)
   if (T_.minCoeff() < 0 || T_.maxCoeff() >= n_vertices)
     throw InvalidMesh(
         fmt::format("geometry: an element names a vertex outside 0..{}", n_vertices - 1));
-  std::vector<Eigen::Triplet<double>> entries;
-  entries.reserve(T_.rows() * Dim * Dim);
+  build_pattern();
+  slots_.reserve(T_.rows() * Dim * Dim);
+  const int* columns = pattern_.innerIndexPtr();
+  for (Eigen::Index t = 0; t < T_.rows(); ++t)
+    for (int i = 0; i < Dim; ++i) {
+      const int* begin = columns + pattern_.outerIndexPtr()[T_(t, i)];
+      const int* end = columns + pattern_.outerIndexPtr()[T_(t, i) + 1];
+      for (int j = 0; j < Dim; ++j)
+        slots_.push_back(static_cast<int>(std::lower_bound(begin, end, T_(t, j)) - columns));
+    }
+}
+
+template <int Dim>
+void Topology<Dim>::build_pattern() {
+  std::vector<int> first(n_vertices_ + 1, 0);  // of each row, with repetitions
+  for (const int vertex : T_.reshaped()) first[vertex + 1] += Dim;
+  std::partial_sum(first.begin(), first.end(), first.begin());
+  std::vector<int> columns(first.back()), end = first;
   for (Eigen::Index t = 0; t < T_.rows(); ++t)
     for (int i = 0; i < Dim; ++i)
-      for (int j = 0; j < Dim; ++j) entries.emplace_back(T_(t, i), T_(t, j), 0.0);
-  pattern_.resize(n_vertices, n_vertices);
-  pattern_.setFromTriplets(entries.begin(), entries.end());
-  slots_.reserve(entries.size());
-  const int* columns = pattern_.innerIndexPtr();
-  for (const auto& entry : entries) {
-    const int* begin = columns + pattern_.outerIndexPtr()[entry.row()];
-    const int* end = columns + pattern_.outerIndexPtr()[entry.row() + 1];
-    slots_.push_back(static_cast<int>(std::lower_bound(begin, end, entry.col()) - columns));
+      for (int j = 0; j < Dim; ++j) columns[end[T_(t, i)]++] = T_(t, j);
+  pattern_.resize(n_vertices_, n_vertices_);
+  int n_entries = 0;
+  for (Eigen::Index row = 0; row < n_vertices_; ++row) {
+    const auto begin = columns.begin() + first[row];
+    std::sort(begin, columns.begin() + first[row + 1]);
+    const auto last = std::unique(begin, columns.begin() + first[row + 1]);
+    std::copy(begin, last, columns.begin() + n_entries);
+    n_entries += static_cast<int>(last - begin);
+    pattern_.outerIndexPtr()[row + 1] = n_entries;
   }
+  pattern_.resizeNonZeros(n_entries);
+  std::copy_n(columns.begin(), n_entries, pattern_.innerIndexPtr());
+  std::fill_n(pattern_.valuePtr(), n_entries, 0.0);
 }
 
 template <int Dim>

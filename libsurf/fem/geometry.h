@@ -25,6 +25,8 @@ class Topology {
   int slot(Eigen::Index t, int i, int j) const { return slots_[(t * Dim + i) * Dim + j]; }
 
  private:
+  void build_pattern();
+
   Elements<Dim> T_;
   Eigen::Index n_vertices_;
   SparseMatrix pattern_;

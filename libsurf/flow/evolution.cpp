@@ -5,9 +5,12 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <memory>
+#include <optional>
 
 #include "libsurf/base/error.h"
-#include "libsurf/fem/stiffness.h"
+#include "libsurf/flow/content.h"
+#include "libsurf/flow/stepper.h"
 
 namespace surf::flow {
 namespace {
@@ -31,7 +34,7 @@ class StoppingRule {
       return fmt::format("the shape derivative fell to {:.1e} of its largest value",
                          std::abs(last.shape_derivative) / steepest_);
     n_at_bound_ = last.max_displacement_mm > kAtBound * bound_mm ? n_at_bound_ + 1 : 0;
-    const int window = options_.energy_window;
+    const int window = options_.method == Method::kLbfgs ? 1 : options_.energy_window;
     const int n = static_cast<int>(summary.steps.size());
     if (n <= window) return {};
     const double gained = summary.steps[n - 1 - window].energy - last.energy;
@@ -55,81 +58,49 @@ class StoppingRule {
   int n_at_bound_ = 0;  // steps up to the last one whose displacement was about the largest
 };
 
-/// One step: the velocity system at the current shape, and the search along it.
+/// The content is brought to its target in bounded moves, and held there when the mesh was mended.
 template <int Dim>
-class Stepper {
+class ContentKeeper {
  public:
-  Stepper(MovingShape<Dim>& shape, energy::ShapeEnergy<Dim>& energy, const FlowOptions& options)
-      : moving_(shape), energy_(energy), options_(options) {}
+  ContentKeeper(MovingShape<Dim>& shape, double target) : shape_(shape), target_(target) {}
 
-  /// Fills the record; false if no step decreases J.
-  bool advance(const fem::Geometry<Dim>& shape, StepRecord& record) {
-    const SparseMatrix A = fem::stiffness<Dim>(shape, Eigen::VectorXd::Ones(shape.n_elements()));
-    energy::ShapeTerms<Dim> terms(shape);
-    energy_.differentiate(fem::curvature<Dim>(shape, A), 1, terms);
-    const VelocitySystem<Dim> system(shape, terms, A, options_.velocity);
-    velocity_ = system.solve(previous_tau_);
-    const double tau_max = largest_step(shape);
-    if (!(tau_max > 0)) return false;
-    const double J = energy_.value();
-    const auto attempt = [&](double tau) {
-      if (system.depends_on_step()) velocity_ = system.solve(tau);
-      to_ = shape.points() + tau * velocity_.vector;
-      record.held_share = moving_.restrict_move(to_);
-      const Points<Dim> moved = to_ - shape.points();
-      const double expected = terms.derivative.cwiseProduct(moved).sum();
-      return Trial{try_points(shape) - J, expected};
-    };
-    const auto step = choose_step(options_.step, first_trial(tau_max), tau_max, attempt);
-    record.shape_derivative = velocity_.shape_derivative;
-    if (!step) return false;
-    previous_tau_ = step->tau;
-    energy_.accept();
-    record.tau = step->tau;
-    record.energy = energy_.value();
-    record.n_trials = step->n_trials;
-    record.max_displacement_mm = (to_ - shape.points()).rowwise().norm().maxCoeff();
-    return true;
+  /// A move along the normals as far as needed, or as far as a step may go. True if that is enough.
+  bool move() {
+    const fem::Geometry<Dim> now = shape_.geometry();
+    Points<Dim> to = now.points();
+    const double longest = std::min(shape_.max_displacement(), kLargestMove * now.radius());
+    const bool is_reached =
+        correct_content<Dim>(to, now.elements(), now.nodal_normals(), target_, longest);
+    shape_.restrict_move(to);
+    shape_.move_to(to);
+    return is_reached;
   }
 
-  const Points<Dim>& destination() const { return to_; }
+  /// Moves and mends until it is reached; false if it cannot be.
+  bool approach() {
+    double before = std::numeric_limits<double>::infinity();
+    for (int k = 0; k < kMostMoves && shape_.obstacle().empty(); ++k) {
+      if (move() && k > 0) return true;
+      shape_.mend();
+      const double left = std::abs(shape_.geometry().enclosed() - target_);
+      if (left >= before && left > kNear * std::abs(target_)) return false;
+      before = left;
+    }
+    return false;
+  }
+
+  double target() const { return target_; }
+  bool is_far() const {
+    return std::abs(shape_.geometry().enclosed() - target_) > kNear * std::abs(target_);
+  }
 
  private:
-  /// J at the tried points; infinite where the tried shape has an element without measure.
-  double try_points(const fem::Geometry<Dim>& shape) {
-    try {
-      return energy_.try_move(shape.moved_to(to_));
-    } catch (const InvalidMesh&) {
-      return std::numeric_limits<double>::infinity();
-    }
-  }
+  static constexpr double kLargestMove = 0.1;  // of the radius
+  static constexpr double kNear = 1e-3;        // of the content: what mending changes is far less
+  static constexpr int kMostMoves = 1000;
 
-  /// Bound by the largest displacement and by Alg. 3.
-  double largest_step(const fem::Geometry<Dim>& shape) const {
-    const double speed = velocity_.vector.rowwise().norm().maxCoeff();
-    if (!(speed > 0) || !std::isfinite(speed)) return 0;
-    double tau = std::min(moving_.max_displacement(), shape.radius()) / speed;
-    const double gradient =
-        max_velocity_gradient<Dim>(shape, velocity_.vector, options_.step.exempt_share);
-    if (gradient > 0) tau = std::min(tau, options_.step.epsilon_tau / gradient);
-    return tau;
-  }
-
-  /// Twice the last step, but for H1 the full inexact Newton step 1 first: longer ones are only
-  /// found by the line search, where J falls as fast as a linear function.
-  double first_trial(double tau_max) const {
-    const bool is_newton = options_.velocity.product == ScalarProduct::kH1;
-    double tau = previous_tau_ > 0 ? 2 * previous_tau_ : is_newton ? 1 : tau_max;
-    if (is_newton) tau = std::min(tau, std::max(1.0, previous_tau_));
-    return std::min(tau, tau_max);
-  }
-
-  MovingShape<Dim>& moving_;
-  energy::ShapeEnergy<Dim>& energy_;
-  const FlowOptions& options_;
-  Velocity<Dim> velocity_;
-  Points<Dim> to_;
-  double previous_tau_ = 0;
+  MovingShape<Dim>& shape_;
+  double target_;
 };
 
 }  // namespace
@@ -137,6 +108,13 @@ class Stepper {
 std::string FlowOptions::error() const {
   if (std::string error = velocity.error(); !error.empty()) return error;
   if (std::string error = step.error(); !error.empty()) return error;
+  if (content && !(*content > 0))
+    return fmt::format("FlowOptions::content = {} violates > 0", *content);
+  if (keeps_content() && method == Method::kLbfgs)
+    return "FlowOptions::keep_content: L-BFGS cannot keep the content; use a gradient flow or "
+           "Newton's method";
+  if (method != Method::kGradientFlow && velocity.scheme == Scheme::kSemiImplicit)
+    return "FlowOptions::velocity.scheme: only gradient flows are semi-implicit";
   if (max_steps < 0) return fmt::format("FlowOptions::max_steps = {} violates >= 0", max_steps);
   if (!(rel_tol >= 0 && rel_tol < 1))
     return fmt::format("FlowOptions::rel_tol = {} violates 0 <= rel_tol < 1", rel_tol);
@@ -168,51 +146,103 @@ std::string to_string(Termination termination) {
   return "stopped";
 }
 
+namespace {
+
+/// The run of a flow.
+template <int Dim>
+class Evolution {
+ public:
+  Evolution(MovingShape<Dim>& shape, energy::ShapeEnergy<Dim>& energy, const FlowOptions& options)
+      : shape_(shape), energy_(energy), options_(options) {}
+
+  FlowSummary run(const StepCallback& callback) {
+    const bool keeps = options_.keeps_content();
+    if (keeps) keeper_.emplace(shape_, options_.content.value_or(shape_.geometry().enclosed()));
+    const bool is_there = !options_.content || keeper_->approach();
+    geometry_ = std::make_unique<fem::Geometry<Dim>>(shape_.geometry());
+    energy_.reset(*geometry_);
+    summary_.initial_energy = energy_.value();
+    if (!is_there) return finish(Termination::kObstacle, unreached());
+
+    StoppingRule rule(options_);
+    const auto stepper = make_stepper<Dim>(
+        {shape_, energy_, options_,
+         keeps ? std::optional<double>(keeper_->target()) : std::optional<double>()});
+    for (int k = 1; k <= options_.max_steps; ++k) {
+      StepRecord record;
+      record.k = k;
+      if (!stepper->advance(*geometry_, record))
+        return finish(Termination::kStalled, "no step decreases the energy any further");
+      shape_.move_to(stepper->destination());
+      mend(record);
+      summary_.steps.push_back(record);
+      if (callback && !callback(record)) return finish(Termination::kStopped, "stopped on request");
+      if (std::string why = shape_.obstacle(); !why.empty())
+        return finish(Termination::kObstacle, std::move(why));
+      if (std::string why = rule.check(summary_, shape_.max_displacement()); !why.empty())
+        return finish(Termination::kConverged, std::move(why));
+    }
+    return finish(Termination::kMaxSteps,
+                  fmt::format("the limit of {} steps was reached", options_.max_steps));
+  }
+
+ private:
+  void mend(StepRecord& record) {
+    const bool is_remeshed = shape_.mend();
+    record.events = shape_.take_events();
+    const bool has_changed_domain = shape_.has_changed_domain();
+    const bool is_far = keeper_ && keeper_->is_far();  // by surgery
+    if (is_far) keeper_->approach();
+    *geometry_ = shape_.geometry();
+    is_rebuilt_ |= has_changed_domain || is_far;
+    if (has_changed_domain || is_far)
+      energy_.rebuild(*geometry_);
+    else if (is_remeshed)
+      energy_.remesh(*geometry_);
+    if (keeper_ && is_remeshed && !is_far) hold_content(record);
+    record.enclosed = geometry_->enclosed();
+    record.n_vertices = geometry_->n_vertices();
+    record.n_elements = geometry_->n_elements();
+  }
+
+  /// Takes back what mending has changed.
+  void hold_content(StepRecord& record) {
+    keeper_->move();
+    *geometry_ = geometry_->moved_to(shape_.geometry().points());
+    energy_.try_move(*geometry_);
+    energy_.accept();
+    record.energy = energy_.value();
+  }
+
+  std::string unreached() const {
+    return fmt::format("the content {:.6g} mm^{} cannot be reached: the shape is held at {:.6g}",
+                       keeper_->target(), Dim, geometry_->enclosed());
+  }
+
+  FlowSummary finish(Termination termination, std::string message) {
+    if (is_rebuilt_) energy_.reset(shape_.geometry());
+    summary_.termination = termination;
+    summary_.message = std::move(message);
+    summary_.final_energy = energy_.value();
+    return std::move(summary_);
+  }
+
+  MovingShape<Dim>& shape_;
+  energy::ShapeEnergy<Dim>& energy_;
+  const FlowOptions& options_;
+  FlowSummary summary_;
+  std::optional<ContentKeeper<Dim>> keeper_;
+  std::unique_ptr<fem::Geometry<Dim>> geometry_;
+  bool is_rebuilt_ = false;  // J may be off by a constant
+};
+
+}  // namespace
+
 template <int Dim>
 FlowSummary evolve(MovingShape<Dim>& shape, energy::ShapeEnergy<Dim>& energy,
                    const FlowOptions& options, const StepCallback& callback) {
   if (const std::string error = options.error(); !error.empty()) throw UsageError(error);
-  FlowSummary summary;
-  bool is_rebuilt = false;  // J may be off by a constant
-  const auto finish = [&](Termination termination, std::string message) {
-    if (is_rebuilt) energy.reset(shape.geometry());
-    summary.termination = termination;
-    summary.message = std::move(message);
-    summary.final_energy = energy.value();
-    return summary;
-  };
-  StoppingRule rule(options);
-  Stepper<Dim> stepper(shape, energy, options);
-  fem::Geometry<Dim> geometry = shape.geometry();
-  energy.reset(geometry);
-  summary.initial_energy = energy.value();
-
-  for (int k = 1; k <= options.max_steps; ++k) {
-    StepRecord record;
-    record.k = k;
-    if (!stepper.advance(geometry, record))
-      return finish(Termination::kStalled, "no step decreases the energy any further");
-    shape.move_to(stepper.destination());
-    const bool is_remeshed = shape.mend();
-    record.events = shape.take_events();
-    geometry = shape.geometry();
-    is_rebuilt |= shape.has_changed_domain();
-    if (shape.has_changed_domain())
-      energy.rebuild(geometry);
-    else if (is_remeshed)
-      energy.remesh(geometry);
-    record.enclosed = geometry.enclosed();
-    record.n_vertices = geometry.n_vertices();
-    record.n_elements = geometry.n_elements();
-    summary.steps.push_back(record);
-    if (callback && !callback(record)) return finish(Termination::kStopped, "stopped on request");
-    if (std::string why = shape.obstacle(); !why.empty())
-      return finish(Termination::kObstacle, std::move(why));
-    if (std::string why = rule.check(summary, shape.max_displacement()); !why.empty())
-      return finish(Termination::kConverged, std::move(why));
-  }
-  return finish(Termination::kMaxSteps,
-                fmt::format("the limit of {} steps was reached", options.max_steps));
+  return Evolution<Dim>(shape, energy, options).run(callback);
 }
 
 template FlowSummary evolve<2>(MovingShape<2>&, energy::ShapeEnergy<2>&, const FlowOptions&,

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -12,9 +13,23 @@
 
 namespace surf::flow {
 
+enum class Method {
+  kGradientFlow,  ///< of VelocityOptions::product and scheme
+  kNewton,        ///< with the whole second derivative and a trust region (newton.h)
+  /// L-BFGS of Ceres over normal displacements from the current shape, in rounds between which the
+  /// mesh is mended. A step of the summary is a round.
+  kLbfgs
+};
+
 struct FlowOptions {
+  Method method = Method::kGradientFlow;
   VelocityOptions velocity;
   StepOptions step;
+  /// The content is kept, by a multiplier and a correction of each step to rounding. So it is with
+  /// the H^-1 product, in any case.
+  bool keep_content = false;
+  /// Content to keep [mm^Dim], to which the shape is moved first; none = that of the start.
+  std::optional<double> content;
   int max_steps = 500;
   /// Converged when |dJ_k| <= rel_tol * max_j |dJ_j|: thesis (5.2) with |.|, relative to the
   /// steepest step so far, without its absolute tol, which would depend on the intensities' scale.
@@ -29,6 +44,10 @@ struct FlowOptions {
   /// Converged when no vertex moved further than this in any step of the window [mm]; 0 = off.
   double displacement_tol_mm = 0;
 
+  bool keeps_content() const {
+    return keep_content || content ||
+           (method == Method::kGradientFlow && velocity.product == ScalarProduct::kHMinus1);
+  }
   std::string error() const;  ///< empty if valid
 };
 
@@ -44,7 +63,8 @@ struct StepRecord {
   double shape_derivative = 0;  ///< dJ(Gamma_k; V_k)
   double max_displacement_mm = 0;
   int n_trials = 0;
-  double enclosed = 0;  ///< enclosed area [mm^2] or volume [mm^3]
+  double enclosed = 0;    ///< enclosed area [mm^2] or volume [mm^3]
+  double multiplier = 0;  ///< of the content that is kept
   Eigen::Index n_vertices = 0, n_elements = 0;
   double held_share = 0;  ///< of the length or area: held back
   std::vector<TopologyEvent> events;

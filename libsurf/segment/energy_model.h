@@ -9,6 +9,7 @@
 #include <span>
 #include <vector>
 
+#include "libsurf/energy/anisotropic_density.h"
 #include "libsurf/energy/chan_vese.h"
 #include "libsurf/energy/energy_sum.h"
 #include "libsurf/segment/energy_term.h"
@@ -46,8 +47,9 @@ class EnergyModel {
   std::shared_ptr<const Field<Dim>> edge_indicator(double lambda);
 
   /// The fields that are integrated over the shape, or whose integral over the domain it bounds,
-  /// dimensionless and of order 1: what its resolution has to follow. Those of chan-vese, whose
-  /// means change with every step, are not among them. Not thread-safe.
+  /// dimensionless and of order 1: what its resolution has to follow. Those of chan-vese and
+  /// region-competition, whose statistics change with every step, are not among them. Not
+  /// thread-safe.
   std::vector<std::shared_ptr<const Field<Dim>>> integrands(std::span<const EnergyTerm> terms);
   /// @param terms  every parameter filled in
   std::unique_ptr<energy::EnergySum<Dim>> energy(std::span<const EnergyTerm> terms);
@@ -68,6 +70,12 @@ class EnergyModel {
 
  private:
   energy::DomainIntegralOptions domain_options() const;
+  /// Sums over the whole of the smoothed image.
+  energy::ImageTotals field_totals() const;
+  std::unique_ptr<energy::ShapeEnergy<Dim>> make_energy(const EnergyTerm& term);
+  std::unique_ptr<energy::ShapeEnergy<Dim>> chan_vese() const;
+  energy::DensityPointer<Dim> norm(const EnergyTerm& term);
+  energy::DensityPointer<Dim> alignment(const EnergyTerm& term) const;
   std::shared_ptr<const Field<Dim>> window(const EnergyTerm& term) const;
 
   ImageExtent<Dim> extent_;

@@ -16,13 +16,21 @@ namespace {
 
 // Of a step, by the deviation of the blur: an edge is about three times as wide.
 constexpr double kStepPerBlur = 1.2;
-// As many times that for curves where no term has its minima on edges: regions compete wherever the
-// curve is. Twelve noisy discs with chan-vese and area take 96 steps, not 160.
-constexpr double kRegionSteps = 4;
+// As many times that for curves, but for windows: regions compete wherever the curve is, and edges
+// that a node would jump over are looked for. Twelve noisy discs with chan-vese and area take 96
+// steps, not 160; the blob of docs/curves-program.md with minimal-surface 39, not 120.
+constexpr double kLongSteps = 4;
 constexpr double kCoarseTolerance = 30;  // of the flow on coarser levels, times that of the last
 constexpr int kMostNucleations = 3;
-constexpr double kSmoothingCells = 10;  // of mumford-shah: sqrt(mu)
-constexpr double kLengthCells = 0.25;   // and its gamma
+constexpr double kSmoothingCells = 32;  // of mumford-shah: sqrt(mu)
+constexpr double kLengthCells = 0.5;    // and its gamma
+// Alg. 17, thesis 5.2: C_coarse and C_2 for the tolerance of Alg. 6, d_1 and d_2 by the tolerance.
+constexpr double kCoarseGeometry = 3, kContinuedGeometry = 2;
+constexpr double kFirstThreshold = 5, kSecondThreshold = 20;
+constexpr double kCoarseEdges = 2;  // times longer in the coarse stage, which the thesis leaves
+constexpr double kCoarseShare =
+    0.02;  // of the length, exempt from Alg. 3 there: surgery resolves it
+constexpr double kCoarseEnergyTol = 0.01;
 constexpr int kSettleSteps = 8;
 constexpr double kSettleStep = 0.25;  // cells, largest move in a step
 
@@ -61,13 +69,6 @@ Simplices<Dim> seed_balls(const Setting<Dim>& setting, const std::vector<Vector<
   return setting.joined(balls);
 }
 
-/// Its minimiser lies where the means of both sides meet, in noise the edge indicator knows no
-/// better place: such a run does not settle.
-bool has_mumford_shah(std::span<const EnergyTerm> terms) {
-  return std::any_of(terms.begin(), terms.end(),
-                     [](const EnergyTerm& term) { return term.name == "mumford-shah"; });
-}
-
 /// One run: options made complete, then the stages.
 template <int Dim>
 class Run {
@@ -99,7 +100,9 @@ class Run {
   RunResult<Dim> run() {
     const bool go_on = options_.energies.empty() ? run_ladder() : run_energies();
     const Simplices<Dim> unsettled = result_.shape;
-    if (go_on && options_.settle && !has_mumford_shah(result_.energies)) run_settle();
+    if (go_on && options_.settle && !options_.flow.keeps_content() &&
+        settles_on_edges(result_.energies))
+      run_settle();
     if (!setting_.is_embedded(result_.shape)) choose_embedded(unsettled);
     return std::move(result_);
   }
@@ -207,6 +210,10 @@ class Run {
                                             result_.stages.back().flow.message));
       }
     }
+    if (Dim == 2 && has_mumford_shah(result_.energies) && options_.n_coarse_steps > 0) {
+      if (!run_coarse(start)) return false;
+      start = result_.shape;
+    }
     bool go_on = evolve("evolve", *model_, result_.energies, start, options_.flow,
                         shape_options(result_.edge_length_mm));
     for (int round = 1; go_on && options_.open_cavities && round <= kMostNucleations; ++round) {
@@ -221,6 +228,30 @@ class Run {
     return go_on;
   }
 
+  /// The first part of Alg. 17: fixed steps with coarse curves, and domains that are not adapted to
+  /// data; then, step by step, the tolerances of the result while |dJ| is above its thresholds.
+  /// Where |dJ| grows again the printed loop goes back to the coarser tolerance, this does not.
+  bool run_coarse(const Simplices<Dim>& start) {
+    std::vector<EnergyTerm> terms = result_.energies;
+    for (EnergyTerm& term : terms)
+      if (term.name == "mumford-shah") term.parameters["data-tolerance"] = 0;
+    flow::FlowOptions flow = options_.flow;
+    flow.step.rule = flow::StepRule::kFixed;
+    flow.step.exempt_share = std::max(flow.step.exempt_share, kCoarseShare);
+    flow.max_steps = options_.n_coarse_steps;
+    flow.energy_tol = std::max(flow.energy_tol, kCoarseEnergyTol);
+    flow.rel_tol = std::min(0.5, kSecondThreshold * flow.rel_tol);
+    ShapeOptions<Dim> shape = shape_options(kCoarseEdges * result_.edge_length_mm);
+    shape.adaptivity.geometry_tolerance_mm *= kCoarseGeometry;
+    shape.max_displacement_mm *= kCoarseEdges;
+    if (!evolve("coarse", *model_, terms, start, flow, shape)) return false;
+    flow.rel_tol = std::min(0.5, kFirstThreshold * options_.flow.rel_tol);
+    shape = shape_options(result_.edge_length_mm);
+    shape.adaptivity.geometry_tolerance_mm *= kContinuedGeometry;
+    const Simplices<Dim> coarse = result_.shape;
+    return evolve("continued", *model_, result_.energies, coarse, flow, shape);
+  }
+
   /// Lengths are 2^level times those of the result, and the tolerances of the flow kCoarseTolerance
   /// times: far from the optimum neither pays.
   bool run_level(int level, const Simplices<Dim>& start) {
@@ -233,8 +264,9 @@ class Run {
     shape.max_displacement_mm = kStepPerBlur * blur(wide.sigma_mm);
     std::vector<EnergyTerm> terms = result_.energies;
     for (EnergyTerm& term : terms)  // the gradient at a step falls as the blur widens
-      if (term.name == "minimal-surface")
-        term.parameters["lambda"] *= blur(result_.sigma_mm) / blur(wide.sigma_mm);
+      for (const char* key : {"lambda", "scale"})
+        if (term.parameters.contains(key))
+          term.parameters[key] *= blur(result_.sigma_mm) / blur(wide.sigma_mm);
     flow::FlowOptions flow = options_.flow;
     flow.rel_tol = std::min(0.5, kCoarseTolerance * flow.rel_tol);
     flow.energy_tol = std::min(0.5, kCoarseTolerance * flow.energy_tol);
@@ -247,9 +279,7 @@ class Run {
     if (term.name == "minimal-surface") {
       p.try_emplace("gamma0", 1);
       if (!p.contains("gamma")) p["gamma"] = options_.initial ? 0 : balloon(p["gamma0"]);
-      if (!p.contains("lambda"))
-        p["lambda"] =
-            estimate_edge_strength<Dim>(*model_->intensity(), seeds_or_centre(), setting_.extent());
+      if (!p.contains("lambda")) p["lambda"] = edge_strength();
     } else if (term.name == "window") {
       p.try_emplace("mean", seed_model_.mean);
       p.try_emplace("half-width", 4 * seed_model_.deviation);
@@ -257,7 +287,22 @@ class Run {
       p.try_emplace("mu", kSmoothingCells * kSmoothingCells * cell_ * cell_);
       p.try_emplace("gamma", kLengthCells * cell_);
       p.try_emplace("contrast", model_->contrast());
+    } else if (term.name == "anisotropic") {
+      for (const char* axis : {"x", "y", "z"})
+        if (Dim == 3 || *axis != 'z') p.try_emplace(axis, 1);
+    } else if (term.name == "alignment" || term.name == "average-alignment") {
+      p.try_emplace("sign", 1);
+      if (!p.contains("scale")) p["scale"] = 4 * edge_strength();  // phi is about -1 at edges
+    } else if (term.name == "willmore" || term.name == "prescribed-curvature") {
+      p.try_emplace("curvature", 0);
     }
+    if ((term.name == "prescribed-curvature" || term.name == "average-edge") &&
+        !p.contains("lambda"))
+      p["lambda"] = edge_strength();
+  }
+
+  double edge_strength() const {
+    return estimate_edge_strength<Dim>(*model_->intensity(), seeds_or_centre(), setting_.extent());
   }
 
   /// gamma that makes the seed balls grow: four times what keeps one in balance, 4 (Dim - 1)
@@ -274,13 +319,23 @@ class Run {
     return {start_.points.colwise().mean().transpose()};
   }
 
+  void lengthen_steps(EnergyModel<Dim>& model, const std::vector<EnergyTerm>& terms,
+                      ShapeOptions<Dim>& shape) const {
+    for (const EnergyTerm& term : terms) {
+      if (term.name == "window") return;
+      if (term.name == "minimal-surface")
+        shape.edge_indicator = model.edge_indicator(term.parameters.at("lambda"));
+    }
+    shape.path_spacing_mm = shape.max_displacement_mm;
+    shape.max_displacement_mm *= kLongSteps;
+  }
+
   bool evolve(const std::string& stage, EnergyModel<Dim>& model,
               const std::vector<EnergyTerm>& terms, const Simplices<Dim>& start,
               const flow::FlowOptions& flow, ShapeOptions<Dim> shape_options) {
     const auto begin = std::chrono::steady_clock::now();
     shape_options.adaptivity.integrands = model.integrands(terms);
-    if (Dim == 2 && shape_options.adaptivity.integrands.empty())
-      shape_options.max_displacement_mm *= kRegionSteps;
+    if (Dim == 2) lengthen_steps(model, terms, shape_options);
     const auto shape = setting_.make_shape(start, shape_options);
     const auto energy = model.energy(terms);
     bool go_on = true;

@@ -59,8 +59,11 @@ struct RunOptions {
   /// shape of the level before. An expanding front may leak through what the blur of a coarse
   /// level hides, so 1 is the default.
   int n_levels = 1;
+  /// Of mumford-shah in the plane: at most so many steps of each coarse stage (Alg. 17); 0 = none.
+  int n_coarse_steps = 150;  // thesis 5.2
   flow::FlowOptions flow;
-  /// Settle the shape on the edges it has found: a last stage with the edge indicator alone.
+  /// Settle the shape on the edges it has found: a last stage with the edge indicator alone. Not
+  /// where the flow keeps the content.
   bool settle = true;
 
   std::string error() const;  ///< empty if valid
@@ -111,6 +114,9 @@ struct ShapeOptions {
   double coarseness = 1;
   fem::AdaptivityOptions<Dim> adaptivity = {};
   double max_displacement_mm = std::numeric_limits<double>::infinity();
+  /// Curves only: see MovingCurveOptions.
+  std::shared_ptr<const Field<Dim>> edge_indicator;
+  double path_spacing_mm = 0;
   mesh::Topology topology = mesh::Topology::kFixed;
   double topology_resolution_mm = 0;
   double sheet_distance = 0.7;
@@ -123,6 +129,10 @@ struct ShapeOptions {
     out.coarseness = coarseness;
     out.adaptivity = adaptivity;
     out.max_displacement_mm = max_displacement_mm;
+    if constexpr (Dim == 2) {
+      out.edge_indicator = edge_indicator;
+      out.path_spacing_mm = path_spacing_mm;
+    }
     out.topology = topology;
     out.topology_resolution_mm = topology_resolution_mm;
     out.sheet_distance = sheet_distance;

@@ -109,6 +109,42 @@ TEST(MovingCurve, DoesNotComeOutOnTheOtherSideOfAPoint) {
   EXPECT_EQ(n_components(curve), 1);
 }
 
+/// 1 but for a valley of the given depth on the circle of radius 0.7 round the origin.
+class RoundValley : public Field<2> {
+ public:
+  explicit RoundValley(double depth) : depth_(depth) {}
+  void sample(const Points<2>& x, Derivatives, Samples<2>& out) const override {
+    const Eigen::ArrayXd off = (x.rowwise().norm().array() - 0.7) / 0.05;
+    out.value = 1 - depth_ * (-off.square()).exp();
+  }
+
+ private:
+  double depth_;
+};
+
+/// Smallest and largest radius after a step that is to shrink the unit circle by 0.5.
+std::array<double, 2> radii_after_a_long_step(std::shared_ptr<const Field<2>> edge_indicator) {
+  MovingCurveOptions options = options_with(kEdge);
+  options.edge_indicator = std::move(edge_indicator);
+  options.path_spacing_mm = 0.025;
+  MovingCurve curve(circle({0, 0}, 1, kEdge), options);
+  Points<2> to = 0.5 * curve.geometry().points();
+  curve.restrict_move(to);
+  const Eigen::VectorXd r = to.rowwise().norm();
+  return {r.minCoeff(), r.maxCoeff()};
+}
+
+TEST(MovingCurve, StopsAtTheFirstEdgeOnItsWay) {
+  const auto [least, largest] = radii_after_a_long_step(std::make_shared<RoundValley>(0.9));
+  EXPECT_GE(least, 0.7 - 0.025);
+  EXPECT_LE(largest, 0.7 + 0.025);
+}
+
+TEST(MovingCurve, PassesRipplesAndWithoutAnIndicatorEdges) {
+  for (const auto& field : {std::shared_ptr<RoundValley>(), std::make_shared<RoundValley>(0.2)})
+    EXPECT_NEAR(radii_after_a_long_step(field)[1], 0.5, 1e-12);
+}
+
 TEST(MovingCurve, KeepsElementsNearTheWantedLength) {
   MovingCurve curve(circle({0, 0}, 0.3, 0.03), options_with(kEdge));
   grow(curve, 0.05, 40);

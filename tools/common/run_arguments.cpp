@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <optional>
+#include <utility>
 
 #include "libsurf/base/error.h"
 #include "tools/common/arguments.h"
@@ -13,16 +15,77 @@ namespace {
 
 using surf::UsageError;
 
+/// "--volume" or "--area"
+std::string content_option(const RunWords& words) { return "--" + words.content; }
+
+/// The content that "5000", "5000mm3" or "5ml" stands for [mm^Dim]; nothing for "keep".
+std::optional<double> parse_content(const std::string& option, const std::string& text,
+                                    bool is_area) {
+  if (text == "keep") return std::nullopt;
+  using Units = std::vector<std::pair<std::string, double>>;
+  const Units units =
+      is_area ? Units{{"mm2", 1}, {"cm2", 100}} : Units{{"mm3", 1}, {"ml", 1000}, {"cm3", 1000}};
+  std::string number = text;
+  double unit = 1;
+  for (const auto& [name, in_mm] : units)
+    if (text.ends_with(name)) {
+      number = text.substr(0, text.size() - name.size());
+      unit = in_mm;
+    }
+  double value = 0;
+  try {
+    value = parse_number(option, number);
+  } catch (const UsageError&) {
+  }
+  if (!(value > 0))
+    throw UsageError(fmt::format("{}: expected keep, or a content such as {}; got '{}'", option,
+                                 is_area ? "500mm2 or 5cm2" : "5000mm3 or 5ml", text));
+  return value * unit;
+}
+
+/// What cannot go together with the flow.
+void check_flow(const CLI::App& command, const RunArguments& a, const RunWords& words) {
+  const std::string option = content_option(words);
+  const bool is_area = words.content == "area";
+  if (!a.kept_content.empty()) parse_content(option, a.kept_content, is_area);
+  const bool is_gradient_flow = a.flow != "newton" && a.flow != "lbfgs";
+  if (!is_gradient_flow && a.scheme == "semi-implicit")
+    throw UsageError(
+        fmt::format("--scheme semi-implicit: it belongs to the flows h1, l2 and h-1; --flow {} has "
+                    "no time step",
+                    a.flow));
+  if (a.flow == "lbfgs" && !a.kept_content.empty())
+    throw UsageError(fmt::format("{}: --flow lbfgs cannot keep the {}; use h1, l2, h-1 or newton",
+                                 option, words.content));
+  if (!a.terms(command).empty()) return;
+  if (!is_gradient_flow)
+    throw UsageError(
+        fmt::format("--flow {}: it needs an --energy; seeds alone grow by h1 or l2", a.flow));
+  if (a.flow == "h-1" || !a.kept_content.empty())
+    throw UsageError(
+        fmt::format("{}: the {} stays, so that no seed can grow: give an --energy and "
+                    "where to start",
+                    a.flow == "h-1" ? "--flow h-1" : option, words.content));
+}
+
 template <int Dim>
 void set_flow(const RunArguments& a, surf::segment::RunOptions<Dim>& out) {
   using namespace surf::flow;
   out.flow.max_steps = a.max_iterations;
   out.flow.rel_tol = a.tolerance;
-  const bool is_l2 = a.flow == "l2";
-  out.flow.velocity.product = is_l2 ? ScalarProduct::kL2 : ScalarProduct::kH1;
-  const bool is_implicit = a.scheme == "semi-implicit" || (a.scheme == "auto" && is_l2);
+  out.flow.method = a.flow == "newton"  ? Method::kNewton
+                    : a.flow == "lbfgs" ? Method::kLbfgs
+                                        : Method::kGradientFlow;
+  out.flow.velocity.product = a.flow == "l2"    ? ScalarProduct::kL2
+                              : a.flow == "h-1" ? ScalarProduct::kHMinus1
+                                                : ScalarProduct::kH1;
+  const bool wants_implicit = a.flow == "l2" || a.flow == "h-1";
+  const bool is_implicit = a.scheme == "semi-implicit" || (a.scheme == "auto" && wants_implicit);
   out.flow.velocity.scheme = is_implicit ? Scheme::kSemiImplicit : Scheme::kExplicit;
   if (a.step_rule == "backtracking") out.flow.step.rule = StepRule::kBacktracking;
+  if (a.kept_content.empty()) return;
+  out.flow.keep_content = true;
+  out.flow.content = parse_content("--volume", a.kept_content, Dim == 2);
 }
 
 void add_image_options(CLI::App& command, RunArguments& a, const RunWords& words) {
@@ -48,9 +111,11 @@ void add_image_options(CLI::App& command, RunArguments& a, const RunWords& words
 void add_energy_options(CLI::App& command, RunArguments& a, const RunWords& words) {
   const std::string group = "Energy";
   command
-      .add_option("--energy", a.energies,
-                  "Term NAME[:key=value,...] of the energy, repeatable: minimal-surface, "
-                  "chan-vese, mumford-shah, window, area; auto chooses from the seeds")
+      .add_option(
+          "--energy", a.energies,
+          fmt::format("Term NAME[:key=value,...] of the energy, repeatable, with NAME one of "
+                      "{}; auto chooses from the seeds",
+                      surf::segment::known_energies()))
       ->take_all()
       ->allow_extra_args(false)
       ->default_str("auto")
@@ -79,15 +144,27 @@ void add_flow_options(CLI::App& command, RunArguments& a, const RunWords& words)
                       words.shape))
       ->capture_default_str()
       ->group(group);
-  command.add_option("--flow", a.flow, "Scalar product: h1 (weighted, inexact Newton) or l2")
-      ->check(CLI::IsMember({"h1", "l2"}))
+  command
+      .add_option(
+          "--flow", a.flow,
+          fmt::format("Gradient flow of a scalar product: h1 (weighted, inexact Newton), l2, "
+                      "h-1 (keeps the {}); or newton (trust region), lbfgs",
+                      words.content))
+      ->check(CLI::IsMember({"h1", "l2", "h-1", "newton", "lbfgs"}))
       ->capture_default_str()
       ->group(group);
   command
-      .add_option("--scheme", a.scheme,
-                  "Time discretisation; auto: explicit for h1, else semi-implicit")
+      .add_option(
+          "--scheme", a.scheme,
+          "Time discretisation of gradient flows; auto: explicit for h1, else semi-implicit")
       ->check(CLI::IsMember({"auto", "explicit", "semi-implicit"}))
       ->capture_default_str()
+      ->group(group);
+  command
+      .add_option(
+          content_option(words), a.kept_content,
+          fmt::format("Keep the {} by a multiplier: keep, that of the start, or {}", words.content,
+                      words.content == "area" ? "500mm2, 5cm2" : "5000mm3, 5ml"))
       ->group(group);
   command.add_option("--step-rule", a.step_rule, "Time step: line-search or backtracking")
       ->check(CLI::IsMember({"line-search", "backtracking"}))
@@ -286,6 +363,7 @@ void check_run_arguments(const CLI::App& command, const RunArguments& a, const R
                                      {"--sheet-distance", a.sheet_distance}})
     if (!text.empty()) parse_positive_length(option, text);
   surf::segment::check_terms(a.terms(command));
+  check_flow(command, a, words);
 }
 
 template <int Dim>

@@ -37,6 +37,7 @@ struct RunArguments {
   std::string lambda = "auto";
   double gamma = 0, gamma0 = 1;
   std::string flow = "h1", scheme = "auto", step_rule = "line-search";
+  std::string kept_content;  ///< --volume or --area
   int max_iterations = 500;
   double coarseness = 4, integral_tolerance = 0.016;
   int levels = 1;

@@ -9,6 +9,8 @@
 #include "libcurve/hierarchy.h"
 #include "libcurve/primitives.h"
 #include "libsurf/base/error.h"
+#include "libsurf/io/read_landmarks.h"
+#include "libsurf/mesh/fit_ellipsoid.h"
 #include "tools/common/arguments.h"
 #include "tools/curveseg/image_arguments.h"
 
@@ -66,6 +68,22 @@ Segments grid_of_seeds(const CurveArguments& a, const Image& image, double edge_
   return out;
 }
 
+/// In the plane of the image, from px, mm or, of a slice, from space.
+surf::mesh::Ellipsoid<2> ellipse_at(const CurveArguments& a, const Image& image) {
+  const surf::io::Landmarks landmarks = surf::io::read_landmarks(a.landmarks);
+  const bool is_flat = landmarks.points.cols() == 2;
+  const std::string space = landmarks.is_ras ? "ras" : a.space;
+  surf::Points<2> points(landmarks.points.rows(), 2);
+  for (Eigen::Index i = 0; i < points.rows(); ++i) {
+    const auto row = landmarks.points.row(i);
+    points.row(i) = parse_plane_point("--landmarks",
+                                      is_flat ? fmt::format("{},{}", row[0], row[1])
+                                              : fmt::format("{},{},{}", row[0], row[1], row[2]),
+                                      space, image);
+  }
+  return surf::mesh::fit_ellipsoid<2>(points);
+}
+
 Segments initial_curves(const CurveArguments& a, const Image& image, double edge_length) {
   std::vector<Segments> parts;
   for (const std::string& text : a.circles) {
@@ -75,6 +93,11 @@ Segments initial_curves(const CurveArguments& a, const Image& image, double edge
                                         std::min(edge_length, r / 4)));
   }
   if (!a.seeds_grid.empty()) parts.push_back(grid_of_seeds(a, image, edge_length));
+  if (!a.landmarks.empty()) {
+    const auto fit = ellipse_at(a, image);
+    parts.push_back(surf::curve::ellipse(fit.center, fit.axes,
+                                         std::min(edge_length, fit.axes.col(1).norm() / 4)));
+  }
   if (!a.contour.empty()) {
     parts.push_back(surf::curve::read_contours(a.contour));
     const auto check = surf::curve::verify(parts.back());
@@ -112,6 +135,11 @@ void add_curve_options(CLI::App& command, CurveArguments& a) {
   command.add_flag("--dark", a.dark, "With --seeds-grid: where it is darker")->group(start);
   command.add_option("--contour", a.contour, "Or the contours of a .json or .csv file")
       ->group(start);
+  command
+      .add_option("--landmarks", a.landmarks,
+                  "Or the ellipse next to points on the object: X Y a line in --space, or, on a "
+                  "slice, Slicer's .mrk.json or .fcsv")
+      ->group(start);
   add_run_options(command, a, kWords);
   command
       .add_option("--sampling", a.sampling,
@@ -129,14 +157,15 @@ void check_curve_arguments(const CLI::App& command, const CurveArguments& a) {
   if (!a.contour.empty() && !surf::curve::is_readable_contour(a.contour))
     throw UsageError(
         fmt::format("--contour: {}: expected a name that ends in .json or .csv", a.contour));
-  const int n_initial =
-      (a.circles.empty() ? 0 : 1) + (a.contour.empty() ? 0 : 1) + (a.seeds_grid.empty() ? 0 : 1);
-  if (n_initial > 1) throw UsageError("--circle, --seeds-grid, --contour: give one of them");
+  const int n_initial = int(!a.circles.empty()) + int(!a.contour.empty()) +
+                        int(!a.seeds_grid.empty()) + int(!a.landmarks.empty());
+  if (n_initial > 1)
+    throw UsageError("--circle, --seeds-grid, --contour, --landmarks: give one of them");
   if (a.seeds.empty() && !a.has_initial())
     throw UsageError(
         "--seed: at least one point inside the object is needed, such as --seed 120,88, or a "
-        "--circle, --seeds-grid or --contour");
-  if (a.seeds.empty() && a.terms(command).empty() && a.circles.size() != 1)
+        "--circle, --seeds-grid, --contour or --landmarks");
+  if (a.seeds.empty() && a.terms(command).empty() && a.circles.size() != 1 && a.landmarks.empty())
     throw UsageError(
         "--energy: without a --seed inside the object an energy is needed, such as --energy "
         "chan-vese");
@@ -153,6 +182,8 @@ surf::curve::CurveOptions curve_options(const CLI::App& command, const CurveArgu
     out.seeds_mm.push_back(parse_plane_point("--seed", seed, a.space, image));
   if (a.has_initial())
     out.initial = initial_curves(a, image, out.edge_length_mm.value_or(1.5 * image.pixel_size()));
+  if (out.seeds_mm.empty() && !a.landmarks.empty())
+    out.seeds_mm.push_back(ellipse_at(a, image).center);
   // The centre of a circle serves as seed, to choose parameters, if there is no other.
   if (out.seeds_mm.empty() && a.circles.size() == 1)
     out.seeds_mm.push_back(

@@ -13,11 +13,13 @@ extern const RunWords kWords;
 struct CurveArguments : RunArguments {
   std::string space = "px";
   std::vector<std::string> circles;
-  std::string contour, seeds_grid;
+  std::string contour, seeds_grid, landmarks;
   std::string sampling = "spline";
   bool dark = false;
 
-  bool has_initial() const { return !circles.empty() || !contour.empty() || !seeds_grid.empty(); }
+  bool has_initial() const {
+    return !circles.empty() || !contour.empty() || !seeds_grid.empty() || !landmarks.empty();
+  }
 };
 
 void add_curve_options(CLI::App& command, CurveArguments& a);

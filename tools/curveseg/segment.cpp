@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <filesystem>
 
 #include "libcurve/contour_file.h"
@@ -35,7 +36,7 @@ using surf::curve::Verification;
 
 struct Arguments : CurveArguments {
   ImageArguments image;
-  std::string output, output_space = "lps", mask, overlay, frames;
+  std::string output, output_space = "lps", mask, overlay, frames, denoised;
 };
 
 ordered_json regions_of(const Segments& curves) {
@@ -98,7 +99,7 @@ class SegmentCommand {
     clock_.begin("write");
     ExitCode exit_code = exit_code_of<2>(result);
     if (verification.passed())
-      write(image, result.shape);
+      write(image, options, result);
     else
       exit_code = kInvalidResult;
     clock_.end();
@@ -125,11 +126,20 @@ class SegmentCommand {
       if (!path.empty() && surf::extension(path) != ".png")
         throw surf::UsageError(
             fmt::format("{}: {}: expected a name that ends in .png", option, path));
+    if (!arguments_.denoised.empty() && !surf::curve::is_writable_image(arguments_.denoised))
+      throw surf::UsageError(fmt::format(
+          "--denoised: {}: expected a name that ends in .png or .tif", arguments_.denoised));
     check_curve_arguments(command_, arguments_);
+    const auto terms = arguments_.terms(command_);
+    if (!arguments_.denoised.empty() && std::none_of(terms.begin(), terms.end(), [](const auto& t) {
+          return t.name == "mumford-shah";
+        }))
+      throw surf::UsageError("--denoised: belongs to --energy mumford-shah, which is not used");
     arguments_.image.check();
     check_outputs({{"-o", arguments_.output},
                    {"--mask", arguments_.mask},
                    {"--overlay", arguments_.overlay},
+                   {"--denoised", arguments_.denoised},
                    {"--json", arguments_.json}},
                   arguments_.image.path);
     if (!arguments_.frames.empty() && !std::filesystem::is_directory(arguments_.frames))
@@ -137,7 +147,9 @@ class SegmentCommand {
           fmt::format("--frames: the folder {} does not exist", arguments_.frames));
   }
 
-  void write(const Image& image, const Segments& curves) const {
+  void write(const Image& image, const surf::curve::CurveOptions& options,
+             const CurveResult& result) const {
+    const Segments& curves = result.shape;
     surf::curve::write_contours(
         arguments_.output, curves, image,
         arguments_.output_space == "ras" ? surf::io::Space::kRas : surf::io::Space::kLps);
@@ -146,6 +158,8 @@ class SegmentCommand {
                               surf::curve::rasterize(curves, image.size(), image.pixel_to_plane()));
     if (!arguments_.overlay.empty())
       surf::io::write_png(arguments_.overlay, surf::curve::draw_overlay(image, curves));
+    if (!arguments_.denoised.empty())
+      surf::curve::write_image(arguments_.denoised, surf::curve::denoised(image, options, result));
   }
 
   ordered_json summarise(const CurveResult& result, const Verification& verification,
@@ -215,6 +229,11 @@ void add_options(CLI::App& command, Arguments& a) {
       ->group(output);
   command.add_option("--mask", a.mask, "Mask on the image's pixels: .png")->group(output);
   command.add_option("--overlay", a.overlay, "Picture of the contours over the image: .png")
+      ->group(output);
+  command
+      .add_option("--denoised", a.denoised,
+                  "With mumford-shah: the piecewise smooth image: .tif, or .png with its range "
+                  "mapped to 0..65535")
       ->group(output);
   command.add_option("--frames", a.frames, "Folder for such a picture of every step")
       ->group(output);

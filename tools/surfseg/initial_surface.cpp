@@ -9,7 +9,9 @@
 #include <vector>
 
 #include "libsurf/base/error.h"
+#include "libsurf/io/read_landmarks.h"
 #include "libsurf/io/read_surface.h"
+#include "libsurf/mesh/fit_ellipsoid.h"
 #include "libsurf/mesh/from_label_map.h"
 #include "libsurf/mesh/primitives.h"
 #include "libsurf/mesh/verify.h"
@@ -24,6 +26,7 @@ using Eigen::Vector3d;
 constexpr const char* kBall = "--initial-ball";
 constexpr const char* kEllipsoid = "--initial-ellipsoid";
 constexpr const char* kBox = "--initial-box";
+constexpr const char* kLandmarks = "--landmarks";
 
 std::vector<std::string> split(const std::string& option, const std::string& text, std::size_t n,
                                const char* form) {
@@ -103,6 +106,21 @@ InitialSurface make_box(const std::array<Vector3d, 2>& corners, Space space,
   return out;
 }
 
+InitialSurface make_fitted(const std::string& path, Space space, const surf::volume::Volume& volume,
+                           double edge_length_mm) {
+  const surf::io::Landmarks landmarks = surf::io::read_landmarks(path);
+  if (landmarks.points.cols() != 3)
+    throw surf::InputError(fmt::format("{}: {}: expected three coordinates a line; got {}",
+                                       kLandmarks, path, landmarks.points.cols()));
+  surf::Points<3> points = landmarks.points;
+  if (!landmarks.is_ras)
+    for (auto point : points.rowwise())
+      point = to_ras_mm(point.transpose(), space, volume.index_to_world()).transpose().eval();
+  const auto fit = surf::mesh::fit_ellipsoid<3>(points);
+  const double edge = std::min(edge_length_mm, fit.axes.colwise().norm().minCoeff() / 2);
+  return {surf::mesh::ellipsoid(fit.center, fit.axes, edge), fit.center};
+}
+
 surf::Triangles read(const InitialArguments& arguments) {
   const surf::Triangles surface =
       surf::io::is_readable_surface(arguments.file)
@@ -129,11 +147,12 @@ void check_is_in_volume(const surf::Triangles& surface, const surf::volume::Volu
 }  // namespace
 
 void InitialArguments::check() const {
-  const int n =
-      int(!file.empty()) + int(!ball.empty()) + int(!ellipsoid.empty()) + int(!box.empty());
+  const int n = int(!file.empty()) + int(!ball.empty()) + int(!ellipsoid.empty()) +
+                int(!box.empty()) + int(!landmarks.empty());
   if (n > 1)
     throw surf::UsageError(
-        "--initial, --initial-ball, --initial-ellipsoid, --initial-box: give one of them");
+        "--initial, --initial-ball, --initial-ellipsoid, --initial-box, --landmarks: give one of "
+        "them");
   if (!ball.empty()) parse_ball(ball);
   if (!ellipsoid.empty()) parse_ellipsoid(ellipsoid);
   if (!box.empty()) parse_box(box);
@@ -149,6 +168,8 @@ InitialSurface make_initial_surface(const InitialArguments& arguments, Space spa
     out = make_round(parse_ellipsoid(arguments.ellipsoid), space, volume, edge_length_mm);
   else if (!arguments.box.empty())
     out = make_box(parse_box(arguments.box), space, volume, edge_length_mm);
+  else if (!arguments.landmarks.empty())
+    out = make_fitted(arguments.landmarks, space, volume, edge_length_mm);
   else
     out.surface = read(arguments);
   check_is_in_volume(out.surface, volume);

@@ -320,6 +320,12 @@ void add_options(CLI::App& command, Arguments& a) {
       .add_option("--initial-box", a.initial.box,
                   "Or a box along the axes of --space from corner to corner: 0,-40,20,25,-10,50")
       ->group(start);
+  command
+      .add_option(
+          "--landmarks", a.initial.landmarks,
+          "Or the ellipsoid next to points on the object: Slicer's .mrk.json or .fcsv, or X Y "
+          "Z a line in --space")
+      ->group(start);
   command.add_option("--initial-label", a.initial.label, "Label to take from the label map")
       ->capture_default_str()
       ->group(start);

@@ -1,6 +1,7 @@
 #include "libsurf/flow/velocity.h"
 
 #include "libsurf/energy/domain_integral.h"
+#include "libsurf/flow/content.h"
 #include "tests/surf/flow/stepping.h"
 
 namespace surf::flow {
@@ -184,6 +185,126 @@ TYPED_TEST(VelocityOf, OfTheH1FlowIsUnchangedWhenTheEnergyIsScaled) {
   const Eigen::VectorXd V = normal(1);
   EXPECT_LT((normal(1e8) - V).norm(), 1e-9 * V.norm());
   EXPECT_LT((normal(1e-8) - V).norm(), 1e-9 * V.norm());
+}
+
+// (M A^+ M) V = -r: minus the gradient in H^-1, so dJ(V) = -b(V, V); and the content stands.
+TYPED_TEST(VelocityOf, OfTheHMinus1FlowDescendsByItsSquaredNormAndKeepsTheContent) {
+  constexpr int Dim = TypeParam::value;
+  const auto arrays = test::random_smooth_shape<Dim>(9, 3);
+  const fem::Geometry<Dim> shape(arrays.X, arrays.T);
+  auto J = minimal_surface<Dim>(std::make_shared<const test::WaveField<Dim>>(8));
+  const test::Direction<Dim> direction(shape, J, {.product = ScalarProduct::kHMinus1});
+  const auto velocity = direction.system.solve(0);
+  EXPECT_LT(velocity.shape_derivative, 0);
+  EXPECT_NEAR(velocity.shape_derivative, -velocity.norm_squared, 1e-12 * velocity.norm_squared);
+  const Eigen::VectorXd change =
+      content_gradient<Dim>(arrays.X, arrays.T).cwiseProduct(velocity.vector).rowwise().sum();
+  EXPECT_LT(std::abs(change.sum()), 1e-12 * change.cwiseAbs().sum());
+}
+
+TYPED_TEST(VelocityOf, OfTheSemiImplicitHMinus1FlowSolvesTheMixedSystem) {
+  constexpr int Dim = TypeParam::value;
+  const auto arrays = test::random_smooth_shape<Dim>(10, 2);
+  const fem::Geometry<Dim> shape(arrays.X, arrays.T);
+  auto J = minimal_surface<Dim>(std::make_shared<const test::WaveField<Dim>>(9));
+  const test::Direction<Dim> direction(
+      shape, J, {.product = ScalarProduct::kHMinus1, .scheme = Scheme::kSemiImplicit});
+  const auto& terms = direction.terms;
+  const Eigen::Index n = shape.n_vertices();
+  const Eigen::VectorXd m =
+      shape.lumped_mass().cwiseProduct(shape.nodal_normals().rowwise().squaredNorm());
+  const Eigen::MatrixXd a =
+      fem::normal_stiffness<Dim>(shape, fem::stiffness<Dim>(shape, terms.alpha)).toDense();
+  for (const double tau : {1e-4, 1e-2, 1.0}) {
+    Eigen::MatrixXd matrix = Eigen::MatrixXd::Zero(2 * n, 2 * n);
+    matrix.topLeftCorner(n, n) = tau * a;
+    matrix.topRightCorner(n, n) = m.asDiagonal();
+    matrix.bottomLeftCorner(n, n) = m.asDiagonal();
+    matrix.bottomRightCorner(n, n) = -direction.A.toDense();
+    Eigen::VectorXd load = Eigen::VectorXd::Zero(2 * n);
+    load.head(n) = -terms.derivative.cwiseProduct(shape.nodal_normals()).rowwise().sum();
+    const Eigen::VectorXd V = matrix.partialPivLu().solve(load).head(n);
+    EXPECT_TRUE(direction.system.depends_on_step());
+    const auto velocity = direction.system.solve(tau);
+    EXPECT_LT((velocity.normal - V).norm(), 1e-8 * V.norm()) << tau;
+    EXPECT_LT(velocity.shape_derivative, 0);
+    EXPECT_LT(std::abs(m.dot(velocity.normal)), 1e-12 * m.dot(velocity.normal.cwiseAbs()));
+  }
+}
+
+/// x^2 - y^2: an eigenfunction on the unit circle (2^2) and sphere (2 * 3) of -Lap.
+template <int Dim>
+Eigen::VectorXd mode(const Points<Dim>& X) {
+  return X.col(0).array().square() - X.col(1).array().square();
+}
+
+// r = 1 + eps Y with -Lap Y = l Y has kappa = Dim - 1 + eps (l - Dim + 1) Y + O(eps^2); so Lap
+// kappa = -l (l - Dim + 1) eps Y.
+TYPED_TEST(VelocityOf, OfSurfaceDiffusionConvergesToTheLaplacianOfTheCurvature) {
+  constexpr int Dim = TypeParam::value;
+  constexpr double kEps = 1e-3;
+  const double l = Dim == 2 ? 4 : 6, exact = -l * (l - Dim + 1) * kEps;
+  double before = 0;
+  for (int level = 3; level < 6; ++level) {
+    auto arrays = test::unit_sphere<Dim>(level);
+    const Eigen::VectorXd Y = mode<Dim>(arrays.X);
+    arrays.X = ((kEps * Y).array() + 1).matrix().asDiagonal() * arrays.X;
+    const fem::Geometry<Dim> shape(arrays.X, arrays.T);
+    auto J = test::area_energy<Dim>();
+    const test::Direction<Dim> direction(shape, J, {.product = ScalarProduct::kHMinus1});
+    const Eigen::VectorXd mass_Y = shape.lumped_mass().cwiseProduct(Y);
+    const double measured = direction.system.solve(0).normal.dot(mass_Y) / Y.dot(mass_Y);
+    const double error = std::abs(measured / exact - 1);
+    if (level == 5) {
+      EXPECT_LT(error, 0.01);
+      EXPECT_GT(before / error, 1.5);
+    }
+    before = error;
+  }
+}
+
+// B V + lambda q = -r, q^T V = 0.
+TYPED_TEST(VelocityOf, ThatKeepsTheContentSolvesTheSystemWithItsMultiplier) {
+  constexpr int Dim = TypeParam::value;
+  const auto arrays = test::random_smooth_shape<Dim>(11, 3);
+  const fem::Geometry<Dim> shape(arrays.X, arrays.T);
+  auto J = minimal_surface<Dim>(std::make_shared<const test::WaveField<Dim>>(10));
+  const Eigen::VectorXd q =
+      content_gradient<Dim>(arrays.X, arrays.T).cwiseProduct(shape.nodal_normals()).rowwise().sum();
+  for (const ScalarProduct product : kProducts) {
+    const VelocityOptions options{
+        .product = product, .solver_tolerance = 1e-13, .keeps_content = true};
+    const test::Direction<Dim> direction(shape, J, options);
+    const auto velocity = direction.system.solve(0);
+    EXPECT_LT(std::abs(q.dot(velocity.normal)), 1e-12 * q.dot(velocity.normal.cwiseAbs()));
+    EXPECT_NEAR(velocity.shape_derivative, -velocity.norm_squared, 1e-10 * velocity.norm_squared);
+    VelocityOptions free = options;
+    free.keeps_content = false;
+    const Eigen::VectorXd unconstrained =
+        test::Direction<Dim>(shape, J, free).system.solve(0).normal;
+    EXPECT_LT(
+        (velocity.normal + velocity.multiplier * velocity.content_direction - unconstrained).norm(),
+        1e-12 * unconstrained.norm());
+  }
+}
+
+TYPED_TEST(VelocityOf, OfTheSemiImplicitSchemeIsTheExplicitOneWithoutACurvatureTerm) {
+  constexpr int Dim = TypeParam::value;
+  const auto arrays = test::random_smooth_shape<Dim>(12, 3);
+  const fem::Geometry<Dim> shape(arrays.X, arrays.T);
+  energy::DomainIntegral<Dim> J(std::make_shared<const test::WaveField<Dim>>(11),
+                                {.ray_spacing_mm = 0.1});
+  for (const ScalarProduct product :
+       {ScalarProduct::kL2, ScalarProduct::kH1, ScalarProduct::kHMinus1}) {
+    const auto normal = [&](Scheme scheme) {
+      const test::Direction<Dim> direction(
+          shape, J, {.product = product, .scheme = scheme, .solver_tolerance = 1e-12});
+      return direction.system.solve(0.3).normal;
+    };
+    const Eigen::VectorXd explicitly = normal(Scheme::kExplicit);
+    ASSERT_TRUE(explicitly.allFinite());
+    EXPECT_EQ(normal(Scheme::kSemiImplicit), explicitly);
+  }
 }
 
 TEST(VelocityOptions, NameTheFieldThatIsWrong) {

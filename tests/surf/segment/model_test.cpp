@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <numbers>
+
 #include "libsurf/base/error.h"
 #include "libsurf/mesh/primitives.h"
 #include "libsurf/volume/phantom.h"
@@ -35,6 +37,35 @@ TEST(ImageModel, MakesTheEnergiesThatAreNamed) {
   EXPECT_GT(value(model, {{"chan-vese", 1, {}}}), 0);
 }
 
+TEST(ImageModel, MakesTheEnergiesOfNormalsCurvaturesAndStatistics) {
+  ImageModel model = some_model();
+  const Triangles ball = mesh::ball(Eigen::Vector3d::Zero(), 0.4, 0.1);
+  const fem::Geometry<3> shape(ball.points, ball.elements);
+  EXPECT_NEAR(value(model, {{"volume", 2, {}}}), 2 * shape.enclosed(), 1e-12);
+  EXPECT_NEAR(value(model, {{"anisotropic", 1, {{"x", 2}, {"y", 2}, {"z", 2}}}}),
+              2 * shape.measure(), 1e-12);
+  EXPECT_NEAR(value(model, {{"anisotropic", 1, {{"x", 1}, {"y", 1}, {"z", 1}, {"lambda", 1}}}}),
+              shape.measure(), 1e-6);
+  // (kappa - 5)^2 = 0 on a ball of radius 0.4, and 8 pi without a spontaneous curvature.
+  constexpr double kTolerance = 0.05;  // of a mesh whose edges are a quarter of the radius
+  const double sphere = 8 * std::numbers::pi;
+  EXPECT_NEAR(value(model, {{"willmore", 1, {{"curvature", 0}}}}), sphere, kTolerance * sphere);
+  EXPECT_NEAR(value(model, {{"willmore", 1, {{"curvature", 5}}}}), 0, kTolerance * sphere);
+  EXPECT_NEAR(value(model, {{"prescribed-curvature", 1, {{"curvature", 0}, {"lambda", 1}}}}),
+              sphere, kTolerance * sphere);
+  // Inside the object the image is constant.
+  EXPECT_NEAR(value(model, {{"alignment", 1, {{"sign", 1}, {"scale", 1}}}}), 0, 1e-6);
+  EXPECT_NEAR(value(model, {{"average-edge", 3, {{"lambda", 1}}}}), 3, 1e-6);
+  EXPECT_NEAR(value(model, {{"average-alignment", 1, {{"sign", 0}, {"scale", 1}}}}), -0.1, 1e-6);
+  EXPECT_LT(value(model, {{"region-competition", 1, {}}}), 0);
+}
+
+TEST(EnergyTerms, KnowWhetherTheirMinimisersLieOnEdges) {
+  EXPECT_TRUE(settles_on_edges(std::vector<EnergyTerm>{{"chan-vese", 1, {}}, {"area", 1, {}}}));
+  EXPECT_FALSE(
+      settles_on_edges(std::vector<EnergyTerm>{{"chan-vese", 1, {}}, {"willmore", 1, {}}}));
+}
+
 TEST(ImageModel, SharesTheEdgeIndicatorOfEachLambda) {
   ImageModel model = some_model();
   EXPECT_EQ(model.edge_indicator(1), model.edge_indicator(1));
@@ -52,8 +83,11 @@ std::string message(const EnergyTerm& term) {
 
 TEST(EnergyTerms, AreRefusedWithAMessageThatSaysWhatIsWrong) {
   const double nan = std::nan("");
-  EXPECT_EQ(message({"snake", 1, {}}),
-            "energy 'snake' is unknown; there are minimal-surface, chan-vese, window and area");
+  EXPECT_EQ(message({"snake", 1, {}}), "energy 'snake' is unknown; there are " + known_energies());
+  EXPECT_EQ(message({"alignment", 1, {{"sign", 2}}}),
+            "energy alignment: sign = 2 is none of 1, 0, -1");
+  EXPECT_EQ(message({"anisotropic", 1, {{"x", 0}}}), "energy anisotropic: x = 0 violates > 0");
+  EXPECT_EQ(message({"willmore", 1, {{"curvature", -1}}}), "accepted");
   EXPECT_EQ(message({"area", nan, {}}), "energy area: weight nan is not a number");
   EXPECT_EQ(message({"area", 1, {{"gamma", 1}}}), "energy area: parameter 'gamma' is unknown");
   EXPECT_EQ(message({"window", 1, {{"mean", nan}}}), "energy window: mean = nan is not a number");

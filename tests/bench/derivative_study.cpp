@@ -1,0 +1,258 @@
+// First and second derivatives of every shape energy against differences, on random smooth shapes,
+// with analytic fields and with those of images. The tables of docs/energy-derivatives.md.
+//
+//   derivative_study
+#include <fmt/format.h>
+
+#include <cmath>
+#include <cstdio>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "libcurve/image_fields.h"
+#include "libcurve/phantom.h"
+#include "libsurf/fem/stiffness.h"
+#include "libsurf/volume/image_fields.h"
+#include "libsurf/volume/phantom.h"
+#include "tests/surf/energy/energies.h"
+
+namespace {
+
+using namespace surf;
+
+constexpr int kShapes = 5;
+constexpr double kSmallStep = 2e-3;  // [mm] of the difference quotients' limit
+constexpr double kRounding = 1e-10;  // relative errors below have no order
+
+/// Errors of one energy per entry of a ladder, over all shapes.
+struct Errors {
+  std::vector<double> squares;
+  std::vector<double> scales;
+
+  void add(std::size_t rung, double error, double scale) {
+    squares.resize(std::max(squares.size(), rung + 1));
+    scales.resize(squares.size());
+    squares[rung] += error * error;
+    scales[rung] += scale * scale;
+  }
+  /// Root mean square of the error over that of the derivative.
+  double relative(std::size_t rung) const { return std::sqrt(squares[rung] / scales[rung]); }
+};
+
+/// In the order of every_energy.
+class Table {
+ public:
+  Errors& row(const std::string& name) {
+    if (!rows_.contains(name)) names_.push_back(name);
+    return rows_[name];
+  }
+  /// @param from, to  the rungs that the order is taken from
+  void print(const std::vector<std::string>& heads, double ratio, std::size_t from,
+             std::size_t to) const {
+    fmt::print("| energy |");
+    for (const auto& head : heads) fmt::print(" {} |", head);
+    fmt::print(" order |\n|---|");
+    for (std::size_t i = 0; i <= heads.size(); ++i) fmt::print("---|");
+    fmt::print("\n");
+    for (const auto& name : names_) {
+      const Errors& errors = rows_.at(name);
+      fmt::print("| {} |", name);
+      for (std::size_t i = 0; i < heads.size(); ++i) fmt::print(" {:.1e} |", errors.relative(i));
+      const double order = std::log(errors.relative(from) / errors.relative(to)) /
+                           (double(to - from) * std::log(ratio));
+      fmt::print(" {} |\n",
+                 errors.relative(to) > kRounding ? fmt::format("{:.2f}", order) : "exact");
+    }
+    fmt::print("\n");
+    std::fflush(stdout);
+  }
+
+ private:
+  std::vector<std::string> names_;
+  std::map<std::string, Errors> rows_;
+};
+
+/// A field in coordinates about another origin.
+template <int Dim>
+class ShiftedField : public Field<Dim> {
+ public:
+  ShiftedField(std::shared_ptr<const Field<Dim>> field, const Vector<Dim>& origin)
+      : field_(std::move(field)), origin_(origin) {}
+  void sample(const Points<Dim>& x, Derivatives order, Samples<Dim>& out) const override {
+    field_->sample(x.rowwise() + origin_.transpose(), order, out);
+  }
+
+ private:
+  std::shared_ptr<const Field<Dim>> field_;
+  Vector<Dim> origin_;
+};
+
+constexpr int kCells = 96;
+constexpr double kSide = 5;  // of the images [mm]; the shapes have radii of about 1
+constexpr double kCell = kSide / kCells;
+constexpr double kSigma = 0.2, kLambda = 1;
+
+template <int Dim>
+energy::ImageTotals totals_of(const Field<Dim>& I) {
+  Points<Dim> points(std::lround(std::pow(kCells, Dim)), Dim);
+  for (Eigen::Index i = 0; i < points.rows(); ++i)
+    for (Eigen::Index axis = 0, rest = i; axis < Dim; ++axis, rest /= kCells)
+      points(i, axis) = (double(rest % kCells) + 0.5) * kCell - kSide / 2;
+  Samples<Dim> samples;
+  I.sample(points, Derivatives::kNone, samples);
+  const double cell = std::pow(kCell, Dim);
+  return {cell * double(points.rows()), cell * samples.value.sum(),
+          cell * samples.value.squaredNorm()};
+}
+
+template <int Dim>
+test::EnergyFields<Dim> complete(std::shared_ptr<const Field<Dim>> H,
+                                 std::shared_ptr<const Field<Dim>> I) {
+  test::EnergyFields<Dim> fields;
+  fields.H = std::move(H);
+  fields.I = std::move(I);
+  fields.totals = totals_of<Dim>(*fields.I);
+  fields.third_step_mm = 0.01 * kCell;
+  return fields;
+}
+
+/// A noisy object whose boundary the shapes cross.
+test::EnergyFields<2> image_fields(test::Dim_<2>) {
+  curve::PhantomOptions options;
+  options.size = {kCells, kCells};
+  options.spacing_mm.setConstant(kCell);
+  options.edge_width = 0.2;
+  options.noise = 0.05;
+  const curve::Image image = curve::make_phantom(options);
+  curve::FieldOptions smoothing;
+  smoothing.smoothing.sigma_mm = kSigma;
+  const Vector<2> centre = options.unit_to_plane().translation();
+  const auto shifted = [&](std::shared_ptr<const Field<2>> field) {
+    return std::make_shared<const ShiftedField<2>>(std::move(field), centre);
+  };
+  return complete<2>(shifted(curve::edge_indicator(image, smoothing, kLambda)),
+                     shifted(curve::intensity_field(image, smoothing)));
+}
+
+test::EnergyFields<3> image_fields(test::Dim_<3>) {
+  volume::PhantomOptions options;
+  options.size = {kCells, kCells, kCells};
+  options.spacing_mm = Eigen::Vector3d::Constant(kCell);
+  options.kind = volume::PhantomKind::kBox;
+  options.edge_width_mm = 0.4;
+  options.noise = 0.05;
+  const volume::Volume volume = volume::make_phantom(options);
+  const volume::SmoothingOptions smoothing{.sigma_mm = kSigma};
+  return complete<3>(volume::edge_indicator(volume, smoothing, kLambda),
+                     volume::intensity_field(volume, smoothing));
+}
+
+/// One random shape with two smooth normal velocities.
+template <int Dim>
+struct Probe {
+  Probe(unsigned seed, int level)
+      : smooth(test::smooth_shape<Dim>(seed, level)),
+        shape(smooth.X, smooth.T),
+        A(fem::stiffness<Dim>(shape, Eigen::VectorXd::Ones(shape.n_elements()))),
+        curvature(fem::curvature<Dim>(shape, A)),
+        V(test::smooth_function<Dim>(smooth.X, 100 + seed)),
+        W(test::smooth_function<Dim>(smooth.X, 200 + seed)) {}
+
+  double first(const energy::ShapeEnergy<Dim>& J) const {
+    energy::ShapeTerms<Dim> terms(shape);
+    J.differentiate(curvature, 1, terms);
+    return terms.derivative.cwiseProduct(V.asDiagonal() * smooth.normals).sum();
+  }
+  double second(const energy::ShapeEnergy<Dim>& J) const {
+    energy::SecondDerivative<Dim> d2J(shape);
+    J.differentiate_twice(curvature, 1, d2J);
+    return V.dot(d2J.times(shape, A, W));
+  }
+  double first_difference(energy::ShapeEnergy<Dim>& J, double step) const {
+    return test::first_difference<Dim>(J, shape, V.asDiagonal() * smooth.normals, step);
+  }
+  double second_difference(energy::ShapeEnergy<Dim>& J, double step) const {
+    return test::second_difference<Dim>(J, shape, V.asDiagonal() * smooth.normals,
+                                        W.asDiagonal() * smooth.normals, step);
+  }
+
+  /// Richardson's extrapolation to step 0; truncation ~ kSmallStep^4.
+  double second_limit(energy::ShapeEnergy<Dim>& J) const {
+    return (4 * second_difference(J, kSmallStep) - second_difference(J, 2 * kSmallStep)) / 3;
+  }
+
+  test::SmoothShape<Dim> smooth;
+  fem::Geometry<Dim> shape;
+  SparseMatrix A;
+  fem::Curvature curvature;
+  Eigen::VectorXd V, W;
+};
+
+/// @param visit  called with the name and the energy, reset to the shape of the probe
+template <int Dim, class Visit>
+void for_every_energy(const Probe<Dim>& probe, const test::EnergyFields<Dim>& fields,
+                      const Visit& visit) {
+  for (auto& [name, J] : test::every_energy<Dim>(fields)) {
+    J->reset(probe.shape);
+    visit(name, *J);
+  }
+}
+
+template <int Dim, class FieldsOfSeed>
+void study(const std::string& title, const FieldsOfSeed& fields_of) {
+  const char* elements = Dim == 2 ? "segments" : "triangles";
+  const std::vector<double> first_steps = {4e-2, 2e-2, 1e-2, 5e-3, 1e-4};
+  const std::vector<double> second_steps = {0.04, 0.02, 0.01, 0.005};
+  const int coarsest = Dim == 2 ? 3 : 2, finest = Dim == 2 ? 8 : 5;
+  const auto heads = [](const std::vector<double>& steps) {
+    std::vector<std::string> out;
+    for (const double step : steps) out.push_back(fmt::format("{:g}", step));
+    return out;
+  };
+  Table first, second, mesh;
+  std::vector<std::string> mesh_heads;
+  for (int level = coarsest; level <= finest; ++level)
+    for (int seed = 1; seed <= kShapes; ++seed) {
+      const Probe<Dim> probe(seed, level);
+      if (seed == 1) mesh_heads.push_back(fmt::format("{} {}", probe.shape.n_elements(), elements));
+      for_every_energy<Dim>(probe, fields_of(seed), [&](const std::string& name, auto& J) {
+        const double d2J = probe.second(J), limit = probe.second_limit(J);
+        mesh.row(name).add(level - coarsest, d2J - limit, d2J);
+        if (level == finest)
+          for (std::size_t i = 0; i < second_steps.size(); ++i)
+            second.row(name).add(i, limit - probe.second_difference(J, second_steps[i]), d2J);
+        if (level != coarsest + 1) return;
+        const double dJ = probe.first(J);
+        for (std::size_t i = 0; i < first_steps.size(); ++i)
+          first.row(name).add(i, dJ - probe.first_difference(J, first_steps[i]), dJ);
+      });
+    }
+  fmt::print("## {}\n\n", title);
+  fmt::print("|dJ(V) - difference| / |dJ(V)| by step [mm], {}; the order from the first two:\n\n",
+             mesh_heads[1]);
+  first.print(heads(first_steps), 2, 0, 1);
+  fmt::print(
+      "|d2J(V, W) - limit of the differences| / |d2J(V, W)| by mesh; the order from the last "
+      "two:\n\n");
+  mesh.print(mesh_heads, 2, mesh_heads.size() - 2, mesh_heads.size() - 1);
+  fmt::print(
+      "|difference - its limit| / |d2J(V, W)| by step [mm] on {}; the order from the last two:\n\n",
+      mesh_heads.back());
+  second.print(heads(second_steps), 2, 2, 3);
+}
+
+template <int Dim>
+void study_dimension(const std::string& shapes) {
+  study<Dim>(shapes + ", analytic fields",
+             [](unsigned seed) { return test::wave_fields<Dim>(seed); });
+  const auto image = image_fields(test::Dim_<Dim>());
+  study<Dim>(shapes + ", fields of an image", [&](unsigned) { return image; });
+}
+
+}  // namespace
+
+int main() {
+  study_dimension<2>("Curves");
+  study_dimension<3>("Surfaces");
+}
