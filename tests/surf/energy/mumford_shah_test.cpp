@@ -169,6 +169,45 @@ TEST(MumfordShah, DoesNotFeelAffineMapsOfTheIntensities) {
   EXPECT_LT((a.beta - b.beta).norm(), kTolerance * a.beta.norm());
 }
 
+/// J and its derivative on the random shape of `DoesNotFeelTheFrame` and others.
+struct Outcome {
+  double value;
+  Points<3> derivative;
+};
+Outcome outcome_on(const volume::Grid& grid, const MumfordShahOptions& how) {
+  const auto arrays = test::random_smooth_shape<3>(4, 3);
+  const fem::Geometry<3> shape(0.6 * arrays.X, arrays.T);
+  MumfordShah energy(std::make_shared<const test::WaveField<3>>(3), grid, how);
+  energy.reset(shape);
+  return {energy.value(), terms_of(energy, shape).derivative};
+}
+
+// The same nodes with their axes mirrored and permuted.
+TEST(MumfordShah, DoesNotFeelTheOrderAndDirectionOfTheAxes) {
+  constexpr double kTolerance = 1e-9;  // of solver and rounding
+  const volume::Grid grid = oblique_grid(24);
+  const Outcome plain = outcome_on(grid, options(0.05, 0.1));
+  volume::Grid other = grid;
+  const Eigen::Matrix3d L = grid.index_to_world.linear();
+  other.index_to_world.linear() << L.col(1), -L.col(0), L.col(2);
+  other.index_to_world.translation() = grid.index_to_world * Eigen::Vector3d(24, 0, 0);
+  const Outcome turned = outcome_on(other, options(0.05, 0.1));
+  EXPECT_NEAR(plain.value, turned.value, kTolerance * plain.value);
+  EXPECT_LT((plain.derivative - turned.derivative).norm(), kTolerance * plain.derivative.norm());
+}
+
+TEST(MumfordShah, HardlyFeelsWhatIsFarAway) {
+  constexpr double kTolerance = 2e-3;  // the sides of the smaller one are 4 sqrt(mu) away: exp(-8)
+  const volume::Grid small = oblique_grid(32);
+  volume::Grid large = small;
+  for (int& size : large.size) size += 20;
+  large.index_to_world.translate(Eigen::Vector3d::Constant(-10));
+  MumfordShahOptions how = options(0.05, 0.1);
+  how.margin = 30;  // all of the image
+  const Outcome near = outcome_on(small, how), far = outcome_on(large, how);
+  EXPECT_LT((near.derivative - far.derivative).norm(), kTolerance * near.derivative.norm());
+}
+
 TEST(MumfordShah, SaysThatThereIsNoSecondDerivative) {
   const auto arrays = test::unit_sphere<3>(2);
   const fem::Geometry<3> shape(arrays.X, arrays.T);
