@@ -167,10 +167,10 @@ class LbfgsStepper : public Stepper<Dim> {
     if (!(record.shape_derivative < 0)) return false;
     steepest_ = std::max(steepest_, -record.shape_derivative);
     Points<Dim> displacement = chart->displacement(minimise(problem, *chart, record));
-    // A line search that ran into the bound and found nothing before it.
-    if (chart->has_met_bound() &&
-        largest_step<Dim>(shape, displacement, this->moving_.max_displacement(),
-                          this->options_.step) > 1 / kHardlyMoved)
+    // A line search that ran into the bound and found nothing, or next to nothing, before it.
+    const double room = largest_step<Dim>(shape, displacement, this->moving_.max_displacement(),
+                                          this->options_.step);
+    if (chart->has_met_bound() && !(room > 0 && room < 1 / kHardlyMoved))
       displacement = chart->first_step();
     for (int k = 0; k < kMostTrials; ++k) {
       record.tau = std::pow(0.5, k);
