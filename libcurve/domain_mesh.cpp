@@ -110,7 +110,7 @@ class Mesher {
     std::vector<Point> sorted;
     for (const auto p : points.rowwise()) sorted.emplace_back(p[0], p[1]);
     CGAL::spatial_sort(sorted.begin(), sorted.end());
-    for (const Point& p : sorted) cdt_.insert(p, hint());
+    for (const Point& p : sorted) last_ = cdt_.insert(p, hint());
   }
 
   DomainMesh refined(const SizeField& sizes) {

@@ -10,6 +10,7 @@
 #include <unordered_map>
 
 #include "libcurve/curve_mesh.h"
+#include "libcurve/hierarchy.h"
 #include "libcurve/intersections.h"
 #include "libcurve/surgery.h"
 #include "libsurf/base/error.h"
@@ -83,6 +84,15 @@ Eigen::VectorXd start_from(const Neumann& last, const DomainMesh& mesh, const Un
   return u;
 }
 
+/// Whether the curves are simple and their components alternate, so that none has shrunk through
+/// itself.
+bool bounds_domain(const Segments& curves) {
+  if (!intersections(curves.points, curves.elements).empty()) return false;
+  const auto components = curve_hierarchy(curves).components;
+  return std::all_of(components.begin(), components.end(),
+                     [](const Component& component) { return component.is_real(); });
+}
+
 /// Curves that may cross as the boundary of the domain round which they wind.
 Segments resolved(const Segments& curves) {
   CurveMesh mesh(curves);
@@ -126,6 +136,7 @@ std::string MumfordShahOptions::error() const {
   if (!(contrast > 0)) return message("contrast", contrast, "> 0");
   if (!(pixel_mm > 0)) return message("pixel_mm", pixel_mm, "> 0");
   if (!(max_size_mm >= 0)) return message("max_size_mm", max_size_mm, ">= 0");
+  if (!(step_mm >= 0)) return message("step_mm", step_mm, ">= 0");
   if (!(min_size_mm >= 0)) return message("min_size_mm", min_size_mm, ">= 0");
   if (!(data_tolerance >= 0)) return message("data_tolerance", data_tolerance, ">= 0");
   if (outer.rows() != 4) return message("outer.rows()", double(outer.rows()), "= 4");
@@ -230,7 +241,7 @@ bool MumfordShah::lower_sizes(const DomainMesh& mesh, const Eigen::VectorXd& err
 
 std::unique_ptr<MumfordShah::State> MumfordShah::made(const fem::Geometry<2>& shape) const {
   const Segments curves = segments_of(shape);
-  const bool is_simple = intersections(curves.points, curves.elements).empty();
+  const bool is_simple = bounds_domain(curves);
   const Segments simple = is_simple ? curves : resolved(curves);
   auto [mesh, integrals] = adapted_mesh(simple);
   double length = 0;
@@ -296,8 +307,12 @@ void MumfordShah::differentiate(const fem::Curvature& curvature, double weight,
   const Eigen::ArrayXd jump = a.square() - b.square();
   const Eigen::ArrayXd slopes = at.slope_inside - at.slope_outside;
   // d_nu u_i = 0, so d_nu (u_i - I)^2 = -2 (u_i - I) d_nu I.
-  terms.beta.array() += weight * (0.5 * curvature.mean.array() * (jump + options_.mu * slopes) -
-                                  (at.inside - at.outside).array() * at.intensity_slope.array());
+  const Eigen::ArrayXd second = 0.5 * curvature.mean.array() * (jump + options_.mu * slopes) -
+                                (at.inside - at.outside).array() * at.intensity_slope.array();
+  const Eigen::ArrayXd G =
+      0.5 * (jump + options_.mu * slopes) + options_.gamma * curvature.mean.array();
+  const double step = options_.step_mm > 0 ? options_.step_mm : 4 * options_.pixel_mm;
+  terms.beta.array() += weight * second.max(G.abs() / step);
 }
 
 void MumfordShah::differentiate_twice(const fem::Curvature&, double,

@@ -26,7 +26,11 @@ struct MumfordShahOptions {
   /// of the interpolation error of I is larger; 0 = not used. What Alg. 8 bounds is how well the
   /// meshes resolve I; quadrature does without them.
   double data_tolerance = 0.05;  // thesis 5.2
-  bool reuse_nodes = true;       ///< a new mesh begins with the nodes of the last one
+  /// In the scalar product beta is at least |G| over this length [mm]: it bounds how far a full
+  /// step moves the curve, and far from the optimum, where the second derivative knows nothing of
+  /// it, all parts move alike. 0 = 4 pixels.
+  double step_mm = 0;
+  bool reuse_nodes = true;  ///< a new mesh begins with the nodes of the last one
 
   std::string error() const;  ///< empty if valid
 };
@@ -41,7 +45,7 @@ struct MumfordShahOptions {
 /// would cross, that of the domain which topology surgery makes of them.
 ///
 /// Scalar product of 5.2: alpha = gamma,
-/// beta = 1/2 (kappa ([|u - I|^2] + mu [|grad u|^2]) + d_nu [|u - I|^2]).
+/// beta = max(1/2 (kappa ([|u - I|^2] + mu [|grad u|^2]) + d_nu [|u - I|^2]), |G| / step).
 class MumfordShah : public energy::ShapeEnergy<2> {
  public:
   /// @throws UsageError  options.error() is not empty

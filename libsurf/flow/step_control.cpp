@@ -19,6 +19,7 @@ std::string StepOptions::error() const {
   if (!(exempt_share >= 0 && exempt_share < 1))
     return fmt::format("StepOptions::exempt_share = {} violates 0 <= exempt_share < 1",
                        exempt_share);
+  if (!(tau > 0)) return fmt::format("StepOptions::tau = {} violates > 0", tau);
   if (max_trials < 1) return fmt::format("StepOptions::max_trials = {} violates >= 1", max_trials);
   return {};
 }
@@ -30,6 +31,15 @@ std::optional<Step> choose_step(const StepOptions& options, double tau_first, do
   bool bounded_above = false;  // a trial with too little decrease was seen
   std::optional<Step> fallback;
   Step step;
+  if (options.rule == StepRule::kFixed) {
+    step.tau = std::min(options.tau, tau_max);
+    for (step.n_trials = 1; step.n_trials <= options.max_trials; ++step.n_trials) {
+      step.trial = attempt(step.tau);
+      if (std::isfinite(step.trial.change)) return step;
+      step.tau /= 2;  // there is no such shape
+    }
+    return std::nullopt;
+  }
   for (step.n_trials = 1; step.n_trials <= options.max_trials; ++step.n_trials) {
     step.tau = tau;
     step.trial = attempt(tau);

@@ -10,7 +10,11 @@
 
 namespace surf::flow {
 
-enum class StepRule { kBacktracking, kLineSearch };
+enum class StepRule {
+  kBacktracking,
+  kLineSearch,
+  kFixed  ///< StepOptions::tau within the bounds, whatever J does: thesis Alg. 17, far from optima
+};
 
 struct StepOptions {
   StepRule rule = StepRule::kLineSearch;
@@ -24,6 +28,7 @@ struct StepOptions {
   /// would turn over are held back by the moving shape. In [0, 1).
   double exempt_share = 1e-4;
   int max_trials = 12;
+  double tau = 1;  ///< of kFixed: the whole step of an inexact Newton method
 
   std::string error() const;  ///< empty if valid
 };
@@ -43,6 +48,7 @@ struct Step {
 /// Alg. 1 and 2. `attempt(tau)` moves a copy of the shape and returns the change of J.
 /// Too little decrease shrinks the step, too much grows it (Alg. 2 as printed has the two
 /// mixed up). A step at tau_max is accepted however much it gains.
+/// kFixed takes the lesser of tau and tau_max, or the first half of it at which there is a J.
 /// @param tau_first  first trial, 0 < tau_first <= tau_max
 /// @return the accepted step, which is the last one attempted; nothing if no trial decreased J
 std::optional<Step> choose_step(const StepOptions& options, double tau_first, double tau_max,

@@ -65,6 +65,11 @@ std::string known_energies() {
   return fmt::format("{} and {}", fmt::join(names, ", "), last);
 }
 
+bool has_mumford_shah(std::span<const EnergyTerm> terms) {
+  return std::any_of(terms.begin(), terms.end(),
+                     [](const EnergyTerm& term) { return term.name == "mumford-shah"; });
+}
+
 bool settles_on_edges(std::span<const EnergyTerm> terms) {
   static const std::set<std::string> names = {"minimal-surface", "chan-vese", "window", "area",
                                               "volume"};

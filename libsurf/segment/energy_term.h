@@ -44,6 +44,8 @@ bool settles_on_edges(std::span<const EnergyTerm> terms);
 /// @throws UsageError  an energy or parameter is unknown or out of its range
 void check_terms(std::span<const EnergyTerm> terms);
 
+bool has_mumford_shah(std::span<const EnergyTerm> terms);
+
 /// @throws UsageError  it is missing
 double parameter(const EnergyTerm& term, const std::string& key);
 

@@ -22,8 +22,22 @@ constexpr double kStepPerBlur = 1.2;
 constexpr double kLongSteps = 4;
 constexpr double kCoarseTolerance = 30;  // of the flow on coarser levels, times that of the last
 constexpr int kMostNucleations = 3;
-constexpr double kSmoothingCells = 10;  // of mumford-shah: sqrt(mu)
-constexpr double kLengthCells = 0.25;   // and its gamma
+// Of mumford-shah: sqrt(mu) and gamma. In space the box that is solved in keeps 6 sqrt(mu) from the
+// surface.
+template <int Dim>
+constexpr double kSmoothingCells = Dim == 2 ? 32 : 10;
+template <int Dim>
+constexpr double kLengthCells = Dim == 2 ? 0.5 : 0.25;
+// Alg. 17, thesis 5.2: C_coarse and C_2 for the tolerance of Alg. 6, d_1 and d_2 by the tolerance.
+constexpr double kCoarseGeometry = 3, kContinuedGeometry = 2;
+constexpr double kFirstThreshold = 5, kSecondThreshold = 20;
+constexpr double kCoarseEdges = 2;  // times longer in the coarse stage, which the thesis leaves
+constexpr double kCoarseShare =
+    0.02;  // of the length, exempt from Alg. 3 there: surgery resolves it
+// Of the L2 flow, cells: across an edge as wide as the blur G changes by 0.4 per cell, so longer
+// ones overshoot.
+constexpr double kCoarseL2Step = 2;
+constexpr double kCoarseEnergyTol = 0.01;
 constexpr int kSettleSteps = 8;
 constexpr double kSettleStep = 0.25;  // cells, largest move in a step
 
@@ -203,6 +217,10 @@ class Run {
                                             result_.stages.back().flow.message));
       }
     }
+    if (Dim == 2 && has_mumford_shah(result_.energies) && has_coarse_stages()) {
+      if (!run_coarse(start)) return false;
+      start = result_.shape;
+    }
     bool go_on = evolve("evolve", *model_, result_.energies, start, options_.flow,
                         shape_options(result_.edge_length_mm));
     for (int round = 1; go_on && options_.open_cavities && round <= kMostNucleations; ++round) {
@@ -215,6 +233,37 @@ class Run {
                      options_.flow, shape_options(result_.edge_length_mm));
     }
     return go_on;
+  }
+
+  bool has_coarse_stages() const {
+    const flow::FlowOptions& flow = options_.flow;
+    return options_.n_coarse_steps > 0 && flow.method == flow::Method::kGradientFlow &&
+           !flow.keeps_content();
+  }
+
+  /// The first part of Alg. 17: fixed steps with coarse curves, and domains that are not adapted to
+  /// data; then, step by step, the tolerances of the result while |dJ| is above its thresholds.
+  /// Where |dJ| grows again the printed loop goes back to the coarser tolerance, this does not.
+  bool run_coarse(const Simplices<Dim>& start) {
+    std::vector<EnergyTerm> terms = result_.energies;
+    for (EnergyTerm& term : terms)
+      if (term.name == "mumford-shah") term.parameters["data-tolerance"] = 0;
+    flow::FlowOptions flow = options_.flow;
+    flow.step.rule = flow::StepRule::kFixed;
+    if (flow.velocity.product == flow::ScalarProduct::kL2) flow.step.tau = kCoarseL2Step * cell_;
+    flow.step.exempt_share = std::max(flow.step.exempt_share, kCoarseShare);
+    flow.max_steps = options_.n_coarse_steps;
+    flow.energy_tol = std::max(flow.energy_tol, kCoarseEnergyTol);
+    flow.rel_tol = std::min(0.5, kSecondThreshold * flow.rel_tol);
+    ShapeOptions<Dim> shape = shape_options(kCoarseEdges * result_.edge_length_mm);
+    shape.adaptivity.geometry_tolerance_mm *= kCoarseGeometry;
+    shape.max_displacement_mm *= kCoarseEdges;
+    if (!evolve("coarse", *model_, terms, start, flow, shape)) return false;
+    flow.rel_tol = std::min(0.5, kFirstThreshold * options_.flow.rel_tol);
+    shape = shape_options(result_.edge_length_mm);
+    shape.adaptivity.geometry_tolerance_mm *= kContinuedGeometry;
+    const Simplices<Dim> coarse = result_.shape;
+    return evolve("continued", *model_, result_.energies, coarse, flow, shape);
   }
 
   /// Lengths are 2^level times those of the result, and the tolerances of the flow kCoarseTolerance
@@ -249,8 +298,8 @@ class Run {
       p.try_emplace("mean", seed_model_.mean);
       p.try_emplace("half-width", 4 * seed_model_.deviation);
     } else if (term.name == "mumford-shah") {
-      p.try_emplace("mu", kSmoothingCells * kSmoothingCells * cell_ * cell_);
-      p.try_emplace("gamma", kLengthCells * cell_);
+      p.try_emplace("mu", std::pow(kSmoothingCells<Dim> * cell_, 2));
+      p.try_emplace("gamma", kLengthCells<Dim> * cell_);
       p.try_emplace("contrast", model_->contrast());
     } else if (term.name == "anisotropic") {
       for (const char* axis : {"x", "y", "z"})

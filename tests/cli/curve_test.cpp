@@ -67,6 +67,18 @@ TEST_F(Curveseg, FindsTwelveNoisyDiscsFromOneCircleAndFromSeedsAllOver) {
   }
 }
 
+TEST_F(Curveseg, DenoisesWithMumfordShah) {
+  make("blob", {"--size", "96", "--noise", "0.25"});
+  const Words run = {"segment", "blob.tif", "--circle", "47.5,47.5,40px", "-q", "-o", "b.json"};
+  must(joined(run,
+              {"--energy", "mumford-shah:gamma=0.6", "--denoised", "u.tif", "--json", "s.json"}));
+  EXPECT_GT(scores("b.json", "blob-exact.json")["dice"], 0.98);
+  EXPECT_EQ(json("s.json")["regions"].size(), 1u);
+  must({"segment", "u.tif", "--contour", "b.json", "--energy", "chan-vese", "-o", "c.json", "-q"});
+  must(joined(run, {"--energy", "mumford-shah", "--denoised", "u.png"}));
+  EXPECT_TRUE(exists("u.png"));
+}
+
 TEST_F(Curveseg, FindsTheHoleOfARingFromOutside) {
   make("ring", {"--edge-width", "0.02", "--noise", "0.1"});
   const Words run = {"segment",  "ring.tif",  "--circle", "127.5,127.5,125px",
@@ -169,6 +181,23 @@ Words start(const Words& how) {
 }
 
 const std::vector<Row> kRows = {
+    {"DenoisedAlone", joined(start({"--circle", "8,8,3px"}), {"--denoised", "u.tif"}), 2,
+     "belongs to --energy mumford-shah"},
+    {"DenoisedName",
+     {"segment", "good.tif", "-o", "out.json", "--circle", "8,8,3px", "--energy", "mumford-shah",
+      "--denoised", "u.jpg"},
+     2,
+     "ends in .png or .tif"},
+    {"MumfordShahMu",
+     {"segment", "good.tif", "-o", "out.json", "--circle", "8,8,3px", "--energy",
+      "mumford-shah:mu=0"},
+     2,
+     "mu = 0 violates > 0"},
+    {"MumfordShahNewton",
+     {"segment", "good.tif", "-o", "out.json", "--circle", "8,8,3px", "--energy", "mumford-shah",
+      "--flow", "newton"},
+     2,
+     "no second derivative"},
     {"NoImage", {"segment", "--seed", "8,8", "-o", "out.json"}, 2, "an image is missing"},
     {"ImageMissing", image("gone.png"), 3, "gone.png: cannot be read"},
     {"ImageText", image("text.txt"), 3, "not a volume"},
