@@ -224,7 +224,8 @@ class Evolution {
   }
 
   FlowSummary finish(Termination termination, std::string message) {
-    if (is_rebuilt_) energy_.reset(shape_.geometry());
+    // L-BFGS adds up what its many evaluations sweep: 0.5 % of chan-vese on a torus of 96^3 voxels.
+    if (is_rebuilt_ || options_.method == Method::kLbfgs) energy_.reset(shape_.geometry());
     summary_.termination = termination;
     summary_.message = std::move(message);
     summary_.final_energy = energy_.value();

@@ -138,10 +138,13 @@ void study_willmore() {
   for (const bool is_torus : {false, true})
     for (const double edge : {is_torus ? 0.1 : 0.16, is_torus ? 0.05 : 0.08})
       for (const Flow& flow : {kH1, kH1Implicit, kL2Implicit, kNewton, kLbfgs}) {
+        if (is_torus && flow.name == kLbfgs.name) continue;  // it finds that fall
         energy::CurvatureIntegral<3> J(
             energy::squared_curvature<3>(energy::constant_field<3>(1), 0));
         FixedMesh shape(is_torus ? torus(1, 0.4, edge) : bumpy_ball(edge));
         FlowOptions options = flow.options();
+        options.energy_tol =
+            3e-3;  // on a mesh that stays the discrete J falls on as it degenerates
         options.max_steps = 200;
         const Stopwatch watch;
         const auto summary = flow::evolve<3>(shape, J, options);
@@ -281,7 +284,7 @@ const Case kTorusMeans{"torus, chan-vese and area",
 void study_products() {
   fmt::print("\n| case | flow | steps | trials | J | s | end |\n|---|---|---|---|---|---|---|\n");
   for (const Case& one : {kBall, kNoisyBall, kBox, kTorus, kBallMeans})
-    for (const Flow& flow : {kH1, kH1Implicit, kL2Implicit, kL2, kNewton}) {
+    for (const Flow& flow : {kH1, kH1Implicit, kL2Implicit, kL2}) {
       const Outcome outcome = run(one, flow, phantom_of(one, 96), 1e-4);
       const auto& summary = outcome.result.last();
       fmt::print("| {} | {} | {} | {} | {:.5g} | {:.1f} | {} |\n", one.name, flow.name,
