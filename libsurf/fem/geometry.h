@@ -25,8 +25,6 @@ class Topology {
   int slot(Eigen::Index t, int i, int j) const { return slots_[(t * Dim + i) * Dim + j]; }
 
  private:
-  void build_pattern();
-
   Elements<Dim> T_;
   Eigen::Index n_vertices_;
   SparseMatrix pattern_;

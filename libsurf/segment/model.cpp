@@ -2,7 +2,16 @@
 
 #include <cmath>
 
+#include "libsurf/base/error.h"
+#include "libsurf/energy/mumford_shah.h"
+#include "libsurf/segment/contrast.h"
+
 namespace surf::segment {
+namespace {
+
+constexpr double kMostSamples = 1 << 22;  // of the voxels, for their two classes
+
+}  // namespace
 
 ImageExtent<3> extent_of(const volume::Volume& volume) {
   return {volume.size(), volume.index_to_world(), volume.world_to_index(), volume.range()};
@@ -38,6 +47,34 @@ energy::ImageTotals ImageModel::totals() const {
   }
   const double voxel = std::pow(volume_.voxel_size(), 3);
   return {voxel * double(volume_.n_voxels()), voxel * sum, voxel * squares};
+}
+
+/// From every n-th voxel along each axis where there are many.
+double ImageModel::contrast() const {
+  const auto& size = volume_.size();
+  const int stride =
+      static_cast<int>(std::ceil(std::cbrt(double(volume_.n_voxels()) / kMostSamples)));
+  std::vector<float> slice(std::size_t(size[0]) * size[1]), values;
+  for (int k = 0; k < size[2]; k += stride) {
+    volume_.copy_box({0, 0, k}, {size[0], size[1], k + 1}, slice.data());
+    for (int j = 0; j < size[1]; j += stride)
+      for (int i = 0; i < size[0]; i += stride)
+        values.push_back(slice[std::size_t(j) * size[0] + i]);
+  }
+  return two_class_contrast(values);
+}
+
+std::unique_ptr<energy::ShapeEnergy<3>> ImageModel::make_mumford_shah(
+    const EnergyTerm& term) const {
+  if (term.parameters.contains("data-tolerance"))
+    throw UsageError(
+        "energy mumford-shah: data-tolerance belongs to images; a volume is solved on its voxels");
+  energy::MumfordShahOptions options;
+  options.mu = parameter(term, "mu");
+  options.gamma = parameter(term, "gamma");
+  options.contrast = parameter(term, "contrast");
+  return std::make_unique<energy::MumfordShah>(intensity_, volume::field_grid(volume_, smoothing_),
+                                               options);
 }
 
 }  // namespace surf::segment

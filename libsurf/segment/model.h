@@ -14,10 +14,13 @@ class ImageModel : public EnergyModel<3> {
 
   const volume::Volume& volume() const { return volume_; }
   std::shared_ptr<const Field<3>> intensity() const override { return intensity_; }
+  /// Of the two classes of voxels.
+  double contrast() const override;
 
  protected:
   std::shared_ptr<const Field<3>> make_edge_indicator(double lambda) const override;
   energy::ImageTotals totals() const override;
+  std::unique_ptr<energy::ShapeEnergy<3>> make_mumford_shah(const EnergyTerm& term) const override;
 
  private:
   volume::Volume volume_;

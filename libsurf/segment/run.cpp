@@ -22,8 +22,12 @@ constexpr double kStepPerBlur = 1.2;
 constexpr double kLongSteps = 4;
 constexpr double kCoarseTolerance = 30;  // of the flow on coarser levels, times that of the last
 constexpr int kMostNucleations = 3;
-constexpr double kSmoothingCells = 32;  // of mumford-shah: sqrt(mu)
-constexpr double kLengthCells = 0.5;    // and its gamma
+// Of mumford-shah: sqrt(mu) and gamma. In space the box that is solved in keeps 6 sqrt(mu) from the
+// surface.
+template <int Dim>
+constexpr double kSmoothingCells = Dim == 2 ? 32 : 10;
+template <int Dim>
+constexpr double kLengthCells = Dim == 2 ? 0.5 : 0.25;
 // Alg. 17, thesis 5.2: C_coarse and C_2 for the tolerance of Alg. 6, d_1 and d_2 by the tolerance.
 constexpr double kCoarseGeometry = 3, kContinuedGeometry = 2;
 constexpr double kFirstThreshold = 5, kSecondThreshold = 20;
@@ -294,8 +298,8 @@ class Run {
       p.try_emplace("mean", seed_model_.mean);
       p.try_emplace("half-width", 4 * seed_model_.deviation);
     } else if (term.name == "mumford-shah") {
-      p.try_emplace("mu", kSmoothingCells * kSmoothingCells * cell_ * cell_);
-      p.try_emplace("gamma", kLengthCells * cell_);
+      p.try_emplace("mu", std::pow(kSmoothingCells<Dim> * cell_, 2));
+      p.try_emplace("gamma", kLengthCells<Dim> * cell_);
       p.try_emplace("contrast", model_->contrast());
     } else if (term.name == "anisotropic") {
       for (const char* axis : {"x", "y", "z"})

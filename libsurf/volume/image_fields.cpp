@@ -223,6 +223,11 @@ std::shared_ptr<const TiledField> intensity_field(const Volume& volume,
       });
 }
 
+Grid field_grid(const Volume& volume, const SmoothingOptions& smoothing) {
+  if (const std::string error = smoothing.error(); !error.empty()) throw UsageError(error);
+  return Smoother(volume, smoothing).grid();
+}
+
 std::shared_ptr<const TiledField> edge_indicator(const Volume& volume,
                                                  const SmoothingOptions& smoothing, double lambda,
                                                  DerivativeFilter filter) {

@@ -36,6 +36,9 @@ struct SmoothingOptions {
 std::shared_ptr<const TiledField> intensity_field(const Volume& volume,
                                                   const SmoothingOptions& smoothing);
 
+/// The nodes of the fields' grid: the voxels, or every n-th one where sigma is wide.
+Grid field_grid(const Volume& volume, const SmoothingOptions& smoothing);
+
 /// Edge indicator H = 1 / (1 + |grad I|^2 / lambda^2), thesis (5.1), as a C^2 field: H is
 /// computed at the grid's nodes from the smoothed intensities and then approximated by one cubic
 /// B-spline, whose own derivatives are grad H and D2H.

@@ -36,6 +36,23 @@ TEST_F(Curveseg, FindsABlobFromOneSeedAndFromACircle) {
   EXPECT_LT(scores("b.json", "blob-exact.json")["distance"]["mean_mm"], 0.052);  // pixels
 }
 
+TEST_F(Curveseg, FindsABlobFromLandmarksByEveryFlow) {
+  make("blob");
+  write("files/points.txt", "233 128\n23 128\n128 233\n128 23\n202,202\n54,54\n");
+  for (const std::string flow : {"h1", "l2", "newton", "lbfgs"}) {
+    must({"segment", "blob.tif", "--landmarks", "points.txt", "--energy", "minimal-surface",
+          "--lambda", "0.08", "--gamma", "0", "--flow", flow, "-o", "c.json", "-q"});
+    EXPECT_LT(scores("c.json", "blob-exact.json")["distance"]["mean_mm"], 0.06) << flow;
+  }
+}
+
+TEST_F(Curveseg, KeepsTheAreaThatIsAskedFor) {
+  make("blob");
+  must({"segment", "blob.tif", "--circle", "128,128,30px", "--energy", "area", "--area", "5000mm2",
+        "-o", "d.json", "--json", "s.json", "-q"});
+  EXPECT_NEAR(json("s.json")["area_mm2"], 5000, 1e-3);
+}
+
 TEST_F(Curveseg, FindsTwelveNoisyDiscsFromOneCircleAndFromSeedsAllOver) {
   make("discs12", {"--edge-width", "0.02", "--noise", "0.1"});
   const Words run = {"segment",       "discs12.tif", "--energy", "chan-vese", "--energy",

@@ -115,6 +115,31 @@ TEST_F(Segment, MaskAgreesWithTheSurface) {
   EXPECT_NEAR(double(n_inside), kVolumeMm3, kVolumeToleranceMm3);
 }
 
+TEST_F(Segment, MumfordShahFindsANoisyBallAndItsDenoisedVolume) {
+  make_ball({"--spacing", "1", "--noise", "0.25"});
+  must({"segment", "ball.nii.gz", "-q", "--initial-ball", "1,0,0,8mm", "--energy", "mumford-shah",
+        "-o", "s.vtp", "--denoised", "u.nii.gz", "--json", "s.json"});
+  EXPECT_GT(dice("s.vtp"), 0.97);
+  const auto image = surf::volume::read_volume(file("ball.nii.gz"));
+  const auto u = surf::volume::read_volume(file("u.nii.gz"));
+  ASSERT_EQ(u.size(), image.size());
+  EXPECT_TRUE(u.index_to_world().isApprox(image.index_to_world(), 1e-6));
+  EXPECT_GT(u.value(20, 20, 20), 0.8);
+  EXPECT_LT(u.value(1, 1, 1), 0.2);
+  EXPECT_LT(u.range()[1] - u.range()[0], 0.6 * (image.range()[1] - image.range()[0]));
+}
+
+TEST_F(Segment, DenoisedNeedsTheMumfordShahModel) {
+  make_ball();
+  const auto result = run(segment({"-o", "s.vtp", "--denoised", "u.nii.gz"}));
+  EXPECT_EQ(result.exit_code, 2);
+  EXPECT_NE(result.err.find("--denoised"), std::string::npos) << result.err;
+  const auto name =
+      run(segment({"-o", "s.vtp", "--energy", "mumford-shah", "--denoised", "u.png"}));
+  EXPECT_EQ(name.exit_code, 2);
+  EXPECT_NE(name.err.find("u.png"), std::string::npos) << name.err;
+}
+
 TEST_F(Segment, SeedsOfEverySpaceGiveTheSameSurface) {
   make_ball();
   const auto from = [&](const char* space, const char* seed, const char* name) {

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 
@@ -13,6 +14,7 @@
 #include "libsurf/mesh/measure.h"
 #include "libsurf/mesh/rasterize.h"
 #include "libsurf/mesh/verify.h"
+#include "libsurf/segment/denoised.h"
 #include "libsurf/volume/read_volume.h"
 #include "libsurf/volume/write_volume.h"
 #include "tools/common/arguments.h"
@@ -35,13 +37,20 @@ using nlohmann::ordered_json;
 const RunWords kWords = {"surface", "vox",   "volume", "volume",   "area",
                          "3",       "X,Y,Z", "balls",  "cavities", true};
 
+constexpr const char* kMumfordShah = "mumford-shah";
+
+bool has_mumford_shah(const std::vector<surf::segment::EnergyTerm>& terms) {
+  return std::any_of(terms.begin(), terms.end(),
+                     [](const auto& term) { return term.name == kMumfordShah; });
+}
+
 /// The options as they were typed.
 struct Arguments : RunArguments {
   std::string volume, output;
   int frame_index = 0;
   std::string space = "ras";
   InitialArguments initial;
-  std::string output_space = "lps", mask;
+  std::string output_space = "lps", mask, denoised;
   int candidates = 0;
 };
 
@@ -121,9 +130,11 @@ class SegmentCommand {
   void check() const {
     check_values();
     check_names();
-    surfseg::check_outputs(
-        {{"-o", arguments_.output}, {"--mask", arguments_.mask}, {"--json", arguments_.json}},
-        arguments_.volume);
+    surfseg::check_outputs({{"-o", arguments_.output},
+                            {"--mask", arguments_.mask},
+                            {"--denoised", arguments_.denoised},
+                            {"--json", arguments_.json}},
+                           arguments_.volume);
   }
 
   void check_names() const {
@@ -136,6 +147,18 @@ class SegmentCommand {
       throw surf::UsageError(
           fmt::format("--mask: {}: expected a name that ends in .nii.gz, .nii, .mha or .nrrd",
                       arguments_.mask));
+    check_denoised();
+  }
+
+  void check_denoised() const {
+    if (arguments_.denoised.empty()) return;
+    if (!surf::volume::is_writable_volume(arguments_.denoised))
+      throw surf::UsageError(
+          fmt::format("--denoised: {}: expected a name that ends in .nii.gz, .nii, .mha or .nrrd",
+                      arguments_.denoised));
+    if (!has_mumford_shah(arguments_.terms(command_)))
+      throw surf::UsageError(
+          "--denoised: only the Mumford-Shah model has such a volume; add --energy mumford-shah");
   }
 
   void check_values() const {
@@ -191,12 +214,23 @@ class SegmentCommand {
       surf::volume::write_label_map(
           arguments_.mask, volume.size(), volume.index_to_world(),
           surf::mesh::rasterize(surface, volume.size(), volume.index_to_world()));
+    if (!arguments_.denoised.empty()) write_denoised(volume, result, surface);
     const std::filesystem::path path(arguments_.output);
     for (std::size_t i = 1; i < result.candidates.size() && int(i) <= arguments_.candidates; ++i)
       surf::io::write_surface((path.parent_path() / fmt::format("{}-{}{}", path.stem().string(),
                                                                 i + 1, path.extension().string()))
                                   .string(),
                               result.candidates[i].shape, options);
+  }
+
+  void write_denoised(const surf::volume::Volume& volume,
+                      const surf::segment::SegmentResult& result,
+                      const surf::Triangles& surface) const {
+    for (const surf::segment::EnergyTerm& term : result.energies)
+      if (term.name == kMumfordShah)
+        return surf::volume::write_volume(
+            arguments_.denoised,
+            surf::segment::denoised(volume, surface, surf::segment::parameter(term, "mu")));
   }
 
   ordered_json summarise(const surf::segment::SegmentResult& result, const surf::Triangles& surface,
@@ -304,6 +338,11 @@ void add_options(CLI::App& command, Arguments& a) {
       ->group(output);
   command
       .add_option("--mask", a.mask, "Label map on the volume's grid: .nii.gz, .nii, .mha, .nrrd")
+      ->group(output);
+  command
+      .add_option("--denoised", a.denoised,
+                  "Volume approximated smoothly inside and outside the surface, which "
+                  "mumford-shah finds along with it: .nii.gz, .nii, .mha, .nrrd")
       ->group(output);
   command
       .add_option("--candidates", a.candidates, "Write up to this many further candidate surfaces")
