@@ -119,6 +119,9 @@ std::string MovingCurveOptions::error() const {
 MovingCurve::MovingCurve(const Segments& initial, const MovingCurveOptions& options)
     : mesh_(initial), options_(options) {
   if (const std::string error = options.error(); !error.empty()) throw UsageError(error);
+  Points<2> start = mesh_.points();
+  keep_in_box(start);
+  mesh_.set_points(start);
   if (options_.topology == Topology::kFree) {
     SurgeryOptions surgery;
     surgery.min_area_mm2 = min_area();

@@ -10,6 +10,7 @@
 #include <unordered_map>
 
 #include "libcurve/curve_mesh.h"
+#include "libcurve/hierarchy.h"
 #include "libcurve/intersections.h"
 #include "libcurve/surgery.h"
 #include "libsurf/base/error.h"
@@ -81,6 +82,15 @@ Eigen::VectorXd start_from(const Neumann& last, const DomainMesh& mesh, const Un
     for (int side = 0; side < 2; ++side)
       if (const int k = unknowns.of_node(i, side); k >= 0 && !is_known[k]) u[k] = means[side];
   return u;
+}
+
+/// Whether the curves are simple and their components alternate, so that none has shrunk through
+/// itself.
+bool bounds_domain(const Segments& curves) {
+  if (!intersections(curves.points, curves.elements).empty()) return false;
+  const auto components = curve_hierarchy(curves).components;
+  return std::all_of(components.begin(), components.end(),
+                     [](const Component& component) { return component.is_real(); });
 }
 
 /// Curves that may cross as the boundary of the domain round which they wind.
@@ -231,7 +241,7 @@ bool MumfordShah::lower_sizes(const DomainMesh& mesh, const Eigen::VectorXd& err
 
 std::unique_ptr<MumfordShah::State> MumfordShah::made(const fem::Geometry<2>& shape) const {
   const Segments curves = segments_of(shape);
-  const bool is_simple = intersections(curves.points, curves.elements).empty();
+  const bool is_simple = bounds_domain(curves);
   const Segments simple = is_simple ? curves : resolved(curves);
   auto [mesh, integrals] = adapted_mesh(simple);
   double length = 0;

@@ -37,14 +37,6 @@ Curvature curvature(const Geometry<Dim>& shape, const SparseMatrix& A) {
 }
 
 template <int Dim>
-SparseMatrix curvature_derivative(const Geometry<Dim>& shape, SparseMatrix A,
-                                  const Curvature& curvature) {
-  for (Eigen::Index i = 0; i < shape.n_vertices(); ++i)
-    A.coeffRef(i, i) -= shape.lumped_mass()[i] * curvature.square_sum[i];
-  return A;
-}
-
-template <int Dim>
 std::vector<Eigen::Matrix<double, Dim, Dim>> shape_operators(const Geometry<Dim>& shape) {
   using Matrix = Eigen::Matrix<double, Dim, Dim>;
   const Points<Dim> normals = shape.nodal_normals().rowwise().normalized();
@@ -62,8 +54,6 @@ std::vector<Eigen::Matrix<double, Dim, Dim>> shape_operators(const Geometry<Dim>
 
 template Curvature curvature<2>(const Geometry<2>&, const SparseMatrix&);
 template Curvature curvature<3>(const Geometry<3>&, const SparseMatrix&);
-template SparseMatrix curvature_derivative<2>(const Geometry<2>&, SparseMatrix, const Curvature&);
-template SparseMatrix curvature_derivative<3>(const Geometry<3>&, SparseMatrix, const Curvature&);
 template std::vector<Eigen::Matrix<double, 2, 2>> shape_operators<2>(const Geometry<2>&);
 template std::vector<Eigen::Matrix<double, 3, 3>> shape_operators<3>(const Geometry<3>&);
 

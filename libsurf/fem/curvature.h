@@ -1,6 +1,8 @@
 // The curvatures of a shape at its vertices.
 #pragma once
 
+#include <vector>
+
 #include "libsurf/fem/geometry.h"
 
 namespace surf::fem {
@@ -17,14 +19,6 @@ struct Curvature {
 /// @param A  stiffness(shape, 1)
 template <int Dim>
 Curvature curvature(const Geometry<Dim>& shape, const SparseMatrix& A);
-
-/// A - M diag(square_sum) is minus the derivative of the mean curvature (2.25), (2.30): a normal
-/// velocity V that is constant along the normals changes kappa by -Lap V - sum kappa_i^2 V.
-/// @param A  stiffness(shape, 1)
-/// @return   L with M kappa' = L V, the sparsity of A
-template <int Dim>
-SparseMatrix curvature_derivative(const Geometry<Dim>& shape, SparseMatrix A,
-                                  const Curvature& curvature);
 
 /// The shape operator S = grad_Gamma nu of every element, symmetric and tangential, from the
 /// nodal normals of unit length; its trace approximates kappa.

@@ -28,18 +28,22 @@ class StoppingRule {
   std::string check(const FlowSummary& summary, double bound_mm) {
     const StepRecord& last = summary.steps.back();
     steepest_ = std::max(steepest_, std::abs(last.shape_derivative));
+    const bool is_at_rest = last.max_displacement_mm <= kAtRest * bound_mm;
     // A dent of few vertices, where fronts met last, adds little to dJ.
-    if (std::abs(last.shape_derivative) <= options_.rel_tol * steepest_ &&
-        last.max_displacement_mm <= kAtRest * bound_mm)
+    if (std::abs(last.shape_derivative) <= options_.rel_tol * steepest_ && is_at_rest)
       return fmt::format("the shape derivative fell to {:.1e} of its largest value",
                          std::abs(last.shape_derivative) / steepest_);
     n_at_bound_ = last.max_displacement_mm > kAtBound * bound_mm ? n_at_bound_ + 1 : 0;
-    const int window = options_.method == Method::kLbfgs ? 1 : options_.energy_window;
+    // A round of L-BFGS that ended inside its chart stands for many steps.
+    const bool is_round = options_.method == Method::kLbfgs && is_at_rest;
+    const int window = is_round ? 1 : options_.energy_window;
     const int n = static_cast<int>(summary.steps.size());
     if (n <= window) return {};
     const double gained = summary.steps[n - 1 - window].energy - last.energy;
     const double total = summary.initial_energy - last.energy;
     const double share = n_at_bound_ >= window ? options_.energy_share_on_the_way : 1;
+    if (gained <= share * options_.energy_tol * total && is_round)
+      return fmt::format("the last round gained {:.1e} of the whole decrease", gained / total);
     if (gained <= share * options_.energy_tol * total)
       return fmt::format("the last {} steps gained {:.1e} of the whole decrease", window,
                          gained / total);

@@ -15,7 +15,9 @@ namespace surf::flow {
 
 enum class Method {
   kGradientFlow,  ///< of VelocityOptions::product and scheme
-  kNewton,        ///< with the whole second derivative and a trust region (newton.h)
+  /// With the whole second derivative, within a trust region in the norm of the H1 product:
+  /// Newton's step where that is positive definite and the step is short enough (trust_region.h).
+  kNewton,
   /// L-BFGS of Ceres over normal displacements from the current shape, in rounds between which the
   /// mesh is mended. A step of the summary is a round.
   kLbfgs

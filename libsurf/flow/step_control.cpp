@@ -33,9 +33,12 @@ std::optional<Step> choose_step(const StepOptions& options, double tau_first, do
   Step step;
   if (options.rule == StepRule::kFixed) {
     step.tau = std::min(options.tau, tau_max);
-    step.trial = attempt(step.tau);
-    step.n_trials = 1;
-    return std::isfinite(step.trial.change) ? std::optional(step) : std::nullopt;
+    for (step.n_trials = 1; step.n_trials <= options.max_trials; ++step.n_trials) {
+      step.trial = attempt(step.tau);
+      if (std::isfinite(step.trial.change)) return step;
+      step.tau /= 2;  // there is no such shape
+    }
+    return std::nullopt;
   }
   for (step.n_trials = 1; step.n_trials <= options.max_trials; ++step.n_trials) {
     step.tau = tau;

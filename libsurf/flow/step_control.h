@@ -48,7 +48,7 @@ struct Step {
 /// Alg. 1 and 2. `attempt(tau)` moves a copy of the shape and returns the change of J.
 /// Too little decrease shrinks the step, too much grows it (Alg. 2 as printed has the two
 /// mixed up). A step at tau_max is accepted however much it gains.
-/// kFixed takes the lesser of tau and tau_max.
+/// kFixed takes the lesser of tau and tau_max, or the first half of it at which there is a J.
 /// @param tau_first  first trial, 0 < tau_first <= tau_max
 /// @return the accepted step, which is the last one attempted; nothing if no trial decreased J
 std::optional<Step> choose_step(const StepOptions& options, double tau_first, double tau_max,

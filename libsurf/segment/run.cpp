@@ -34,6 +34,9 @@ constexpr double kFirstThreshold = 5, kSecondThreshold = 20;
 constexpr double kCoarseEdges = 2;  // times longer in the coarse stage, which the thesis leaves
 constexpr double kCoarseShare =
     0.02;  // of the length, exempt from Alg. 3 there: surgery resolves it
+// Of the L2 flow, cells: across an edge as wide as the blur G changes by 0.4 per cell, so longer
+// ones overshoot.
+constexpr double kCoarseL2Step = 2;
 constexpr double kCoarseEnergyTol = 0.01;
 constexpr int kSettleSteps = 8;
 constexpr double kSettleStep = 0.25;  // cells, largest move in a step
@@ -214,7 +217,7 @@ class Run {
                                             result_.stages.back().flow.message));
       }
     }
-    if (Dim == 2 && has_mumford_shah(result_.energies) && options_.n_coarse_steps > 0) {
+    if (Dim == 2 && has_mumford_shah(result_.energies) && has_coarse_stages()) {
       if (!run_coarse(start)) return false;
       start = result_.shape;
     }
@@ -232,6 +235,12 @@ class Run {
     return go_on;
   }
 
+  bool has_coarse_stages() const {
+    const flow::FlowOptions& flow = options_.flow;
+    return options_.n_coarse_steps > 0 && flow.method == flow::Method::kGradientFlow &&
+           !flow.keeps_content();
+  }
+
   /// The first part of Alg. 17: fixed steps with coarse curves, and domains that are not adapted to
   /// data; then, step by step, the tolerances of the result while |dJ| is above its thresholds.
   /// Where |dJ| grows again the printed loop goes back to the coarser tolerance, this does not.
@@ -241,6 +250,7 @@ class Run {
       if (term.name == "mumford-shah") term.parameters["data-tolerance"] = 0;
     flow::FlowOptions flow = options_.flow;
     flow.step.rule = flow::StepRule::kFixed;
+    if (flow.velocity.product == flow::ScalarProduct::kL2) flow.step.tau = kCoarseL2Step * cell_;
     flow.step.exempt_share = std::max(flow.step.exempt_share, kCoarseShare);
     flow.max_steps = options_.n_coarse_steps;
     flow.energy_tol = std::max(flow.energy_tol, kCoarseEnergyTol);

@@ -59,7 +59,8 @@ struct RunOptions {
   /// shape of the level before. An expanding front may leak through what the blur of a coarse
   /// level hides, so 1 is the default.
   int n_levels = 1;
-  /// Of mumford-shah in the plane: at most so many steps of each coarse stage (Alg. 17); 0 = none.
+  /// Of mumford-shah in the plane with an L2 or H1 flow: at most so many steps of each coarse stage
+  /// (Alg. 17); 0 = none.
   int n_coarse_steps = 150;  // thesis 5.2
   flow::FlowOptions flow;
   /// Settle the shape on the edges it has found: a last stage with the edge indicator alone. Not

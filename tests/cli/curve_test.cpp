@@ -36,6 +36,23 @@ TEST_F(Curveseg, FindsABlobFromOneSeedAndFromACircle) {
   EXPECT_LT(scores("b.json", "blob-exact.json")["distance"]["mean_mm"], 0.052);  // pixels
 }
 
+TEST_F(Curveseg, FindsABlobFromLandmarksByEveryFlow) {
+  make("blob");
+  write("files/points.txt", "233 128\n23 128\n128 233\n128 23\n202,202\n54,54\n");
+  for (const std::string flow : {"h1", "l2", "newton", "lbfgs"}) {
+    must({"segment", "blob.tif", "--landmarks", "points.txt", "--energy", "minimal-surface",
+          "--lambda", "0.08", "--gamma", "0", "--flow", flow, "-o", "c.json", "-q"});
+    EXPECT_LT(scores("c.json", "blob-exact.json")["distance"]["mean_mm"], 0.06) << flow;
+  }
+}
+
+TEST_F(Curveseg, KeepsTheAreaThatIsAskedFor) {
+  make("blob");
+  must({"segment", "blob.tif", "--circle", "128,128,30px", "--energy", "area", "--area", "5000mm2",
+        "-o", "d.json", "--json", "s.json", "-q"});
+  EXPECT_NEAR(json("s.json")["area_mm2"], 5000, 1e-3);
+}
+
 TEST_F(Curveseg, FindsTwelveNoisyDiscsFromOneCircleAndFromSeedsAllOver) {
   make("discs12", {"--edge-width", "0.02", "--noise", "0.1"});
   const Words run = {"segment",       "discs12.tif", "--energy", "chan-vese", "--energy",
@@ -48,6 +65,18 @@ TEST_F(Curveseg, FindsTwelveNoisyDiscsFromOneCircleAndFromSeedsAllOver) {
     EXPECT_LT(score["distance"]["mean_mm"], 0.12) << start[0];
     EXPECT_GT(scores("d.json", "d.png")["dice"], 0.9999) << start[0];
   }
+}
+
+TEST_F(Curveseg, DenoisesWithMumfordShah) {
+  make("blob", {"--size", "96", "--noise", "0.25"});
+  const Words run = {"segment", "blob.tif", "--circle", "47.5,47.5,40px", "-q", "-o", "b.json"};
+  must(joined(run,
+              {"--energy", "mumford-shah:gamma=0.6", "--denoised", "u.tif", "--json", "s.json"}));
+  EXPECT_GT(scores("b.json", "blob-exact.json")["dice"], 0.98);
+  EXPECT_EQ(json("s.json")["regions"].size(), 1u);
+  must({"segment", "u.tif", "--contour", "b.json", "--energy", "chan-vese", "-o", "c.json", "-q"});
+  must(joined(run, {"--energy", "mumford-shah", "--denoised", "u.png"}));
+  EXPECT_TRUE(exists("u.png"));
 }
 
 TEST_F(Curveseg, FindsTheHoleOfARingFromOutside) {
@@ -152,6 +181,23 @@ Words start(const Words& how) {
 }
 
 const std::vector<Row> kRows = {
+    {"DenoisedAlone", joined(start({"--circle", "8,8,3px"}), {"--denoised", "u.tif"}), 2,
+     "belongs to --energy mumford-shah"},
+    {"DenoisedName",
+     {"segment", "good.tif", "-o", "out.json", "--circle", "8,8,3px", "--energy", "mumford-shah",
+      "--denoised", "u.jpg"},
+     2,
+     "ends in .png or .tif"},
+    {"MumfordShahMu",
+     {"segment", "good.tif", "-o", "out.json", "--circle", "8,8,3px", "--energy",
+      "mumford-shah:mu=0"},
+     2,
+     "mu = 0 violates > 0"},
+    {"MumfordShahNewton",
+     {"segment", "good.tif", "-o", "out.json", "--circle", "8,8,3px", "--energy", "mumford-shah",
+      "--flow", "newton"},
+     2,
+     "no second derivative"},
     {"NoImage", {"segment", "--seed", "8,8", "-o", "out.json"}, 2, "an image is missing"},
     {"ImageMissing", image("gone.png"), 3, "gone.png: cannot be read"},
     {"ImageText", image("text.txt"), 3, "not a volume"},

@@ -244,5 +244,17 @@ TEST(MovingCurve, InAFlowFindsTwoObjectsFromOneCurveRoundBoth) {
   EXPECT_NEAR(curve.geometry().enclosed(), 2 * M_PI, 0.01 * 2 * M_PI);
 }
 
+TEST(MovingCurve, StartsInsideItsBox) {
+  MovingCurveOptions options;
+  options.box = ImageBox{Eigen::Affine2d::Identity(), Eigen::Affine2d::Identity(), {21, 21}};
+  const MovingCurve curve(circle({18, 10}, 6, 0.5), options);
+  const Segments now = curve.segments();
+  EXPECT_LE(now.points.maxCoeff(), 20);
+  expect_valid(now);
+  // The disc without the cap beyond x = 20, d = 2 from its centre.
+  const double cap = 36 * std::acos(2.0 / 6) - 2 * std::sqrt(32.0);
+  EXPECT_NEAR(curve.geometry().enclosed(), M_PI * 36 - cap, 1);
+}
+
 }  // namespace
 }  // namespace surf::curve

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "libcurve/distance.h"
 #include "libcurve/hierarchy.h"
 #include "libcurve/phantom.h"
@@ -50,6 +52,55 @@ TEST(CurveSegment, FindsTheNotchedObjectWithEveryFlow) {
     EXPECT_TRUE(verify(result.shape).passed());
     EXPECT_LT(mean_distance(result.shape, phantom), 0.5) << int(product);  // a cusp is cut short
   }
+}
+
+double psnr(const Image& image, const Image& clean) {
+  double sum = 0;
+  for (std::size_t i = 0; i < clean.n_pixels(); ++i)
+    sum += std::pow(double(image.values()[i]) - clean.values()[i], 2);
+  return -10 * std::log10(sum / double(clean.n_pixels()));
+}
+
+TEST(CurveSegment, MumfordShahFindsTheObjectInNoiseAndTakesTheNoiseAway) {
+  PhantomOptions phantom{.size = {128, 128}, .noise = 0.25};
+  const Image image = make_phantom(phantom);
+  CurveOptions options;
+  options.initial = circle({63.5, 63.5}, 55, 1.5);
+  options.energies = {{"mumford-shah", 1, {}}};
+  const CurveResult result = segment(image, options);
+  EXPECT_TRUE(verify(result.shape).passed());
+  EXPECT_EQ(verify(result.shape).n_components, 1);
+  EXPECT_LT(mean_distance(result.shape, phantom), 0.5);
+  EXPECT_EQ(result.stages.front().name, "coarse");
+  EXPECT_EQ(result.stages.back().name, "evolve");
+  const Image u = denoised(image, options, result);
+  phantom.noise = 0;
+  const Image clean = make_phantom(phantom);
+  EXPECT_GT(psnr(u, clean), psnr(image, clean) + 8);
+}
+
+TEST(CurveSegment, MumfordShahMergesSeedsAndDoesNotDependOnTheIntensities) {
+  const PhantomOptions phantom{.size = {96, 96}, .noise = 0.05};
+  const Image image = make_phantom(phantom);
+  std::vector<float> mapped;
+  for (const float value : image.values()) mapped.push_back(-40 * value - 7);
+  CurveOptions options;
+  options.initial = joined({circle({38, 48}, 8, 1.5), circle({58, 48}, 8, 1.5)});
+  options.energies = {{"mumford-shah", 1, {{"mu", 400}, {"gamma", 0.25}}}};
+  const Segments first = segment(image, options).shape;
+  const Segments second =
+      segment(Image(image.size(), image.pixel_to_plane(), mapped), options).shape;
+  EXPECT_EQ(verify(first).n_components, 1);
+  EXPECT_LT(mean_distance(first, phantom), 0.25);
+  EXPECT_LT(curve_distances(first, second).mean_mm, 0.05);  // floats of other sizes
+}
+
+TEST(CurveSegment, DenoisedImageNeedsTheMumfordShahModel) {
+  const Image image = make_phantom({.size = {48, 48}});
+  CurveOptions options;
+  options.initial = circle({24, 24}, 15, 1.5);
+  options.energies = {{"chan-vese", 1, {}}, {"area", 0.5, {}}};
+  EXPECT_THROW(denoised(image, options, segment(image, options)), UsageError);
 }
 
 TEST(CurveSegment, OptionsAreChecked) {

@@ -63,6 +63,25 @@ TEST(LineSearch, DoesNotDependOnTheScaleOfStepAndEnergy) {
   }
 }
 
+TEST(FixedStep, IsTakenWhateverItGains) {
+  Quadratic J{.newton = 0.1};  // ten times too long: J grows
+  const auto step = choose_step({.rule = StepRule::kFixed, .tau = 1}, 0.01, 3, J.attempt());
+  ASSERT_TRUE(step);
+  EXPECT_EQ(step->tau, 1);
+  EXPECT_GT(step->trial.change, 0);
+  EXPECT_EQ(choose_step({.rule = StepRule::kFixed, .tau = 1}, 1, 0.5, J.attempt())->tau, 0.5);
+}
+
+TEST(FixedStep, IsHalvedWhereThereIsNoShape) {
+  const auto attempt = [](double tau) {
+    return Trial{tau > 0.3 ? std::numeric_limits<double>::infinity() : 1, -1};
+  };
+  const auto step = choose_step({.rule = StepRule::kFixed, .tau = 1}, 1, 3, attempt);
+  ASSERT_TRUE(step);
+  EXPECT_EQ(step->tau, 0.25);
+  EXPECT_EQ(step->n_trials, 3);
+}
+
 TEST(LineSearch, TakesTheLargestStepHoweverMuchItGains) {
   Quadratic J{.newton = 100};
   const auto step = choose_step({}, 1, 3, J.attempt());

@@ -1,0 +1,79 @@
+#include "libsurf/energy/boundary_functional.h"
+
+#include "libsurf/fem/stiffness.h"
+#include "tests/surf/energy/energies.h"
+
+namespace surf::energy {
+namespace {
+
+using test::DimName;
+using test::Dims;
+
+template <class T>
+struct Functional : ::testing::Test {};
+TYPED_TEST_SUITE(Functional, Dims, DimName);
+
+template <int Dim>
+fem::Curvature curvature_of(const fem::Geometry<Dim>& shape) {
+  return fem::curvature<Dim>(shape,
+                             fem::stiffness<Dim>(shape, Eigen::VectorXd::Ones(shape.n_elements())));
+}
+
+TYPED_TEST(Functional, AverageOfAConstantIsTheConstantWithoutDerivatives) {
+  constexpr int Dim = TypeParam::value;
+  const auto arrays = test::rough_sphere<Dim>(1);
+  const fem::Geometry<Dim> shape(arrays.X, arrays.T);
+  BoundaryFunctional<Dim> J(average<Dim>(isotropic_density<Dim>(constant_field<Dim>(3))));
+  J.reset(shape);
+  EXPECT_NEAR(J.value(), 3, 1e-14);
+  ShapeTerms<Dim> terms(shape);
+  J.differentiate(curvature_of<Dim>(shape), 1, terms);
+  EXPECT_LT(terms.derivative.cwiseAbs().maxCoeff(), 1e-14);
+  SecondDerivative<Dim> second(shape);
+  J.differentiate_twice(curvature_of<Dim>(shape), 1, second);
+  const Eigen::VectorXd W = test::smooth_function<Dim>(arrays.X, 1);
+  const SparseMatrix A = fem::stiffness<Dim>(shape, Eigen::VectorXd::Ones(shape.n_elements()));
+  EXPECT_LT(second.times(shape, A, W).cwiseAbs().maxCoeff(), 1e-12);
+}
+
+TYPED_TEST(Functional, AverageIsTheBoundaryIntegralOverTheMeasure) {
+  constexpr int Dim = TypeParam::value;
+  const auto H = std::make_shared<const test::WaveField<Dim>>(2);
+  const auto arrays = test::rough_sphere<Dim>(1);
+  const fem::Geometry<Dim> shape(arrays.X, arrays.T);
+  BoundaryFunctional<Dim> J(average<Dim>(isotropic_density<Dim>(H)));
+  BoundaryIntegral<Dim> integral(H);
+  J.reset(shape), integral.reset(shape);
+  EXPECT_NEAR(J.value(), integral.value() / shape.measure(), 1e-14);
+}
+
+// Two integrals: the variance along the boundary is mean square minus squared mean, times |Gamma|.
+TYPED_TEST(Functional, VarianceAgreesWithItsExpansion) {
+  constexpr int Dim = TypeParam::value;
+  const auto f = std::make_shared<const test::WaveField<Dim>>(2);
+  const auto square = mapped_field<Dim>(f, [](double v) {
+    return std::array<double, 3>{v * v, 2 * v, 2};
+  });
+  const auto arrays = test::rough_sphere<Dim>(1);
+  const fem::Geometry<Dim> shape(arrays.X, arrays.T);
+  BoundaryFunctional<Dim> J(std::make_shared<const test::BoundaryVariance<Dim>>(f));
+  BoundaryIntegral<Dim> mean(f), squares(square);
+  J.reset(shape), mean.reset(shape), squares.reset(shape);
+  EXPECT_NEAR(J.value(), squares.value() - mean.value() * mean.value() / shape.measure(), 1e-13);
+}
+
+TYPED_TEST(Functional, HasTwoRankOneTermsPerIntegral) {
+  constexpr int Dim = TypeParam::value;
+  const auto f = std::make_shared<const test::WaveField<Dim>>(2);
+  const auto arrays = test::rough_sphere<Dim>(1);
+  const fem::Geometry<Dim> shape(arrays.X, arrays.T);
+  BoundaryFunctional<Dim> J(std::make_shared<const test::BoundaryVariance<Dim>>(f));
+  J.reset(shape);
+  SecondDerivative<Dim> second(shape);
+  J.differentiate_twice(curvature_of<Dim>(shape), 1, second);
+  EXPECT_EQ(second.vectors.cols(), 4);
+  EXPECT_EQ(second.coefficients, second.coefficients.transpose());
+}
+
+}  // namespace
+}  // namespace surf::energy
