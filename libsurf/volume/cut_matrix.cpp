@@ -188,8 +188,7 @@ void CutMatrix::residual(const Values& b, const Values& x, Values& y) const {
   tbb::parallel_for(std::size_t(0), slabs_.size(), [&](std::size_t k) {
     multiply_slab(slabs_[k], x.data(), y.data());
     for (const NodeRange& range : slabs_[k].active)
-      for (std::size_t n = range.begin; n < range.begin + range.n; ++n)
-        y[n] = b[n] - y[n];
+      for (std::size_t n = range.begin; n < range.begin + range.n; ++n) y[n] = b[n] - y[n];
   });
 }
 

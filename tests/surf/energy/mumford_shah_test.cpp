@@ -169,7 +169,7 @@ TEST(MumfordShah, DoesNotFeelAffineMapsOfTheIntensities) {
   EXPECT_LT((a.beta - b.beta).norm(), kTolerance * a.beta.norm());
 }
 
-/// J and its derivative on the random shape of `DoesNotFeelTheFrame` and others.
+/// J and its derivative for one wavy shape about the origin.
 struct Outcome {
   double value;
   Points<3> derivative;
