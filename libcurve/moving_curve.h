@@ -55,7 +55,8 @@ struct MovingCurveOptions {
   double min_area_mm2 = 0;
   /// With kFixed, sheets are held at this share of edge_length_mm.
   double sheet_distance = 0.7;
-  /// Nodes may not leave this box, nor start outside: they do on its border; none = the curves move freely.
+  /// Nodes may not leave this box, nor start outside: they do on its border; none = the curves move
+  /// freely.
   std::optional<ImageBox> box;
   /// The run ends when more than this share of the length lies on the box's border.
   double max_border_share = 0.5;

@@ -23,7 +23,7 @@ using namespace surf;
 
 constexpr int kShapes = 5;
 constexpr double kSmallStep = 2e-3;  // [mm] of the difference quotients' limit
-constexpr double kRounding = 1e-9;  // relative errors below have no order
+constexpr double kRounding = 1e-9;   // relative errors below have no order
 
 /// Errors of one energy per entry of a ladder, over all shapes.
 struct Errors {
