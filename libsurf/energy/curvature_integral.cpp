@@ -50,6 +50,26 @@ Points<Dim> pulled_back(const fem::Geometry<Dim>& shape, const Eigen::VectorXd& 
   return out;
 }
 
+/// The unit normals N / |N|, (n, Dim), and kappa_i = F_i . N_i / (m_i |N_i|). Unlike those of
+/// fem::mean_curvature, which are shorter by |N_i| / m_i, these curvatures see what is sharp: on a
+/// spike |N| is far less than m, and with the short ones the spikes that a box leaves stay.
+template <int Dim>
+struct SharpCurvature {
+  SharpCurvature(const fem::Geometry<Dim>& shape, const SparseMatrix& A)
+      : F(A * shape.points()),
+        length((shape.lumped_mass().asDiagonal() * shape.nodal_normals())
+                   .rowwise()
+                   .norm()
+                   .cwiseMax(1e-12 * shape.lumped_mass())),
+        normals((shape.lumped_mass().cwiseQuotient(length)).asDiagonal() * shape.nodal_normals()),
+        kappa(F.cwiseProduct(normals).rowwise().sum().cwiseQuotient(shape.lumped_mass())) {}
+
+  Points<Dim> F;           ///< A X, the gradient of the length or area
+  Eigen::VectorXd length;  ///< |N_i|
+  Points<Dim> normals;
+  Eigen::VectorXd kappa;
+};
+
 double mean_over(const Eigen::VectorXd& nodal, const auto& element) {
   double sum = 0;
   for (Eigen::Index i = 0; i < element.size(); ++i) sum += nodal[element[i]];
@@ -85,8 +105,8 @@ CurvatureSamples<Dim> CurvatureIntegral<Dim>::sample(const fem::Geometry<Dim>& s
 
 template <int Dim>
 double CurvatureIntegral<Dim>::evaluate(const fem::Geometry<Dim>& shape) const {
-  const Eigen::VectorXd kappa = fem::mean_curvature<Dim>(shape, unit_stiffness<Dim>(shape));
-  return shape.lumped_mass().dot(sample(shape, kappa, Derivatives::kNone).value);
+  const SharpCurvature<Dim> sharp(shape, unit_stiffness<Dim>(shape));
+  return shape.lumped_mass().dot(sample(shape, sharp.kappa, Derivatives::kNone).value);
 }
 
 template <int Dim>
@@ -121,14 +141,14 @@ void CurvatureIntegral<Dim>::differentiate(const fem::Curvature& curvature, doub
                                            ShapeTerms<Dim>& terms) const {
   const auto& shape = this->shape();
   const Eigen::VectorXd& m = shape.lumped_mass();
-  const SparseMatrix A = unit_stiffness<Dim>(shape);
-  const Eigen::VectorXd kappa = fem::mean_curvature<Dim>(shape, A);
-  const auto H = sample(shape, kappa, Derivatives::kFirst);
-  // kappa_i = N_i . F_i / m_i^2
-  const Points<Dim> F = A * shape.points();
-  const Eigen::VectorXd a = H.value - 2 * H.dz.cwiseProduct(kappa);
-  const Points<Dim> u = H.dz.asDiagonal() * shape.nodal_normals();
-  const Points<Dim> v = H.dz.cwiseQuotient(m).asDiagonal() * F;
+  const SharpCurvature<Dim> sharp(shape, unit_stiffness<Dim>(shape));
+  const auto H = sample(shape, sharp.kappa, Derivatives::kFirst);
+  // d kappa = nu . dF / m + (F - (F . nu) nu) . dN / (m |N|) - kappa dm / m
+  const Eigen::VectorXd a = H.value - H.dz.cwiseProduct(sharp.kappa);
+  const Points<Dim> u = H.dz.asDiagonal() * sharp.normals;
+  const Points<Dim> tangential =
+      sharp.F - Points<Dim>(sharp.kappa.cwiseProduct(m).asDiagonal() * sharp.normals);
+  const Points<Dim> v = H.dz.cwiseQuotient(sharp.length).asDiagonal() * tangential;
   terms.derivative += weight * (pulled_back<Dim>(shape, a, u, v) + m.asDiagonal() * H.dx);
 
   const Form form = this->form(curvature);

@@ -7,7 +7,8 @@
 namespace surf::energy {
 
 /// J(Gamma) = int_Gamma H(x, kappa) dS (1.8), discretised as sum_i m_i H(x_i, kappa_i) with the
-/// lumped masses and the curvatures of fem::mean_curvature.
+/// lumped masses and the curvatures kappa_i = (M^-1 A X)_i . nu_i, nu_i the normalised nodal
+/// normal.
 ///
 /// G = -Lap_Gamma H_z + H kappa - H_z sum kappa_i^2 + d_nu H (Theorem 2.2.5). It does not have the
 /// form (1.13): g = 0, and the velocity needs the bilaplacian, whose weight is c = H_zz. The second
