@@ -233,6 +233,19 @@ TEST(Segment, RefusesOptionsThatAreWrong) {
   EXPECT_THROW(segment(volume, unknown), UsageError);
 }
 
+// Nothing of a box's corners may be left: with curvatures along shortened normals spikes were.
+TEST(Segment, WillmoreMakesABallOfABox) {
+  SegmentOptions options;
+  options.initial = mesh::box({-0.6, -0.35, -0.35}, {0.6, 0.35, 0.35}, 0.06);
+  options.energies = {{"willmore", 1, {}}};
+  const SegmentResult result = segment(volume::make_phantom(phantom(PhantomKind::kBall)), options);
+  const Eigen::RowVector3d centre = mesh::centroid(result.shape).transpose();
+  const Eigen::VectorXd radii = (result.shape.points.rowwise() - centre).rowwise().norm();
+  EXPECT_LT(radii.maxCoeff() / radii.minCoeff(), 1.08);
+  const double ratio = radii.maxCoeff() / radii.mean();
+  EXPECT_LT(ratio, 1.05) << "a spike";
+}
+
 SegmentOptions from_outside(int n_levels) {
   SegmentOptions options;
   options.initial = mesh::ball(Vector3d::Zero(), 0.9, 0.15);
