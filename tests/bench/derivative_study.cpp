@@ -1,7 +1,7 @@
 // First and second derivatives of every shape energy against differences, on random smooth shapes,
 // with analytic fields and with those of images. The tables of docs/energy-derivatives.md.
 //
-//   derivative_study
+//   derivative_study [flows]   flows: the velocities of the flows alone
 #include <fmt/format.h>
 
 #include <cmath>
@@ -13,6 +13,7 @@
 #include "libcurve/image_fields.h"
 #include "libcurve/phantom.h"
 #include "libsurf/fem/stiffness.h"
+#include "libsurf/flow/velocity.h"
 #include "libsurf/volume/image_fields.h"
 #include "libsurf/volume/phantom.h"
 #include "tests/surf/energy/energies.h"
@@ -46,6 +47,10 @@ class Table {
   Errors& row(const std::string& name) {
     if (!rows_.contains(name)) names_.push_back(name);
     return rows_[name];
+  }
+  template <class Visit>
+  void for_each(const Visit& visit) const {
+    for (const auto& name : names_) visit(name, rows_.at(name));
   }
   /// @param from, to  the rungs that the order is taken from
   void print(const std::vector<std::string>& heads, double ratio, std::size_t from,
@@ -189,6 +194,37 @@ struct Probe {
   Eigen::VectorXd V, W;
 };
 
+struct Flow {
+  const char* name;
+  flow::ScalarProduct product;
+  flow::Scheme scheme;
+};
+constexpr Flow kFlows[] = {
+    {"L2 explicit", flow::ScalarProduct::kL2, flow::Scheme::kExplicit},
+    {"L2 semi-implicit", flow::ScalarProduct::kL2, flow::Scheme::kSemiImplicit},
+    {"H1 explicit", flow::ScalarProduct::kH1, flow::Scheme::kExplicit},
+    {"H1 semi-implicit", flow::ScalarProduct::kH1, flow::Scheme::kSemiImplicit},
+    {"H^-1 explicit", flow::ScalarProduct::kHMinus1, flow::Scheme::kExplicit},
+    {"H^-1 semi-implicit", flow::ScalarProduct::kHMinus1, flow::Scheme::kSemiImplicit}};
+constexpr double kFlowSteps[] = {2e-3, 1e-3};  // [mm], of the fastest vertex
+constexpr double kTimeStep = 1e-3;             // of the semi-implicit schemes
+
+/// Errors of dJ(V) for the velocities V of all flows, entry 2 f + s of flow f and step s.
+template <int Dim>
+void add_flows(const Probe<Dim>& probe, energy::ShapeEnergy<Dim>& J, Errors& errors) {
+  energy::ShapeTerms<Dim> terms(probe.shape);
+  J.differentiate(probe.curvature, 1, terms);
+  for (std::size_t f = 0; f < std::size(kFlows); ++f) {
+    const flow::VelocityOptions options{.product = kFlows[f].product, .scheme = kFlows[f].scheme};
+    const flow::VelocitySystem<Dim> system(probe.shape, terms, probe.A, options);
+    const flow::Velocity<Dim> velocity = system.solve(kTimeStep);
+    const Points<Dim> V = velocity.vector / velocity.vector.rowwise().norm().maxCoeff();
+    const double dJ = terms.derivative.cwiseProduct(V).sum();
+    for (std::size_t s = 0; s < std::size(kFlowSteps); ++s)
+      errors.add(2 * f + s, dJ - test::first_difference<Dim>(J, probe.shape, V, kFlowSteps[s]), dJ);
+  }
+}
+
 /// @param visit  called with the name and the energy, reset to the shape of the probe
 template <int Dim, class Visit>
 void for_every_energy(const Probe<Dim>& probe, const test::EnergyFields<Dim>& fields,
@@ -250,9 +286,46 @@ void study_dimension(const std::string& shapes) {
   study<Dim>(shapes + ", fields of an image", [&](unsigned) { return image; });
 }
 
+template <int Dim, class FieldsOfSeed>
+void study_flows(const std::string& title, const FieldsOfSeed& fields_of) {
+  Table table;
+  for (int seed = 1; seed <= kShapes; ++seed) {
+    const Probe<Dim> probe(seed, Dim == 2 ? 4 : 3);
+    for_every_energy<Dim>(probe, fields_of(seed), [&](const std::string& name, auto& J) {
+      add_flows<Dim>(probe, J, table.row(name));
+    });
+  }
+  fmt::print(
+      "## {}\n\n|dJ(V) - difference| / |dJ(V)| for the velocities V of the flows, fastest vertex "
+      "moved by {:g} mm, and the order from {:g} mm:\n\n",
+      title, kFlowSteps[1], kFlowSteps[0]);
+  fmt::print("| energy |");
+  for (const Flow& flow : kFlows) fmt::print(" {} |", flow.name);
+  fmt::print("\n|---|---|---|---|---|---|---|\n");
+  table.for_each([](const std::string& name, const Errors& errors) {
+    fmt::print("| {} |", name);
+    for (std::size_t f = 0; f < std::size(kFlows); ++f) {
+      const double coarse = errors.relative(2 * f), fine = errors.relative(2 * f + 1);
+      fmt::print(" {:.1e}{} |", fine,
+                 fine > kRounding ? fmt::format(", {:.2f}", std::log2(coarse / fine)) : "");
+    }
+    fmt::print("\n");
+  });
+  fmt::print("\n");
+  std::fflush(stdout);
+}
+
 }  // namespace
 
-int main() {
+int main(int argc, char** argv) {
+  const std::string part = argc > 1 ? argv[1] : "";
+  if (!part.empty() && part != "flows") {
+    fmt::print(stderr, "derivative_study: expected no argument or 'flows'; got '{}'\n", part);
+    return 2;
+  }
+  study_flows<2>("Flows of curves", [](unsigned seed) { return test::wave_fields<2>(seed); });
+  study_flows<3>("Flows of surfaces", [](unsigned seed) { return test::wave_fields<3>(seed); });
+  if (part == "flows") return 0;
   study_dimension<2>("Curves");
   study_dimension<3>("Surfaces");
 }
