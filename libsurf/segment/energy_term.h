@@ -21,8 +21,8 @@ namespace surf::segment {
 ///   alignment        scale [intensity/mm], sign: int_Gamma phi(<grad I, nu>) dS with
 ///                    phi = sign s / scale, 1 for bright objects and -1 for dark ones; with sign =
 ///                    0 edges of either sign (energy::absolute_alignment)
-///   willmore         curvature [1/mm]: 1/2 int_Gamma (kappa - curvature)^2 dS, kappa the sum of the
-///                    principal curvatures
+///   willmore         curvature [1/mm]: 1/2 int_Gamma (kappa - curvature)^2 dS, kappa the sum
+///                    of the principal curvatures
 ///   prescribed-curvature  curvature, lambda: the same, weighted by the edge indicator: (1.8)
 ///   average-edge     lambda: the mean of the edge indicator along Gamma, (1.9)
 ///   average-alignment  scale, sign: the mean of phi
