@@ -9,6 +9,7 @@
 #include <openvdb/tools/Composite.h>
 #include <openvdb/tools/LevelSetAdvect.h>
 #include <openvdb/tools/LevelSetFilter.h>
+#include <openvdb/tools/LevelSetMeasure.h>
 #include <openvdb/tools/LevelSetSphere.h>
 
 #include <algorithm>
@@ -129,9 +130,10 @@ double difference(const Triangles& surface, const openvdb::FloatGrid& grid, doub
 
 struct Outcome {
   bool is_valid = true, keeps_promise = true, has_vanished = false;
-  double difference = 0;  // in units of area times resolution
-  double left = 0;        // of a vanished one: volume of the level set, mm^3
-  double surgery_change = 0;
+  double difference = 0;      // in units of resolution times the area of the larger of the two
+  double own_difference = 0;  // of the surface's own area
+  double left = 0;            // of a vanished one: volume of the level set, mm^3
+  double surgery_change = 0;  // largest of a volume by an event, of area times resolution
   int n_events = 0;
   std::map<std::string, int> kinds;
 };
@@ -188,7 +190,8 @@ Outcome run(int seed, mesh::Topology topology) {
     for (const auto& event : surface.take_events()) {
       ++out.n_events;
       ++out.kinds[event.kind];
-      out.surgery_change += std::abs(event.enclosed_change);
+      out.surgery_change = std::max(
+          out.surgery_change, std::abs(event.enclosed_change) / (shape.measure() * kResolution));
     }
     out.has_vanished = !surface.obstacle().empty() || surface.triangles().elements.rows() < 60;
     if (!has_reference || !grid) continue;
@@ -211,7 +214,10 @@ Outcome run(int seed, mesh::Topology topology) {
   if (topology == mesh::Topology::kGenus0) out.keeps_promise = Topologies(end).genera.back() == 0;
   if (has_reference && !out.has_vanished) {
     double volume = 0;
-    out.difference = difference(end, *grid, voxel, volume) / (mesh::area_mm2(end) * kResolution);
+    const double differing = difference(end, *grid, voxel, volume), area = mesh::area_mm2(end);
+    out.own_difference = differing / (area * kResolution);
+    out.difference =
+        differing / (std::max(area, openvdb::tools::levelSetArea(*grid)) * kResolution);
   }
   return out;
 }
@@ -226,7 +232,7 @@ int main(int argc, char** argv) {
                                   : name == "genus0" ? mesh::Topology::kGenus0
                                                      : mesh::Topology::kFree;
   std::vector<double> differences;
-  double most_left = 0;
+  double most_left = 0, most_changed = 0;
   std::map<std::string, int> kinds;
   int n_bad = 0, n_vanished = 0;
   for (int seed = first; seed < first + n_runs; ++seed) {
@@ -236,15 +242,17 @@ int main(int argc, char** argv) {
       for (const auto& [kind, n] : out.kinds) kinds[kind] += n;
       n_vanished += out.has_vanished;
       most_left = std::max(most_left, out.left);
+      most_changed = std::max(most_changed, out.surgery_change);
       if (out.difference > 0) differences.push_back(out.difference);
       const bool is_bad = !out.is_valid || !out.keeps_promise;
       n_bad += is_bad;
-      if (is_bad || out.difference > 1 || argc > 4)
-        fmt::print("run {}: {}{}{} events {}, difference {:.2f} of area x resolution, {:.1f} s\n",
-                   seed, out.is_valid ? "" : "INVALID ",
-                   out.keeps_promise ? "" : "ANOTHER TOPOLOGY ", out.has_vanished ? "vanished" : "",
-                   out.n_events, out.difference,
-                   std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
+      if (is_bad || out.own_difference > 1 || argc > 4)
+        fmt::print(
+            "run {}: {}{}{} events {}, difference {:.2f} of area x resolution ({:.2f} of the "
+            "surface's own area), {:.1f} s\n",
+            seed, out.is_valid ? "" : "INVALID ", out.keeps_promise ? "" : "ANOTHER TOPOLOGY ",
+            out.has_vanished ? "vanished" : "", out.n_events, out.difference, out.own_difference,
+            std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
     } catch (const std::exception& error) {
       ++n_bad;
       fmt::print("run {}: {}\n", seed, error.what());
@@ -260,6 +268,7 @@ int main(int argc, char** argv) {
         "max {:.3f} ({} runs)\n",
         differences[differences.size() / 2], differences[differences.size() * 95 / 100],
         differences.back(), differences.size());
+  fmt::print("largest change of volume by an event, of area x resolution: {:.3f}\n", most_changed);
   if (n_vanished > 0)
     fmt::print(
         "largest volume of the level set where the surface vanished: {:.4f} mm^3, {:.1f} cubes of "
