@@ -1,5 +1,6 @@
 #include "libcurve/neumann.h"
 
+#include <fmt/format.h>
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
@@ -10,6 +11,8 @@
 #include <functional>
 #include <unordered_map>
 #include <utility>
+
+#include "libsurf/base/log.h"
 
 namespace surf::curve {
 namespace {
@@ -241,6 +244,11 @@ void Neumann::solve(const Eigen::VectorXd& start) {
   u_ = start.size() == rhs.size() ? Eigen::VectorXd(solver.solveWithGuess(rhs, start))
                                   : Eigen::VectorXd(solver.solve(rhs));
   n_iterations_ = int(solver.iterations());
+  if (solver.info() != Eigen::Success)
+    log(LogLevel::kWarning,
+        fmt::format("Neumann problems: the residual is {:.1e} of the load after {} iterations, not "
+                    "{:g}",
+                    solver.error(), n_iterations_, options_.tolerance));
   energy_ = 0.5 * u_.dot(K.selfadjointView<Eigen::Lower>() * u_) - rhs.dot(u_);
 }
 

@@ -67,11 +67,14 @@ typename BoundaryFunctional<Dim>::Frozen BoundaryFunctional<Dim>::frozen() const
   const auto& w = H_->integrands();
   Frozen out;
   out.p = integrals(shape);
-  out.density =
-      sample_boundary<Dim>(*H_->at(out.p), shape, quadrature_order_, Derivatives::kSecond);
-  for (std::size_t k = 0; k < w.size(); ++k)
-    out.density.add(integral(H_->first(out.p, int(k)), shape),
-                    sample_boundary<Dim>(*w[k], shape, quadrature_order_, Derivatives::kSecond));
+  const auto H = H_->at(out.p);
+  if (H) out.density = sample_boundary<Dim>(*H, shape, quadrature_order_, Derivatives::kSecond);
+  for (std::size_t k = 0; k < w.size(); ++k) {
+    const auto samples =
+        sample_boundary<Dim>(*w[k], shape, quadrature_order_, Derivatives::kSecond);
+    if (!H && k == 0) out.density.resize(samples.value.size(), Derivatives::kSecond);
+    out.density.add(integral(H_->first(out.p, int(k)), shape), samples);
+  }
   return out;
 }
 

@@ -1,8 +1,11 @@
 #include "libsurf/energy/region_statistics.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
+#include "libsurf/base/error.h"
 #include "libsurf/energy/region_terms.h"
 
 namespace surf::energy {
@@ -121,7 +124,10 @@ void RegionStatistics<Dim>::add_density(const Points<Dim>& points, double weight
 StatisticsModel region_competition(const ImageTotals& totals, double eps) {
   const double mean = totals.intensity / totals.content;
   const double variance = totals.intensity_squared / totals.content - mean * mean;
-  const double s = std::sqrt(std::max(variance, 1e-300));
+  if (!(variance > 0))
+    throw UsageError(fmt::format(
+        "region-competition: the intensity is {:g} everywhere, so no regions differ", mean));
+  const double s = std::sqrt(variance);
   StatisticsModel model;
   model.w = {[](double) {
                return std::array<double, 3>{1, 0, 0};

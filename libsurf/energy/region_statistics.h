@@ -79,6 +79,7 @@ class RegionStatistics : public ShapeEnergy<Dim> {
 /// p = (|Omega|, int z, int z^2) with z = (I - mean) / s; mean and deviation s are those of the
 /// whole image, so that J does not depend on the intensities' unit.
 /// @param eps  a variance below (eps s)^2 counts as this
+/// @throws UsageError  the image is constant
 StatisticsModel region_competition(const ImageTotals& totals, double eps = 0.01);
 
 }  // namespace surf::energy

@@ -159,10 +159,10 @@ class LbfgsStepper : public Stepper<Dim> {
   using Stepper<Dim>::Stepper;
 
   bool advance(const fem::Geometry<Dim>& shape, StepRecord& record) override {
-    const double J = this->energy_.value();
     auto* const chart =
         new Chart<Dim>(shape, this->energy_, this->moving_.max_displacement(), this->options_);
-    ceres::GradientProblem problem(chart);  // owns it
+    const double J = this->energy_.value();  // differentiating may have meshed the domain anew
+    ceres::GradientProblem problem(chart);   // owns it
     record.shape_derivative = chart->first_derivative();
     if (!(record.shape_derivative < 0)) return false;
     steepest_ = std::max(steepest_, -record.shape_derivative);

@@ -60,6 +60,7 @@ class NewtonStepper : public Stepper<Dim> {
       this->accept(shape, record);
       return true;
     }
+    record.n_trials = this->options_.step.max_trials;
     return false;
   }
 

@@ -1,10 +1,12 @@
 #include "libsurf/volume/screened_poisson.h"
 
+#include <fmt/format.h>
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <utility>
 
+#include "libsurf/base/log.h"
 #include "libsurf/volume/multigrid.h"
 
 namespace surf::volume {
@@ -61,6 +63,11 @@ Eigen::Vector3d slope(const std::array<double, 8>& u, const Eigen::Vector3d& x) 
   return out;
 }
 
+struct Solved {
+  int n_iterations = 0;
+  bool has_converged = false;
+};
+
 }  // namespace
 
 double CellDensity::difference(const Eigen::Vector3d& x) const {
@@ -106,7 +113,7 @@ struct ScreenedPoisson::Impl {
   Values e;  // u - I
   std::vector<char> is_active;
   double energy = 0;
-  int n_iterations = 0;
+  Solved solved;
 };
 
 namespace {
@@ -133,29 +140,29 @@ class Equations {
 
   const CutMatrix& A() const { return multigrid_.matrix(); }
 
-  /// CG from e; returns the number of iterations.
-  int solve(const ScreenedPoissonOptions& options, Values& e) {
+  /// CG from e.
+  Solved solve(const ScreenedPoissonOptions& options, Values& e) {
     const double target = options.tolerance * options.tolerance * scaled_square(A(), b_);
     r_.assign(b_.size(), 0);
     A().residual(b_, e, r_);
     Values z(b_.size()), p(b_.size()), Ap(b_.size());
     double rz = 0;
-    for (int iteration = 0; iteration < options.max_iterations; ++iteration) {
-      if (scaled_square(A(), r_) <= target) return iteration;
+    for (int iteration = 0;; ++iteration) {
+      if (scaled_square(A(), r_) <= target) return {iteration, true};
+      if (iteration >= options.max_iterations) return {iteration, false};
       multigrid_.precondition(r_, z);
       const double previous = std::exchange(rz, dot(A(), r_, z));
       const double beta = iteration == 0 ? 0 : rz / previous;
       for_active(A(), [&](std::size_t n) { p[n] = z[n] + beta * p[n]; });
       A().multiply(p, Ap);
       const double curvature = dot(A(), p, Ap);
-      if (!(curvature > 0)) return iteration;
+      if (!(curvature > 0)) return {iteration, false};
       const double alpha = rz / curvature;
       for_active(A(), [&](std::size_t n) {
         e[n] += alpha * p[n];
         r_[n] -= alpha * Ap[n];
       });
     }
-    return options.max_iterations;
   }
 
   double energy(const Values& e) const {
@@ -204,7 +211,12 @@ ScreenedPoisson::ScreenedPoisson(const DomainCells& cells, const Grid& grid, dou
   for_active(equations.A(),
              [&](std::size_t n) { impl_->is_active[n] = equations.A().is_active(n); });
   if (start) impl_->start_from(*start->impl_, shift);
-  impl_->n_iterations = equations.solve(options, impl_->e);
+  impl_->solved = equations.solve(options, impl_->e);
+  if (!impl_->solved.has_converged)
+    log(LogLevel::kWarning,
+        fmt::format("screened Poisson problem: the residual is above {:g} of the load after {} "
+                    "iterations",
+                    options.tolerance, impl_->solved.n_iterations));
   impl_->energy = equations.energy(impl_->e);
 }
 
@@ -213,7 +225,8 @@ ScreenedPoisson::ScreenedPoisson(ScreenedPoisson&&) noexcept = default;
 ScreenedPoisson& ScreenedPoisson::operator=(ScreenedPoisson&&) noexcept = default;
 
 double ScreenedPoisson::energy() const { return impl_->energy; }
-int ScreenedPoisson::n_iterations() const { return impl_->n_iterations; }
+int ScreenedPoisson::n_iterations() const { return impl_->solved.n_iterations; }
+bool ScreenedPoisson::has_converged() const { return impl_->solved.has_converged; }
 
 bool ScreenedPoisson::is_active(int i, int j, int k) const {
   return impl_->is_active[impl_->box.at(i, j, k)];

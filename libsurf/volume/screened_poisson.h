@@ -67,6 +67,8 @@ class ScreenedPoisson {
   /// J(u)
   double energy() const;
   int n_iterations() const;
+  /// Whether the residual fell to the tolerance; if not, a warning was logged too.
+  bool has_converged() const;
 
   /// u at the corners of a cell, x fastest. Corners whose functions vanish on Omega get the mean of
   /// their neighbours in the cell.

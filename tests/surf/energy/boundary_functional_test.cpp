@@ -62,6 +62,42 @@ TYPED_TEST(Functional, VarianceAgreesWithItsExpansion) {
   EXPECT_NEAR(J.value(), squares.value() - mean.value() * mean.value() / shape.measure(), 1e-13);
 }
 
+/// H = int f - c on a shape where int f = c, so that H vanishes there and dH/dp does not.
+template <int Dim>
+class Excess : public DensityFamily<Dim> {
+ public:
+  using Pointer = DensityPointer<Dim>;
+  Excess(std::shared_ptr<const Field<Dim>> f, Pointer own)
+      : integrands_{isotropic_density<Dim>(std::move(f))}, own_(std::move(own)) {}
+  const std::vector<Pointer>& integrands() const override { return integrands_; }
+  Pointer at(const Eigen::VectorXd&) const override { return own_; }
+  Pointer first(const Eigen::VectorXd&, int) const override {
+    return isotropic_density<Dim>(constant_field<Dim>(1));
+  }
+  Pointer second(const Eigen::VectorXd&, int, int) const override { return nullptr; }
+
+ private:
+  std::vector<Pointer> integrands_;
+  Pointer own_;
+};
+
+TYPED_TEST(Functional, ADensityThatIsNotThereCountsAsZero) {
+  constexpr int Dim = TypeParam::value;
+  const auto f = std::make_shared<const test::WaveField<Dim>>(2);
+  const auto arrays = test::rough_sphere<Dim>(1);
+  const fem::Geometry<Dim> shape(arrays.X, arrays.T);
+  const auto derivative = [&](DensityPointer<Dim> own) {
+    BoundaryFunctional<Dim> J(std::make_shared<const Excess<Dim>>(f, std::move(own)));
+    J.reset(shape);
+    ShapeTerms<Dim> terms(shape);
+    J.differentiate(curvature_of<Dim>(shape), 1, terms);
+    return Points<Dim>(terms.derivative);
+  };
+  const Points<Dim> expected = derivative(isotropic_density<Dim>(constant_field<Dim>(0)));
+  EXPECT_GT(expected.cwiseAbs().maxCoeff(), 0);
+  EXPECT_EQ(derivative(nullptr), expected);
+}
+
 TYPED_TEST(Functional, HasTwoRankOneTermsPerIntegral) {
   constexpr int Dim = TypeParam::value;
   const auto f = std::make_shared<const test::WaveField<Dim>>(2);

@@ -1,5 +1,6 @@
 #include "libsurf/energy/region_statistics.h"
 
+#include "libsurf/base/error.h"
 #include "libsurf/fem/stiffness.h"
 #include "tests/surf/energy/energies.h"
 
@@ -95,6 +96,11 @@ TYPED_TEST(Statistics, OfTheInnerVarianceAgreesWithTheDomainFunctional) {
   DomainFunctional<Dim> expected(std::make_shared<const test::InnerVariance<Dim>>(I),
                                  {.ray_spacing_mm = kOptions.ray_spacing_mm});
   expect_equal<Dim>(statistics, expected);
+}
+
+TEST(RegionCompetition, NeedsAnImageThatVaries) {
+  EXPECT_THROW(region_competition({.content = 2, .intensity = 6, .intensity_squared = 18}),
+               UsageError);
 }
 
 TEST(RegionCompetition, HasTheDerivativesOfItsValue) {

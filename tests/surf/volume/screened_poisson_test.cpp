@@ -1,10 +1,13 @@
 // The two Neumann problems of Mumford and Shah on domains that cut the grid's cells.
 #include "libsurf/volume/screened_poisson.h"
 
+#include <gmock/gmock.h>
+
 #include <cmath>
 #include <functional>
 #include <numbers>
 
+#include "libsurf/base/log.h"
 #include "libsurf/base/threads.h"
 #include "libsurf/volume/cell_pieces.h"
 #include "tests/surf/volume/cut_surfaces.h"
@@ -185,6 +188,21 @@ TEST(ScreenedPoisson, EnergyIsTheLeastOneAndCloserThanTheSolution) {
   ScreenedPoisson rough(problem.cells, problem.grid, 0.1, problem.I, {1e-3, 200});
   EXPECT_GT(rough.energy(), exact.energy());
   EXPECT_LT(rough.energy() - exact.energy(), 1e-5 * exact.energy());
+}
+
+TEST(ScreenedPoisson, TellsWhetherItConverged) {
+  const Problem problem = wavy_problem(16);
+  std::vector<std::string> messages;
+  set_log_sink([&](LogLevel, const std::string& message) { messages.push_back(message); });
+  const ScreenedPoisson whole(problem.cells, problem.grid, 0.1, problem.I);
+  EXPECT_TRUE(whole.has_converged());
+  EXPECT_TRUE(messages.empty());
+  const ScreenedPoisson cut_short(problem.cells, problem.grid, 0.1, problem.I, {1e-5, 2});
+  set_log_sink({});
+  EXPECT_FALSE(cut_short.has_converged());
+  EXPECT_EQ(cut_short.n_iterations(), 2);
+  ASSERT_EQ(messages.size(), 1);
+  EXPECT_THAT(messages[0], ::testing::HasSubstr("above 1e-05 of the load after 2 iterations"));
 }
 
 TEST(ScreenedPoisson, AWarmStartSavesIterations) {
