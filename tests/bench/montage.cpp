@@ -10,7 +10,6 @@ namespace surf::bench {
 namespace {
 
 constexpr int kGap = 4;
-constexpr int kGreyStep = 8;  // 32 levels: noise takes half the bytes that 256 do
 constexpr io::Color kStart = {96, 160, 255}, kPaper = {255, 255, 255};
 constexpr double kLineWidth = 1.5;
 
@@ -35,7 +34,7 @@ io::Picture drawn(const Panel& panel, int width) {
     for (int x = 0; x < width; ++x) {
       const double value = image.value(pixel(x, image.size()[0]), pixel(y, image.size()[1]));
       const int level = int(255 * std::clamp((value - low) / (high - low), 0.0, 1.0));
-      const auto grey = static_cast<std::uint8_t>(level / kGreyStep * kGreyStep + kGreyStep / 2);
+      const auto grey = static_cast<std::uint8_t>(level - level % panel.grey_step);
       picture.at(x, y) = {grey, grey, grey};
     }
   draw(panel.start, image, scale, kStart, picture);

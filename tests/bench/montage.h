@@ -16,6 +16,8 @@ struct Panel {
   Segments curves;  ///< orange; may be empty
   /// Values shown as black and white.
   std::array<double, 2> window;
+  /// Greys are multiples of this; noise in 16 levels takes half the bytes that 256 take.
+  int grey_step = 1;
 };
 
 /// Writes rows of panels as one PNG, each `width` pixels wide. Image pixels are repeated or passed

@@ -224,7 +224,7 @@ void study_noise(const std::vector<Subject>& subjects, const Pictures& pictures)
       fmt::print("| {} | {} | {:.1f} | {:.1f} | {:+.1f} | {}\n", subject.name, sigma, before, after,
                  after - before, cells(out, subject));
       std::fflush(stdout);
-      noisy.push_back({image, {}, out.result.shape, window});
+      noisy.push_back({image, {}, out.result.shape, window, /*grey_step=*/16});
       clean.push_back(u);
     }
     rows.push_back(noisy);

@@ -307,7 +307,7 @@ Subject rising_discs() {
 }
 
 /// Of mu and gamma of an image.
-constexpr double kFactors[] = {0.25, 0.5, 1, 2, 4};
+constexpr double kFactors[] = {0.5, 1, 2, 4};
 
 void mu_sweep(const Arguments& a) {
   std::vector<std::pair<double, double>> pairs;
