@@ -16,6 +16,7 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <numeric>
 #include <stdexcept>
 
 #include "libcurve/distance.h"
@@ -323,10 +324,19 @@ Eigen::Array2i TriangleFinder::cell_of(const Vector<2>& x) const {
 }
 
 TriangleFinder::Place TriangleFinder::operator()(const Vector<2>& x) const {
-  constexpr double kRounding = 1e-12;
   const Eigen::Array2i cell = cell_of(x);
+  const std::vector<int>& near = in_cell_[std::size_t(cell[1]) * n_[0] + cell[0]];
+  if (!near.empty()) return among(near, x);
+  std::vector<int> all(mesh_.triangles.rows());  // the corners of the grid round an oblique box
+  std::iota(all.begin(), all.end(), 0);
+  return among(all, x);
+}
+
+TriangleFinder::Place TriangleFinder::among(const std::vector<int>& triangles,
+                                            const Vector<2>& x) const {
+  constexpr double kRounding = 1e-12;
   Place best{-1, {}};
-  for (const int t : in_cell_[std::size_t(cell[1]) * n_[0] + cell[0]]) {
+  for (const int t : triangles) {
     const Vector<2> p = mesh_.points.row(mesh_.triangles(t, 0)),
                     a = mesh_.points.row(mesh_.triangles(t, 1)).transpose() - p,
                     b = mesh_.points.row(mesh_.triangles(t, 2)).transpose() - p, d = x - p;

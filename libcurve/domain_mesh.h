@@ -75,11 +75,12 @@ class TriangleFinder {
     Eigen::Vector3d barycentric;
   };
   /// The first triangle that contains x, up to rounding; of a point outside the box, the nearest of
-  /// those whose boxes lie round its place on the grid.
+  /// those whose boxes lie round its place on the grid, or of all if there are none.
   Place operator()(const Vector<2>& x) const;
 
  private:
   Eigen::Array2i cell_of(const Vector<2>& x) const;
+  Place among(const std::vector<int>& triangles, const Vector<2>& x) const;
 
   const DomainMesh& mesh_;
   Vector<2> lower_;

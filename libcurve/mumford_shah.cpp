@@ -157,6 +157,11 @@ struct MumfordShah::State {
     return *motion_;
   }
 
+  /// @throws InvalidMesh  what is known belongs to the domain that surgery has made of the curves
+  void require_simple() const {
+    if (!follows_shape) throw InvalidMesh("mumford-shah: the curves meet one another");
+  }
+
   fem::Geometry<2> shape;
   Neumann solution;
   bool follows_shape;  // the mesh has the shape's vertices: nothing had to be resolved
@@ -256,7 +261,7 @@ std::unique_ptr<MumfordShah::State> MumfordShah::made(const fem::Geometry<2>& sh
 
 void MumfordShah::reset(const fem::Geometry<2>& shape) {
   state_ = made(shape);
-  if (!state_->follows_shape) throw InvalidMesh("mumford-shah: the curves meet one another");
+  state_->require_simple();
 }
 
 double MumfordShah::value() const {
@@ -266,7 +271,7 @@ double MumfordShah::value() const {
 /// A mesh whose triangles have become thin is made anew, when the derivative is asked for: by then
 /// a moving curve has been mended and may have been given a new mesh anyway.
 void MumfordShah::refresh() const {
-  if (state_->is_worn && state_->follows_shape) state_ = made(state_->shape);
+  if (state_->is_worn) state_ = made(state_->shape);
 }
 
 double MumfordShah::try_move(const fem::Geometry<2>& moved) {
@@ -292,6 +297,7 @@ const Neumann& MumfordShah::solution() const { return state_->solution; }
 
 void MumfordShah::differentiate(const fem::Curvature& curvature, double weight,
                                 energy::ShapeTerms<2>& terms) const {
+  state_->require_simple();
   refresh();
   const fem::Geometry<2>& shape = state_->shape;
   terms.derivative +=
@@ -322,6 +328,7 @@ void MumfordShah::differentiate_twice(const fem::Curvature&, double,
 }
 
 MumfordShah::Traces MumfordShah::traces() const {
+  state_->require_simple();
   const fem::Geometry<2>& shape = state_->shape;
   const Neumann& solution = state_->solution;
   const Eigen::Index n = shape.n_vertices();

@@ -59,6 +59,7 @@ class MumfordShah : public energy::ShapeEnergy<2> {
   double try_move(const fem::Geometry<2>& moved) override;
   void accept() override;
   void remesh(const fem::Geometry<2>& shape) override { reset(shape); }
+  /// @throws InvalidMesh  the current curves meet one another
   void differentiate(const fem::Curvature& curvature, double weight,
                      energy::ShapeTerms<2>& terms) const override;
   /// @throws UsageError  always: Theorem 2.2.11 has u' of every velocity, no sparse matrix
@@ -74,6 +75,7 @@ class MumfordShah : public energy::ShapeEnergy<2> {
     Eigen::VectorXd slope_inside, slope_outside;  ///< |grad_Gamma u_i|^2 [1/mm^2]
     Eigen::VectorXd intensity, intensity_slope;   ///< I, d_nu I [1/mm], as above
   };
+  /// @throws InvalidMesh  the current curves meet one another
   Traces traces() const;
   /// G = 1/2 [|u - I|^2] + mu/2 [|grad_Gamma u|^2] + gamma kappa at the vertices (Theorem 2.2.10).
   Eigen::VectorXd shape_gradient(const Eigen::VectorXd& curvature) const;

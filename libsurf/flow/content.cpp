@@ -1,6 +1,7 @@
 #include "libsurf/flow/content.h"
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -76,6 +77,7 @@ bool correct_content(Points<Dim>& X, const Elements<Dim>& T, const Points<Dim>& 
     const Sum now = content_sum<Dim>(X, T);
     if (std::abs(now.value - target) <= now.rounding) return true;
     const double slope = content_gradient<Dim>(X, T).cwiseProduct(direction).sum();
+    if (std::abs(slope) * longest / speed <= now.rounding) return false;
     const double wanted = s - (now.value - target) / slope;
     s = std::clamp(wanted, -longest / speed, longest / speed);
     if (!std::isfinite(s)) break;

@@ -15,7 +15,7 @@ Points<Dim> content_gradient(const Points<Dim>& X, const Elements<Dim>& T);
 
 /// Moves X by s * direction, with the s next to 0 for which the content is `target` to rounding, a
 /// root of a polynomial of degree Dim, by Newton's method. No vertex moves further than `longest`:
-/// then, and where the direction does not change the content, it stays different.
+/// then, and where the direction does not change the content and X stays, it is still different.
 /// @param direction  (n, Dim)
 /// @return whether the content is `target` now
 template <int Dim>

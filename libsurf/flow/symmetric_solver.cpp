@@ -2,6 +2,7 @@
 
 #include <Eigen/SparseCholesky>
 #include <cmath>
+#include <limits>
 
 namespace surf::flow {
 namespace {
@@ -45,6 +46,8 @@ SymmetricSolver::SymmetricSolver(SymmetricSolver&&) noexcept = default;
 SymmetricSolver& SymmetricSolver::operator=(SymmetricSolver&&) noexcept = default;
 
 Eigen::VectorXd SymmetricSolver::solve(const Eigen::VectorXd& rhs, int n_refinements) const {
+  if (impl_->factor.info() != Eigen::Success)
+    return Eigen::VectorXd::Constant(rhs.size(), std::numeric_limits<double>::quiet_NaN());
   const Eigen::VectorXd scaled = impl_->scale.cwiseProduct(rhs);
   Eigen::VectorXd x = impl_->factor.solve(scaled);
   for (int k = 0; k < n_refinements; ++k) x += impl_->factor.solve(scaled - impl_->matrix * x);

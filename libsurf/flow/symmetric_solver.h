@@ -19,6 +19,7 @@ class SymmetricSolver {
   SymmetricSolver(SymmetricSolver&&) noexcept;
   SymmetricSolver& operator=(SymmetricSolver&&) noexcept;
 
+  /// NaN if a pivot was 0 all the same.
   /// @param n_refinements  each a further solve
   Eigen::VectorXd solve(const Eigen::VectorXd& rhs, int n_refinements = 2) const;
 

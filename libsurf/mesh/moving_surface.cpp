@@ -11,6 +11,7 @@
 #include "libsurf/mesh/bisection.h"
 #include "libsurf/mesh/hierarchy.h"
 #include "libsurf/mesh/improve.h"
+#include "libsurf/mesh/measure.h"
 #include "libsurf/mesh/self_intersections.h"
 #include "libsurf/mesh/sheet_guard.h"
 #include "libsurf/mesh/surgery.h"
@@ -318,9 +319,10 @@ bool MovingSurface::mend(int max_rounds) {
 }
 
 std::string MovingSurface::obstacle() const {
-  const fem::Geometry<3> shape = geometry();
-  if (has_vanished_ || shape.radius() < options_.min_radius * options_.edge_length_mm)
-    return fmt::format("the object vanished: its volume fell to {:.3g} mm^3", shape.enclosed());
+  const double volume = volume_mm3(triangles());
+  const double radius = std::cbrt(std::max(volume, 0.0) * 3 / (4 * std::numbers::pi));
+  if (has_vanished_ || radius < options_.min_radius * options_.edge_length_mm)
+    return fmt::format("the object vanished: its volume fell to {:.3g} mm^3", volume);
   const double share = border_share();
   if (share > options_.max_border_share)
     return fmt::format("the surface meets the volume's border with {:.0f} % of its area",

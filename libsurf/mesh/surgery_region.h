@@ -2,60 +2,12 @@
 // surgery.
 #pragma once
 
-#include <array>
-#include <span>
 #include <vector>
 
-#include "libsurf/mesh/triangle_mesh.h"
+#include "libsurf/mesh/connected_surface.h"
+#include "libsurf/mesh/join_rims.h"
 
 namespace surf::mesh {
-
-/// The triangles of each vertex.
-class Stars {
- public:
-  Stars(const Elements<3>& elements, Eigen::Index n_vertices)
-      : first_(n_vertices + 1, 0), triangles_(elements.size()) {
-    for (const int vertex : elements.reshaped()) ++first_[vertex + 1];
-    for (std::size_t i = 1; i < first_.size(); ++i) first_[i] += first_[i - 1];
-    std::vector<int> next(first_.begin(), first_.end() - 1);
-    for (int t = 0; t < elements.rows(); ++t)
-      for (int i = 0; i < 3; ++i) triangles_[next[elements(t, i)]++] = t;
-  }
-  std::span<const int> operator[](int vertex) const {
-    return std::span(triangles_).subspan(first_[vertex], first_[vertex + 1] - first_[vertex]);
-  }
-
- private:
-  std::vector<int> first_, triangles_;
-};
-
-/// A surface and who is next to whom.
-struct ConnectedSurface {
-  Triangles triangles;
-  Stars stars;
-  /// The triangle across the side of each corner and the next one.
-  Elements<3> across;
-
-  explicit ConnectedSurface(const TriMesh& mesh);
-
-  Vector<3> corner(int triangle, int i) const {
-    return triangles.points.row(triangles.elements(triangle, i));
-  }
-  Vector<3> centroid(int triangle) const {
-    return (corner(triangle, 0) + corner(triangle, 1) + corner(triangle, 2)) / 3;
-  }
-};
-
-/// What takes the place of some triangles.
-struct Patch {
-  std::vector<int> removed;                   ///< triangles, ascending
-  std::vector<Vector<3>> points;              ///< new vertices
-  std::vector<std::array<int, 3>> triangles;  ///< vertices of the surface, then the new ones
-};
-
-/// Longest edge of faces near an event, in units of the resolution: larger ones have to be bisected
-/// before.
-constexpr double kLongestEdgeAtEvent = 2.5;
 
 struct RegionRequest {
   std::vector<int> events;  ///< triangles
@@ -76,7 +28,7 @@ struct RegionPlan {
 /// not looked at.
 /// @param is_event       one flag per triangle: events of this region and others
 /// @param resolution_mm  spacing of the grid
-RegionPlan plan_region(const ConnectedSurface& surface, const std::vector<char>& is_event,
+RegionPlan plan_region(const ConnectedSurface& surface, const TriangleFlags& is_event,
                        const RegionRequest& request, double resolution_mm);
 
 }  // namespace surf::mesh

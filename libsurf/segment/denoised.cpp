@@ -88,9 +88,18 @@ class Blocks {
 
 }  // namespace
 
+std::string DenoisedOptions::error() const {
+  if (!(tolerance > 0))
+    return fmt::format("DenoisedOptions::tolerance = {} violates > 0", tolerance);
+  if (block < 1) return fmt::format("DenoisedOptions::block = {} violates >= 1", block);
+  if (!(margin >= 0)) return fmt::format("DenoisedOptions::margin = {} violates >= 0", margin);
+  return {};
+}
+
 volume::Volume denoised(const volume::Volume& volume, const Triangles& surface, double mu,
                         const DenoisedOptions& options) {
   if (!(mu > 0)) throw UsageError(fmt::format("denoised: mu = {} violates > 0", mu));
+  if (const std::string error = options.error(); !error.empty()) throw UsageError(error);
   return {volume.size(), volume.index_to_world(), Blocks(volume, surface, mu, options).run()};
 }
 

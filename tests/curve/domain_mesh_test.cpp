@@ -131,6 +131,19 @@ TEST(DomainMesh, TriangleThatContainsAPointIsFound) {
   }
 }
 
+TEST(DomainMesh, TriangleIsFoundForPointsBesideAnObliqueBox) {
+  Points<2> diamond(4, 2);
+  diamond << 2, 0, 0, 2, -2, 0, 0, -2;
+  const DomainMesh mesh =
+      mesh_domain(circle({0, 0}, 0.5, 0.1), diamond, SizeField(diamond, 0.3, 0.1));
+  const TriangleFinder find(mesh);
+  for (const Vector<2>& x : {Vector<2>(1.9, 1.9), Vector<2>(-1.9, 1.8), Vector<2>(-5, -5)}) {
+    const int t = find(x).triangle;
+    EXPECT_GE(t, 0);
+    EXPECT_LT(t, mesh.triangles.rows());
+  }
+}
+
 TEST(MeshMotion, NodesOnTheCurvesFollowThemAndThoseOnTheBorderStay) {
   const Segments curves = nested();
   const DomainMesh mesh = mesh_domain(curves, square(2), SizeField(square(2), 0.06, 0.1));

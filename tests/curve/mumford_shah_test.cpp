@@ -189,6 +189,9 @@ TEST(MumfordShah, TrialWhoseCurvesCrossHasTheEnergyOfTheirUnion) {
   const double arc = 2 * std::acos(0.5 / 0.6) * 0.6;
   EXPECT_NEAR(length, 2 * (2 * std::numbers::pi * 0.6 - arc), 0.05);
   EXPECT_TRUE(std::isfinite(J_crossed));
+  // The mesh is that of the union: there is no derivative by the vertices of the two circles.
+  EXPECT_THROW(derivative(J, shape.moved_to(to)), InvalidMesh);
+  EXPECT_THROW(J.traces(), InvalidMesh);
   EXPECT_THROW(J.reset(shape.moved_to(to)), InvalidMesh);
 }
 

@@ -61,5 +61,15 @@ TYPED_TEST(Content, IsChangedNoFurtherThanTheLongestMoveAllows) {
   EXPECT_EQ(X, arrays.X);
 }
 
+TYPED_TEST(Content, LeavesTheShapeWhereTheDirectionDoesNotChangeIt) {
+  constexpr int Dim = TypeParam::value;
+  const auto arrays = test::random_smooth_shape<Dim>(4, 3);
+  Points<Dim> X = arrays.X;
+  Points<Dim> translation = Points<Dim>::Zero(X.rows(), Dim);
+  translation.col(0).setOnes();
+  EXPECT_FALSE(correct_content<Dim>(X, arrays.T, translation, 100, 0.05));
+  EXPECT_EQ(X, arrays.X);
+}
+
 }  // namespace
 }  // namespace surf::flow

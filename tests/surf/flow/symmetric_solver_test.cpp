@@ -37,6 +37,16 @@ TYPED_TEST(FourthOrder, MatrixConvergesToTheBilaplacian) {
   }
 }
 
+// With the shift the second pivot is d - d d / d = 0 to the last bit.
+TEST(SymmetricSolver, SolutionIsNaNWhereAPivotIsZero) {
+  const double d = 1 + 1e-11;
+  SparseMatrix matrix(2, 2);
+  matrix.insert(0, 0) = matrix.insert(1, 1) = 1;
+  matrix.insert(0, 1) = matrix.insert(1, 0) = d;
+  const Eigen::VectorXd x = SymmetricSolver(matrix).solve(Eigen::Vector2d(1, 2), 0);
+  EXPECT_TRUE(x.array().isNaN().all()) << x.transpose();
+}
+
 TYPED_TEST(FourthOrder, SystemIsSolvedToRounding) {
   constexpr int Dim = TypeParam::value;
   const auto arrays = test::random_smooth_shape<Dim>(3, 3);

@@ -99,5 +99,14 @@ TEST(MumfordShahRun, RefusesParametersOfThePlane) {
   EXPECT_THROW(segment(ball(0), options), UsageError);
 }
 
+TEST(Denoised, OptionsAreChecked) {
+  const volume::Volume volume = ball(0);
+  const Triangles surface = mesh::ball({0, 0, 0}, 10, 2);
+  EXPECT_THROW(denoised(volume, surface, 20, {.block = 0}), UsageError);
+  EXPECT_THROW(denoised(volume, surface, 20, {.margin = -1}), UsageError);
+  EXPECT_EQ((DenoisedOptions{.tolerance = 0}).error(),
+            "DenoisedOptions::tolerance = 0 violates > 0");
+}
+
 }  // namespace
 }  // namespace surf::segment
