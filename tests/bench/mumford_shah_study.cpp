@@ -1,35 +1,37 @@
-// The studies of thesis 5.2 on phantoms: the tables of docs/mumford-shah.md.
+// The studies of thesis 5.2: the tables and pictures of docs/mumford-shah.md on phantoms and, with
+// --image, of docs/mumford-shah-images.md (tools/mumford-shah-images.sh).
 //
-//   mumford_shah_study [NAME]   all tables, or the one of this name: orders, derivative, flows,
-//                               noise, mu, gamma, start, many, meshes
+//   mumford_shah_study [SET] [--pictures DIR]
+//   mumford_shah_study [SET] --image FILE --reference MASK --circle X,Y,RADIUS [--pictures DIR]
 #include <fmt/format.h>
 
+#include <CLI/CLI.hpp>
 #include <Eigen/Dense>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <filesystem>
 #include <functional>
 #include <numbers>
+#include <set>
 #include <string>
-#include <tuple>
 #include <vector>
 
-#include "libcurve/distance.h"
-#include "libcurve/hierarchy.h"
 #include "libcurve/image_fields.h"
 #include "libcurve/mumford_shah.h"
 #include "libcurve/phantom.h"
 #include "libcurve/primitives.h"
-#include "libcurve/rasterize.h"
-#include "libcurve/segment.h"
+#include "libsurf/base/error.h"
 #include "libsurf/base/random.h"
 #include "libsurf/fem/curvature.h"
 #include "libsurf/fem/stiffness.h"
+#include "tests/bench/mumford_shah_runs.h"
 
 namespace {
 
 using namespace surf;
 using namespace surf::curve;
+using namespace surf::bench;
 using std::numbers::pi;
 
 double now() {
@@ -235,174 +237,124 @@ void derivative() {
   }
 }
 
-// --- runs
+// --- runs on phantoms, or on one image with its mask
 
-struct Outcome {
-  CurveResult result;
-  CurveOptions options;
-  int steps = 0, trials = 0;
-  double seconds = 0;
+struct Arguments {
+  std::string set;
+  Pictures pictures;
+  std::string image, reference, name;
+  std::vector<double> circle;
+  double mu = 100, gamma = 0.25;
+  std::vector<std::string> starts;
+
+  bool has_image() const { return !image.empty(); }
 };
 
-Outcome run(const Image& image, const Segments& start, CurveOptions options) {
-  options.initial = start;
-  const double begin = now();
-  Outcome out{surf::curve::segment(image, options), options};
-  out.seconds = now() - begin;
-  for (const auto& stage : out.result.stages)
-    for (const auto& step : stage.flow.steps) {
-      ++out.steps;
-      out.trials += step.n_trials;
-    }
+constexpr double kEdge = 1.5;
+
+Segments start_round_all() { return circle({127.5, 127.5}, 110, kEdge); }
+
+/// x, y, radius in pixels.
+Segments circle_of(const std::vector<double>& numbers) {
+  return circle({numbers[0], numbers[1]}, numbers[2], std::min(kEdge, numbers[2] / 4));
+}
+
+/// "NAME=X,Y,RADIUS".
+std::pair<std::string, Segments> named_circle(const std::string& text) {
+  const std::size_t equals = std::min(text.find('='), text.size());
+  double x = 0, y = 0, radius = 0;
+  if (std::sscanf(text.c_str() + equals, "=%lf,%lf,%lf", &x, &y, &radius) != 3)
+    throw UsageError(fmt::format(
+        "--start: expected NAME=X,Y,RADIUS in pixels, such as inside=137,131,15; got '{}'", text));
+  return {text.substr(0, equals), circle_of({x, y, radius})};
+}
+
+Subject subject_of(const Arguments& a) {
+  Subject out = image_subject(a.name, a.image, a.reference);
+  out.start = circle_of(a.circle);
+  out.mu = a.mu;
+  out.gamma = a.gamma;
   return out;
 }
 
-CurveOptions options_of(double mu, double gamma) {
-  CurveOptions out;
-  out.energies = {{"mumford-shah", 1, {{"mu", mu}, {"gamma", gamma}}}};
-  out.flow.max_steps = 1000;
-  return out;
-}
-
-double psnr(const Image& image, const Image& clean) {
-  double sum = 0;
-  for (std::size_t i = 0; i < image.values().size(); ++i)
-    sum += std::pow(double(image.values()[i]) - clean.values()[i], 2);
-  return -10 * std::log10(sum / double(image.values().size()));
-}
-
-double dice(const Segments& a, const Segments& b, const Image& image) {
-  const auto x = rasterize(a, image.size(), image.pixel_to_plane()),
-             y = rasterize(b, image.size(), image.pixel_to_plane());
-  double both = 0, sum = 0;
-  for (std::size_t i = 0; i < x.size(); ++i) {
-    both += x[i] && y[i];
-    sum += (x[i] != 0) + (y[i] != 0);
+void flows(const Arguments& a) {
+  if (a.has_image()) return study_flows({subject_of(a)}, a.pictures);
+  std::vector<Subject> subjects;
+  for (const auto& [name, kind] : {std::pair{"blob", PhantomKind::kBlob},
+                                   {"bay", PhantomKind::kBay},
+                                   {"ring", PhantomKind::kRing}}) {
+    subjects.push_back(phantom_subject(name, {.kind = kind, .noise = 0.1}, start_round_all()));
+    subjects.back().open_cavities = kind == PhantomKind::kRing;
   }
-  return 2 * both / sum;
+  study_flows(subjects, a.pictures);
 }
 
-/// Region count, Dice and mean distance.
-std::string found(const Outcome& out, const Image& image, const Segments& exact_contour) {
-  if (out.result.shape.elements.rows() == 0) return "0 | | ";
-  return fmt::format("{} | {:.4f} | {:.3f}", regions(curve_hierarchy(out.result.shape)).size(),
-                     dice(out.result.shape, exact_contour, image),
-                     curve_distances(out.result.shape, exact_contour).mean_mm);
-}
+Segments seeds_on_a_grid() { return grid_of_circles({0, 0}, {255, 255}, 24, 8, kEdge); }
 
-Segments start_round_all() { return circle({127.5, 127.5}, 110, 1.5); }
-
-void flows() {
-  fmt::print(
-      "\n| phantom | flow | steps | trials | seconds | J | regions | Dice | mean px "
-      "|\n|---|---|---|---|---|---|---|---|---|\n");
-  for (const auto& [name, kind] : {std::pair{"blob", PhantomKind::kBlob},
-                                   {"bay", PhantomKind::kBay},
-                                   {"ring", PhantomKind::kRing}})
-    for (const auto& [flow_name, product, scheme] :
-         {std::tuple{"L2 explicit", flow::ScalarProduct::kL2, flow::Scheme::kExplicit},
-          {"L2", flow::ScalarProduct::kL2, flow::Scheme::kSemiImplicit},
-          {"H1", flow::ScalarProduct::kH1, flow::Scheme::kExplicit}}) {
-      const PhantomOptions phantom{.kind = kind, .noise = 0.1};
-      const Image image = make_phantom(phantom);
-      CurveOptions options = options_of(1000, 0.5);
-      options.n_coarse_steps = 0;
-      options.flow.velocity.product = product;
-      options.flow.velocity.scheme = scheme;
-      options.open_cavities = kind == PhantomKind::kRing;
-      const Outcome out = run(image, start_round_all(), options);
-      fmt::print("| {} | {} | {} | {} | {:.1f} | {:.4g} | {} |\n", name, flow_name, out.steps,
-                 out.trials, out.seconds, out.result.last().final_energy,
-                 found(out, image, phantom_contour(phantom)));
-      std::fflush(stdout);
-    }
-}
-
-void noise() {
-  fmt::print(
-      "\n| phantom | noise | PSNR of I | PSNR of u | gain dB | steps | seconds | regions | "
-      "Dice | mean px |\n|---|---|---|---|---|---|---|---|---|---|\n");
-  for (const auto& [name, kind] : {std::pair{"blob", PhantomKind::kBlob},
-                                   {"bay", PhantomKind::kBay},
-                                   {"discs12", PhantomKind::kDiscs12}})
-    for (const double sigma : {0.1, 0.25, 0.5}) {
-      PhantomOptions phantom{.kind = kind, .noise = sigma};
-      const Image image = make_phantom(phantom);
-      const Segments exact_contour = phantom_contour(phantom);
-      phantom.noise = 0;
-      const Image clean = make_phantom(phantom);
-      const Outcome out =
-          run(image,
-              kind == PhantomKind::kDiscs12 ? grid_of_circles({0, 0}, {255, 255}, 24, 8, 1.5)
-                                            : start_round_all(),
-              options_of(1000, 0.5));
-      const Image u = denoised(image, out.options, out.result);
-      fmt::print("| {} | {} | {:.1f} | {:.1f} | {:+.1f} | {} | {:.1f} | {} |\n", name, sigma,
-                 psnr(image, clean), psnr(u, clean), psnr(u, clean) - psnr(image, clean), out.steps,
-                 out.seconds, found(out, image, exact_contour));
-      std::fflush(stdout);
-    }
+void noise(const Arguments& a) {
+  if (a.has_image()) return study_noise({subject_of(a)}, a.pictures);
+  study_noise({phantom_subject("blob", {.kind = PhantomKind::kBlob}, start_round_all()),
+               phantom_subject("bay", {.kind = PhantomKind::kBay}, start_round_all()),
+               phantom_subject("discs12", {.kind = PhantomKind::kDiscs12}, seeds_on_a_grid())},
+              a.pictures);
 }
 
 /// The discs, where the background rises across the image.
-void sweep(const char* name, const std::vector<std::pair<double, double>>& pairs) {
-  const PhantomOptions phantom{
-      .kind = PhantomKind::kDiscs12, .noise = 0.1, .linear_background = 0.5};
-  const Image image = make_phantom(phantom);
-  PhantomOptions no_noise = phantom;
-  no_noise.noise = 0;
-  const Image clean = make_phantom(no_noise);
-  fmt::print(
-      "\n{}\n\n| mu | gamma | steps | PSNR of u | length | regions | Dice | mean px "
-      "|\n|---|---|---|---|---|---|---|---|\n",
-      name);
-  for (const auto& [mu, gamma] : pairs) {
-    const Outcome out =
-        run(image, grid_of_circles({0, 0}, {255, 255}, 24, 8, 1.5), options_of(mu, gamma));
-    const bool is_left = out.result.shape.elements.rows() > 0;
-    double length = 0;
-    for (const auto e : out.result.shape.elements.rowwise())
-      length += (out.result.shape.points.row(e[1]) - out.result.shape.points.row(e[0])).norm();
-    fmt::print(
-        "| {} | {} | {} | {} | {:.0f} | {} |\n", mu, gamma, out.steps,
-        is_left ? fmt::format("{:.1f}", psnr(denoised(image, out.options, out.result), clean)) : "",
-        length, found(out, image, phantom_contour(phantom)));
-    std::fflush(stdout);
-  }
+Subject rising_discs() {
+  return phantom_subject("discs12",
+                         {.kind = PhantomKind::kDiscs12, .noise = 0.1, .linear_background = 0.5},
+                         seeds_on_a_grid());
 }
 
-void start() {
-  const PhantomOptions phantom{.kind = PhantomKind::kBay, .noise = 0.1};
-  const Image image = make_phantom(phantom);
-  const Segments exact_contour = phantom_contour(phantom);
-  const std::vector<std::pair<std::string, Segments>> starts = {
-      {"outside", circle({127.5, 127.5}, 120, 1.5)},
-      {"inside", circle({90, 100}, 15, 1.5)},
-      {"overlapping", circle({170, 170}, 50, 1.5)},
-      {"three", joined({circle({60, 128}, 25, 1.5), circle({120, 200}, 30, 1.5),
-                        circle({180, 70}, 35, 1.5)})},
-      {"grid", grid_of_circles({0, 0}, {255, 255}, 32, 10, 1.5)}};
-  fmt::print(
-      "\n| start | steps | seconds | J | regions | Dice | mean px |\n|---|---|---|---|---|---|"
-      "---|\n");
-  for (const auto& [name, curves] : starts) {
-    const Outcome out = run(image, curves, options_of(1000, 0.5));
-    fmt::print("| {} | {} | {:.1f} | {:.5g} | {} |\n", name, out.steps, out.seconds,
-               out.result.last().final_energy, found(out, image, exact_contour));
-    std::fflush(stdout);
+/// Of mu and gamma of an image.
+constexpr double kFactors[] = {0.5, 1, 2, 4};
+
+void mu_sweep(const Arguments& a) {
+  std::vector<std::pair<double, double>> pairs;
+  if (a.has_image()) {
+    for (const double factor : kFactors) pairs.emplace_back(factor * a.mu, a.gamma);
+    return study_values("mu", subject_of(a), pairs, a.pictures);
   }
+  for (const double value : {20, 100, 500, 2000, 10000}) pairs.emplace_back(value, 0.5);
+  study_values("mu", rising_discs(), pairs, a.pictures);
+}
+
+void gamma_sweep(const Arguments& a) {
+  std::vector<std::pair<double, double>> pairs;
+  if (a.has_image()) {
+    for (const double factor : kFactors) pairs.emplace_back(a.mu, factor * a.gamma);
+    return study_values("gamma", subject_of(a), pairs, a.pictures);
+  }
+  for (const double value : {0.05, 0.2, 1.0, 4.0, 16.0}) pairs.emplace_back(1000, value);
+  study_values("gamma", rising_discs(), pairs, a.pictures);
+}
+
+void start(const Arguments& a) {
+  if (a.has_image()) {
+    std::vector<std::pair<std::string, Segments>> starts = {{"as given", circle_of(a.circle)}};
+    for (const std::string& text : a.starts) starts.push_back(named_circle(text));
+    return study_starts(subject_of(a), starts, a.pictures);
+  }
+  study_starts(phantom_subject("bay", {.kind = PhantomKind::kBay, .noise = 0.1}, {}),
+               {{"outside", circle({127.5, 127.5}, 120, kEdge)},
+                {"inside", circle({90, 100}, 15, kEdge)},
+                {"overlapping", circle({170, 170}, 50, kEdge)},
+                {"three", joined({circle({60, 128}, 25, kEdge), circle({120, 200}, 30, kEdge),
+                                  circle({180, 70}, 35, kEdge)})},
+                {"grid", grid_of_circles({0, 0}, {255, 255}, 32, 10, kEdge)}},
+               a.pictures);
 }
 
 void many() {
-  const PhantomOptions phantom{.kind = PhantomKind::kDiscs12, .size = {512, 512}, .noise = 0.1};
-  const Image image = make_phantom(phantom);
-  const Outcome out =
-      run(image, grid_of_circles({0, 0}, {511, 511}, 40, 12, 1.5), options_of(1000, 0.5));
+  const Subject subject =
+      phantom_subject("discs12", {.kind = PhantomKind::kDiscs12, .size = {512, 512}, .noise = 0.1},
+                      grid_of_circles({0, 0}, {511, 511}, 40, 12, kEdge));
+  const Outcome out = run(subject.image, subject.start, options_of(1000, 0.5));
   fmt::print("\n| stage | steps | seconds |\n|---|---|---|\n");
   for (const auto& stage : out.result.stages)
     fmt::print("| {} | {} | {:.1f} |\n", stage.name, stage.flow.steps.size(), stage.seconds);
   fmt::print("\n512 x 512: {:.1f} s; regions, Dice, mean px: {}\n", out.seconds,
-             found(out, image, phantom_contour(phantom)));
+             found(out, subject));
 }
 
 void meshes() {
@@ -434,26 +386,59 @@ void meshes() {
   }
 }
 
+void add_options(CLI::App& app, Arguments& a) {
+  app.add_option("SET", a.set,
+                 "orders, derivative, meshes, flows, noise, mu, gamma, start or many [all]");
+  app.add_option("--pictures", a.pictures.directory, "Folder for a picture per study");
+  app.add_option("--panel", a.pictures.width, "Width of a panel of the pictures [pixels]");
+  const auto image = app.add_option(
+      "--image", a.image, "flows, noise, mu, gamma and start on this image, not phantoms");
+  const auto of_image = [&](const char* option, auto& value, const char* help) {
+    return app.add_option(option, value, help)->needs(image);
+  };
+  const auto reference = of_image("--reference", a.reference, "Mask of the object in the image");
+  const auto circle =
+      of_image("--circle", a.circle, "Start X,Y,RADIUS in pixels")->delimiter(',')->expected(3);
+  image->needs(reference)->needs(circle);
+  of_image("--name", a.name, "Name of the image in tables and files [that of its file]");
+  of_image("--mu", a.mu, "mu in pixel^2")->capture_default_str();
+  of_image("--gamma", a.gamma, "gamma in pixels")->capture_default_str();
+  of_image("--start", a.starts, "NAME=X,Y,RADIUS: one more of the study of starts; repeat for more")
+      ->take_all()
+      ->allow_extra_args(false);
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
-  const std::vector<std::pair<std::string, std::function<void()>>> tables = {
-      {"orders", orders},
-      {"derivative", derivative},
-      {"meshes", meshes},
-      {"flows", flows},
-      {"noise", noise},
-      {"mu",
-       [] {
-         sweep("mu", {{20, 0.5}, {100, 0.5}, {500, 0.5}, {2000, 0.5}, {10000, 0.5}});
-       }},
-      {"gamma",
-       [] {
-         sweep("gamma", {{1000, 0.05}, {1000, 0.2}, {1000, 1}, {1000, 4}, {1000, 16}});
-       }},
-      {"start", start},
-      {"many", many}};
-  for (const auto& [name, table] : tables)
-    if (argc < 2 || name == argv[1]) table();
-  return 0;
+  using Table = std::function<void(const Arguments&)>;
+  const auto alone = [](void (*table)()) -> Table { return [=](const Arguments&) { table(); }; };
+  const std::vector<std::pair<std::string, Table>> tables = {
+      {"orders", alone(orders)}, {"derivative", alone(derivative)},
+      {"meshes", alone(meshes)}, {"flows", flows},
+      {"noise", noise},          {"mu", mu_sweep},
+      {"gamma", gamma_sweep},    {"start", start},
+      {"many", alone(many)}};
+  const std::set<std::string> of_images = {"flows", "noise", "mu", "gamma", "start"};
+  Arguments a;
+  CLI::App app{"Studies of the Mumford-Shah model in the plane.", "mumford_shah_study"};
+  add_options(app, a);
+  CLI11_PARSE(app, argc, argv);
+  if (a.name.empty()) a.name = std::filesystem::path(a.image).stem().string();
+  if (a.has_image()) a.pictures.prefix += "-" + a.name;
+  try {
+    bool is_known = a.set.empty();
+    for (const auto& [name, table] : tables) {
+      if ((!a.set.empty() && name != a.set) || (a.has_image() && !of_images.contains(name)))
+        continue;
+      table(a);
+      is_known = true;
+    }
+    if (!is_known)
+      throw UsageError(fmt::format("{}: no such study{}; see --help", a.set,
+                                   a.has_image() ? " of an image" : ""));
+  } catch (const Error& error) {
+    fmt::print(stderr, "mumford_shah_study: error: {}\n", error.what());
+    return 1;
+  }
 }
