@@ -14,6 +14,9 @@ namespace {
 
 constexpr double kShortRim = 12;  // in units of the resolution
 constexpr int kSmoothings = 6;    // of vertices that lie on no crossing
+// Of a grown part's rims, below which it is a scrap: a piece of the plane with rims that may be
+// capped has less than two.
+constexpr int kTrianglesPerSide = 2;
 
 /// The points of the surface, and the new ones.
 Points<3> all_points(const Points<3>& points, const std::vector<Vector<3>>& grown) {
@@ -113,7 +116,7 @@ class RimJoiner {
     if (!surface_rims) return {};
     auto matches = match(*surface_rims);
     if (!matches) return {std::nullopt, core_without_event()};
-    leave_alone_what_has_no_event(matches->pairs);
+    if (!removes_shell_with_event(*surface_rims)) leave_alone_what_has_no_event(matches->pairs);
     return {make_patch(*matches), {}};
   }
 
@@ -157,21 +160,31 @@ class RimJoiner {
     return out;
   }
 
-  /// Caps for the other rims of grown parts that are joined; grown parts that are not go: scraps
-  /// where cells meet the surface by a corner. False if some other rim is too long for a cap.
+  /// Caps for the other rims of grown parts that are joined, and of those that are whole shells but
+  /// for small holes. Other grown parts go: scraps where cells meet the surface by a corner. False
+  /// if a rim is too long for a cap.
   bool cap_the_rest(const std::vector<char>& is_taken, Matches& matches) {
-    std::vector<char> is_joined(points_.rows(), 0), is_scrap(points_.rows(), 0);
+    std::vector<char> is_joined(points_.rows(), 0), has_rim(points_.rows(), 0);
+    std::vector<int> n_triangles(points_.rows(), 0), n_sides(points_.rows(), 0);
     for (const Match& m : matches.pairs) is_joined[m.part_of_grown] = 1;
+    for (const auto& triangle : grown_.triangles) ++n_triangles[parts_.find(triangle[0])];
+    for (const Rim& rim : grown_.rims) {
+      has_rim[parts_.find(rim.front())] = 1;
+      n_sides[parts_.find(rim.front())] += static_cast<int>(rim.size());
+    }
+    const auto stays = [&](int part) {
+      return is_joined[part] || n_triangles[part] > kTrianglesPerSide * n_sides[part];
+    };
     for (std::size_t p = 0; p < grown_.rims.size(); ++p) {
       const Rim& rim = grown_.rims[p];
-      const int part = parts_.find(rim.front());
-      is_scrap[part] = !is_joined[part];
       if (is_taken[p]) continue;
       if (!is_short(rim)) return false;
-      if (is_joined[part]) matches.caps.push_back(reversed(rim));
+      if (stays(parts_.find(rim.front()))) matches.caps.push_back(reversed(rim));
     }
-    std::erase_if(grown_.triangles,
-                  [&](const auto& triangle) { return is_scrap[parts_.find(triangle[0])]; });
+    std::erase_if(grown_.triangles, [&](const auto& triangle) {
+      const int part = parts_.find(triangle[0]);
+      return has_rim[part] && !stays(part);
+    });
     return true;
   }
 
@@ -215,6 +228,16 @@ class RimJoiner {
       largest = std::max(largest, least);
     }
     return std::sqrt(largest);
+  }
+
+  /// Whether a part with an event has no rim, being removed whole. What has grown for it may be
+  /// joined to any sheet then.
+  bool removes_shell_with_event(const std::vector<Rim>& surface_rims) {
+    std::vector<char> has_rim(points_.rows(), 0);
+    for (const Rim& rim : surface_rims) has_rim[parts_.find(rim.front())] = 1;
+    for (int t = 0; t < surface_.n_triangles(); ++t)
+      if (is_removed_[t] && has_event_[part_of(t)] && !has_rim[part_of(t)]) return true;
+    return false;
   }
 
   /// Sheets that pass through the cells without an event keep their triangles.

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "libsurf/mesh/primitives.h"
 #include "libsurf/mesh/rims.h"
 #include "surfaces.h"
 
@@ -116,6 +117,67 @@ TEST(JoinRims, LeavesAloneWhatHasNoEvent) {
   EXPECT_EQ(joined.patch->removed, t.removal.core);
   EXPECT_EQ(joined.patch->points.size(), std::size_t(6 * kAcross));  // rings 6 to 11
   EXPECT_NO_THROW(check_mesh(to_mesh(with(t.surface, *joined.patch))));
+}
+
+/// Appends the triangles of a surface, some of them left out, to the grown part.
+void grow_copy(const ConnectedSurface& surface, const Triangles& copy,
+               const std::vector<int>& left_out, GrownPart& part) {
+  const int first = surface.n_vertices() + int(part.points.size());
+  for (const auto point : copy.points.rowwise()) part.points.push_back(Vector<3>(point));
+  for (int t = 0; t < copy.elements.rows(); ++t)
+    if (std::find(left_out.begin(), left_out.end(), t) == left_out.end())
+      part.triangles.push_back(
+          {copy.elements(t, 0) + first, copy.elements(t, 1) + first, copy.elements(t, 2) + first});
+  part.is_loose.assign(part.points.size(), 0);
+  part.rims = rims(free_sides(part.triangles)).value();
+}
+
+// A ball is removed whole, so no rim tells which grown part is its own; here it has run into the
+// tube, which has no event.
+TEST(JoinRims, KeepsWhatGrewForAShellThatWasRemovedWhole) {
+  const Triangles ring = torus(1, 0.35, kAround, kAcross), small = ball({4, 0, 0}, 0.3, 0.15);
+  const TorusWithTube t(5, 12);
+  const ConnectedSurface both(to_mesh(joined({ring, small})));
+  Removal removal = t.removal;
+  removal.is_removed.resize(both.n_triangles(), 1);
+  for (int f = t.surface.n_triangles(); f < both.n_triangles(); ++f) removal.core.push_back(f);
+  GrownPart part = t.part;
+  for (auto& triangle : part.triangles)
+    for (int& v : triangle) v += int(small.points.rows());
+  part.rims = rims(free_sides(part.triangles)).value();
+  const JoinedRims result = join_rims(both, {both.n_triangles() - 1}, removal, part, kResolution);
+  ASSERT_TRUE(result.patch);
+  EXPECT_EQ(result.patch->removed, removal.core);
+  EXPECT_EQ(result.patch->points.size(), part.points.size());
+}
+
+// The grid has left a hole in what grew for a ball, which is no scrap for all that.
+TEST(JoinRims, CapsAHoleInAShellThatIsJoinedToNothing) {
+  const Triangles small = ball({0, 0, 0}, 0.3, 0.1);
+  const ConnectedSurface surface(to_mesh(small));
+  Removal removal;
+  removal.is_removed.assign(surface.n_triangles(), 1);
+  for (int f = 0; f < surface.n_triangles(); ++f) removal.core.push_back(f);
+  GrownPart part;
+  grow_copy(surface, small, {7}, part);
+  const JoinedRims result = join_rims(surface, {0}, removal, part, 0.1);
+  ASSERT_TRUE(result.patch);
+  const Triangles whole = with(surface, *result.patch);
+  EXPECT_EQ(whole.elements.rows(), small.elements.rows() + 2);
+  EXPECT_NO_THROW(check_mesh(to_mesh(whole)));
+}
+
+TEST(JoinRims, DropsAScrapThatIsJoinedToNothing) {
+  const Triangles small = ball({0, 0, 0}, 0.3, 0.1);
+  TorusWithTube t(5, 12);
+  std::vector<int> all_but_three;
+  for (int f = 3; f < small.elements.rows(); ++f) all_but_three.push_back(f);
+  const std::size_t n_of_tube = t.part.triangles.size();
+  grow_copy(t.surface, small, all_but_three, t.part);
+  ASSERT_EQ(t.part.triangles.size(), n_of_tube + 3);
+  const JoinedRims result = join_rims(t.surface, {t.a_removed_triangle()}, t.removal, t.part, 0.1);
+  ASSERT_TRUE(result.patch);
+  EXPECT_EQ(result.patch->triangles.size(), n_of_tube + 2 * 2 * kAcross);
 }
 
 TEST(JoinRims, FailsWhereALongRimHasNoPartner) {

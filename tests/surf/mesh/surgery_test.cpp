@@ -71,6 +71,22 @@ TEST(Surgery, MakesOneSurfaceOfTwoBallsThatOverlap) {
   EXPECT_FALSE(out.report.regions[0].is_whole);
 }
 
+// The three that overlap are smaller than the reach, so they are rebuilt whole, and the gap to the
+// fourth is thinner than the resolution: what grows for them is joined to a sheet without an event.
+TEST(Surgery, KeepsSmallBallsBesideAnotherSheet) {
+  const std::vector<Triangles> balls = {
+      ball({0.698, 0.161, 0.120}, 0.229, kEdge), ball({0.877, 0.676, 0.299}, 0.307, kEdge),
+      ball({0.957, 0.331, 0.429}, 0.315, kEdge), ball({0.704, 0.540, -0.514}, 0.482, kEdge)};
+  const Triangles all = joined(balls);
+  TriMesh mesh = to_mesh(all);
+  const SurgeryReport report = operate(mesh, intersecting(all), {.resolution_mm = 0.7 * kEdge});
+  EXPECT_EQ(report.n_unresolved, 0);
+  double volume = 0;
+  for (const Triangles& one : balls) volume += volume_mm3(one);
+  constexpr double kOverlaps = 0.039;  // share of the volume, from the formula of lenses
+  EXPECT_NEAR(volume_mm3(to_triangles(mesh)), (1 - kOverlaps) * volume, 0.03 * volume);
+}
+
 TEST(Surgery, LeavesTheRestOfTheSurfaceBitForBit) {
   const Triangles before = joined({ball({0, 0, 0}, 1, kEdge), ball({1.9, 0, 0}, 1, kEdge)});
   const Outcome out = resolved(before);
