@@ -29,7 +29,11 @@ struct Outcome {
 /// Runs the program in a scratch folder, so that file names in arguments need no folder.
 class Program : public surf::test::ScratchFolder {
  protected:
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+  static constexpr auto kTimeLimit = std::chrono::seconds(1800);
+#else
   static constexpr auto kTimeLimit = std::chrono::seconds(240);
+#endif
 
   Program() { std::filesystem::create_directories(path("files")); }
 
