@@ -98,8 +98,8 @@ struct Matches {
 
 class RimJoiner {
  public:
-  RimJoiner(const ConnectedSurface& surface, const std::vector<int>& events, Removal removal,
-            GrownPart grown, double resolution)
+  RimJoiner(const ConnectedSurface& surface, const std::vector<int>& events,
+            RemovedTriangles removal, GrownPart grown, double resolution)
       : surface_(surface),
         h_(resolution),
         is_removed_(std::move(removal.is_removed)),
@@ -291,7 +291,7 @@ class RimJoiner {
 }  // namespace
 
 JoinedRims join_rims(const ConnectedSurface& surface, const std::vector<int>& events,
-                     Removal removal, GrownPart part, double resolution_mm) {
+                     RemovedTriangles removal, GrownPart part, double resolution_mm) {
   return RimJoiner(surface, events, std::move(removal), std::move(part), resolution_mm).join();
 }
 

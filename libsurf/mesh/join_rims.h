@@ -34,6 +34,6 @@ struct JoinedRims {
 /// @param part           its first vertex is surface.n_vertices()
 /// @param resolution_mm  spacing of the grid
 JoinedRims join_rims(const ConnectedSurface& surface, const std::vector<int>& events,
-                     Removal removal, GrownPart part, double resolution_mm);
+                     RemovedTriangles removal, GrownPart part, double resolution_mm);
 
 }  // namespace surf::mesh

@@ -175,9 +175,9 @@ std::vector<int> neighbourhood(const ConnectedSurface& surface, const std::vecto
   return queue;
 }
 
-Removal choose_removal(const ConnectedSurface& surface, const CubicGrid& grid,
-                       const std::vector<int>& near, const GridCells& cells) {
-  Removal out{TriangleFlags(surface.n_triangles(), 0), {}, {}};
+RemovedTriangles choose_removal(const ConnectedSurface& surface, const CubicGrid& grid,
+                                const std::vector<int>& near, const GridCells& cells) {
+  RemovedTriangles out{TriangleFlags(surface.n_triangles(), 0), {}, {}};
   TriangleFlags& is_removed = out.is_removed;
   for (const int t : near) is_removed[t] = 1;
   remove_in_cells(surface, grid, cells, is_removed);
@@ -195,7 +195,8 @@ Removal choose_removal(const ConnectedSurface& surface, const CubicGrid& grid,
   return out;
 }
 
-bool add_bridges(const ConnectedSurface& surface, const Removal& removal, std::vector<int>& near) {
+bool add_bridges(const ConnectedSurface& surface, const RemovedTriangles& removal,
+                 std::vector<int>& near) {
   TriangleFlags is_met(surface.n_triangles(), 0), is_between(surface.n_triangles(), 0);
   std::vector<char> is_met_vertex(surface.n_vertices(), 0);
   for (const int t : removal.met) {

@@ -16,7 +16,7 @@ std::vector<int> neighbourhood(const ConnectedSurface& surface, const std::vecto
                                double reach_mm = std::numeric_limits<double>::infinity());
 
 /// What goes.
-struct Removal {
+struct RemovedTriangles {
   TriangleFlags is_removed;
   std::vector<int> met;   ///< those in the cells
   std::vector<int> core;  ///< those that share no vertex with what stays
@@ -25,12 +25,13 @@ struct Removal {
 /// The triangles near and in the cells, one ring of them more, and what it takes to have each
 /// vertex of the rim border on one run of what stays.
 /// @param near  triangles that go, wherever the cells are
-Removal choose_removal(const ConnectedSurface& surface, const CubicGrid& grid,
-                       const std::vector<int>& near, const GridCells& cells);
+RemovedTriangles choose_removal(const ConnectedSurface& surface, const CubicGrid& grid,
+                                const std::vector<int>& near, const GridCells& cells);
 
 /// Where the rings round the cells meet, what is removed hangs together and the cells do not: adds
 /// the triangles between to the region. True if there were any.
-bool add_bridges(const ConnectedSurface& surface, const Removal& removal, std::vector<int>& near);
+bool add_bridges(const ConnectedSurface& surface, const RemovedTriangles& removal,
+                 std::vector<int>& near);
 
 /// Adds parts of the core that are an edge wide, where cells may not hang together, to the region.
 /// True if there were any.

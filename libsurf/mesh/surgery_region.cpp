@@ -70,7 +70,7 @@ RegionPlan plan_with(const ConnectedSurface& surface, const TriangleFlags& is_ev
                      const std::vector<int>& events, double resolution, std::vector<int>& near,
                      std::vector<int>& core) {
   std::unique_ptr<RegionCells> region;
-  Removal removal;
+  RemovedTriangles removal;
   do {
     region = cover(surface, events, near, resolution);
     if (!region) return {};

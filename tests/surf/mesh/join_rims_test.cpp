@@ -18,7 +18,7 @@ constexpr double kResolution = 0.06;  // edges of the torus are about 0.15 to 0.
 /// the first and the last, on vertices of their own.
 struct TorusWithTube {
   const ConnectedSurface surface{to_mesh(torus(1, 0.35, kAround, kAcross))};
-  Removal removal;
+  RemovedTriangles removal;
   GrownPart part;
 
   TorusWithTube(int first, int last) {
@@ -138,7 +138,7 @@ TEST(JoinRims, KeepsWhatGrewForAShellThatWasRemovedWhole) {
   const Triangles ring = torus(1, 0.35, kAround, kAcross), small = ball({4, 0, 0}, 0.3, 0.15);
   const TorusWithTube t(5, 12);
   const ConnectedSurface both(to_mesh(joined({ring, small})));
-  Removal removal = t.removal;
+  RemovedTriangles removal = t.removal;
   removal.is_removed.resize(both.n_triangles(), 1);
   for (int f = t.surface.n_triangles(); f < both.n_triangles(); ++f) removal.core.push_back(f);
   GrownPart part = t.part;
@@ -155,7 +155,7 @@ TEST(JoinRims, KeepsWhatGrewForAShellThatWasRemovedWhole) {
 TEST(JoinRims, CapsAHoleInAShellThatIsJoinedToNothing) {
   const Triangles small = ball({0, 0, 0}, 0.3, 0.1);
   const ConnectedSurface surface(to_mesh(small));
-  Removal removal;
+  RemovedTriangles removal;
   removal.is_removed.assign(surface.n_triangles(), 1);
   for (int f = 0; f < surface.n_triangles(); ++f) removal.core.push_back(f);
   GrownPart part;

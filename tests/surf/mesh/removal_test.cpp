@@ -28,7 +28,7 @@ struct RemovalAtTheTop {
   const std::vector<int> near;
   const CubicGrid grid;
   GridCells cells;
-  Removal removal;
+  RemovedTriangles removal;
 
   RemovalAtTheTop(const Triangles& triangles, double reach)
       : surface(to_mesh(triangles)),
@@ -104,7 +104,7 @@ TEST(Removal, LeavesNoIslands) {
   for (const int t : neighbourhood(surface, {top}, 0.7))
     if ((surface.centroid(t) - surface.centroid(top)).norm() > 0.25) near.push_back(t);
   const CubicGrid grid = grid_round(surface, near, kResolution).value();
-  const Removal removal = choose_removal(surface, grid, near, GridCells(grid));
+  const RemovedTriangles removal = choose_removal(surface, grid, near, GridCells(grid));
   EXPECT_TRUE(removal.is_removed[top]);
   EXPECT_EQ(rims(free_sides(surface, removal.is_removed)).value().size(), 1u);
 }
