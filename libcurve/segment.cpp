@@ -94,8 +94,6 @@ class GrowingCurve : public GrowingShape<2> {
   flow::MovingShape<2>& moving() override { return curve_; }
   Segments simplices() const override { return curve_.segments(); }
   double border_share() const override { return curve_.border_share(); }
-  /// Sheets of a ladder are held apart; there is no other contact.
-  double self_contact_share() const override { return 0; }
   bool is_limited() const override { return curve_.is_limited(); }
   void set_edge_length(double edge_length_mm) override { curve_.set_edge_length(edge_length_mm); }
   void set_integrands(std::vector<std::shared_ptr<const Field<2>>> integrands) override {

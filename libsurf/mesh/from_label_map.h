@@ -1,4 +1,4 @@
-// Triangle surfaces of labels.
+// Triangle surfaces of labels and levels of a volume.
 #pragma once
 
 #include <optional>
@@ -26,5 +26,11 @@ inline bool is_labelled(float value, std::optional<int> label) {
 ///
 /// @throws InputError  no voxel has the label
 Triangles surface_of_label_map(const volume::Volume& labels, std::optional<int> label = {});
+
+/// The surface between the voxels above a level and the others, its vertices where the values,
+/// linear along the grid's edges, reach it, but at least a twentieth of an edge from its ends.
+/// Closed, 2-manifold and outward as above, empty if no voxel is above; it may intersect itself
+/// where several of its sheets lie within one cell.
+Triangles surface_of_level(const volume::Volume& values, double level);
 
 }  // namespace surf::mesh

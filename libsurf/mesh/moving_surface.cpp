@@ -182,7 +182,6 @@ void MovingSurface::move_to(const Points<3>& to) {
 
 /// After a move: surgery where it has brought sheets together.
 bool MovingSurface::resolve_events() {
-  self_contact_share_ = 0;
   if (!displacement_.is_valid()) return false;
   const Points<3> to = points(mesh_);
   Points<3> from = to;
@@ -209,29 +208,13 @@ bool MovingSurface::resolve_events() {
   });
   has_vanished_ = mesh_.n_faces() == 0;
   if (report.n_unresolved > 0 || has_vanished_) return take_back();
-  if (!report.refused.empty()) {
-    self_contact_share_ += share_of_faces(report.refused);
-    if (!hold_refused(report.refused)) return take_back();
-  }
-  const double area = surface_area(before);
+  if (!report.refused.empty() && !hold_refused(report.refused)) return take_back();
   for (const RebuiltRegion& region : report.regions) {
     if (region.change == TopologyChange::kUntangling) continue;
     events_.push_back({to_string(region.change), region.place, region.volume_change_mm3});
-    if (region.change != TopologyChange::kMerging)
-      self_contact_share_ += region.event_area_mm2 / area;
   }
   remove_phantoms_and_crumbs();
   return true;
-}
-
-double MovingSurface::share_of_faces(const std::vector<char>& flags) const {
-  double chosen = 0, all = 0;
-  for (const auto face : mesh_.faces()) {
-    const double area = mesh_.calc_face_area(face);
-    all += area;
-    if (flags[face.idx()]) chosen += area;
-  }
-  return chosen / all;
 }
 
 /// Vertices of refused events go back to where they were before the move; false if the surface then

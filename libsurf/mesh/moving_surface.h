@@ -71,9 +71,6 @@ class MovingSurface : public flow::MovingShape<3> {
   double border_share() const;
   /// adaptivity.max_elements has kept the surface from being refined, now or earlier.
   bool is_limited() const { return is_limited_; }
-  /// Share of the area that the last move brought to events with itself: handles, cavities and
-  /// parts made or closed, not merging with other shells. 0 where sheets are held apart.
-  double self_contact_share() const { return self_contact_share_; }
   /// Changes the wanted edge length, and the largest displacement in proportion; the mesh follows
   /// with the next mend.
   void set_edge_length(double edge_length_mm);
@@ -89,7 +86,6 @@ class MovingSurface : public flow::MovingShape<3> {
   void adjust_step(const Points<3>& from, Points<3>& to, const Elements<3>& T) const;
   void resolve_initial_crossings();
   bool resolve_events();
-  double share_of_faces(const std::vector<char>& flags) const;
   bool hold_refused(const std::vector<char>& refused);
   bool remove_phantoms_and_crumbs();
 
@@ -97,7 +93,6 @@ class MovingSurface : public flow::MovingShape<3> {
   MovingSurfaceOptions options_;
   OpenMesh::VPropHandleT<Eigen::Vector3d> displacement_;  ///< of the last move; 0 for new vertices
   std::vector<flow::TopologyEvent> events_;
-  double self_contact_share_ = 0;
   bool has_changed_domain_ = false;  ///< in the last mend()
   bool has_vanished_ = false;        ///< a surgery would leave nothing
   bool is_limited_ = false;

@@ -429,12 +429,7 @@ class Surgery {
       const Cluster& cluster = clusters_[c];
       RebuiltRegion& region = regions.emplace_back();
       region.place = Eigen::Vector3d::Zero();
-      for (const int t : cluster.events) {
-        region.place += surface.centroid(t);
-        region.event_area_mm2 +=
-            area_normal(surface.corner(t, 0), surface.corner(t, 1), surface.corner(t, 2)).norm() /
-            2;
-      }
+      for (const int t : cluster.events) region.place += surface.centroid(t);
       region.place /= double(cluster.events.size());
       region.n_events = static_cast<int>(cluster.events.size());
       region.n_removed = static_cast<int>(cluster.patch.removed.size());

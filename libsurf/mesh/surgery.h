@@ -44,9 +44,8 @@ struct RebuiltRegion {
   TopologyChange change = TopologyChange::kUntangling;
   Eigen::Vector3d place;  ///< centre of the triangles that asked for it [mm]
   int n_events = 0;       ///< these triangles
-  double event_area_mm2 = 0;
-  int n_removed = 0;  ///< triangles of the old surface
-  int n_added = 0;    ///< triangles of the patch
+  int n_removed = 0;      ///< triangles of the old surface
+  int n_added = 0;        ///< triangles of the patch
   double volume_change_mm3 = 0;
   bool is_whole = false;  ///< whole components had to be rebuilt
 };

@@ -17,84 +17,47 @@ namespace {
 
 constexpr double kExplosion = 1.4;      // growth that counts as a leak
 constexpr double kLargestGrowth = 1.4;  // growth_out of a rung before a leak
-// Radii of balls [cells]:
+// Radii of discs [pixels]:
 constexpr double kLeastRadius = 3;   // smaller is not judged
 constexpr double kLeakFrom = 16.84;  // growth of what is smaller is no leak
 constexpr double kCalmFrom = 16.84;  // a rung of more ends where the next is rough
 constexpr double kLargestContact =
-    0.05;  // share of the area held: the front meets itself round holes
-constexpr double kLeastSphericity = 0.2;  // rougher surfaces percolate through noise
+    0.05;  // share of the length held: the front meets itself round holes
+constexpr double kLeastSphericity = 0.2;  // rougher curves percolate through noise
 
-template <int Dim>
-double content_of_ball(double radius) {
-  return Dim == 3 ? 4 * std::numbers::pi / 3 * std::pow(radius, 3)
-                  : std::numbers::pi * radius * radius;
-}
+double area_of_disc(double radius) { return std::numbers::pi * radius * radius; }
 
-/// ln of the ratio of the volumes of balls with these contents.
-template <int Dim>
-double growth(double from, double to) {
-  return 3.0 / Dim * std::log(to / from);
-}
+/// ln of the ratio of the volumes of balls whose sections have these areas.
+double growth(double from, double to) { return 1.5 * std::log(to / from); }
 
-/// Histograms of intensities just inside and just outside, overlap sum min(p, q).
-double histogram_separation(const Eigen::VectorXd& inside, const Eigen::VectorXd& outside) {
-  constexpr int kBins = 32;
-  std::vector<double> all(inside.data(), inside.data() + inside.size());
-  all.insert(all.end(), outside.data(), outside.data() + outside.size());
-  std::sort(all.begin(), all.end());
-  const double low = all[all.size() / 100], high = all[all.size() - 1 - all.size() / 100];
-  if (!(high > low)) return 0;
-  const auto histogram = [&](const Eigen::VectorXd& values) {
-    std::array<double, kBins> bins{};
-    for (const double value : values)
-      bins[std::clamp(int(kBins * (value - low) / (high - low)), 0, kBins - 1)] +=
-          1.0 / double(values.size());
-    return bins;
-  };
-  const auto p = histogram(inside), q = histogram(outside);
-  double overlap = 0;
-  for (int bin = 0; bin < kBins; ++bin) overlap += std::min(p[bin], q[bin]);
-  return 1 - overlap;
-}
-
-template <int Dim>
-Eigen::VectorXd sample_shifted(const Field<Dim>& I, const fem::Geometry<Dim>& shape,
-                               const Points<Dim>& unit_normals, double shift_mm) {
-  Samples<Dim> samples;
+Eigen::VectorXd sample_shifted(const Field<2>& I, const fem::Geometry<2>& shape,
+                               const Points<2>& unit_normals, double shift_mm) {
+  Samples<2> samples;
   I.sample(shape.points() + shift_mm * unit_normals, Derivatives::kNone, samples);
   return samples.value;
 }
 
-Eigen::VectorXd joined(const std::vector<Eigen::VectorXd>& parts) {
-  Eigen::Index n = 0;
-  for (const auto& part : parts) n += part.size();
-  Eigen::VectorXd out(n);
-  n = 0;
-  for (const auto& part : parts) {
-    out.segment(n, part.size()) = part;
-    n += part.size();
-  }
+std::vector<float> joined(const std::vector<Eigen::VectorXd>& parts) {
+  std::vector<float> out;
+  for (const auto& part : parts)
+    for (const double value : part) out.push_back(static_cast<float>(value));
   return out;
 }
 
-/// Length or area of the ball of equal content over the shape's.
-template <int Dim>
-double sphericity(const fem::Geometry<Dim>& shape) {
-  const double r = shape.radius();
-  return Dim * content_of_ball<Dim>(r) / r / shape.measure();
+/// Length of the circle of equal area over the shape's.
+double sphericity(const fem::Geometry<2>& shape) {
+  return 2 * std::numbers::pi * shape.radius() / shape.measure();
 }
 
-template <int Dim>
-RungFeatures measure_rung(const EnergyModel<Dim>& model, const fem::Geometry<Dim>& shape,
+RungFeatures measure_rung(const EnergyModel<2>& model, const fem::Geometry<2>& shape,
                           double noise) {
   const double h = model.extent().cell_mm();
-  Points<Dim> normals = shape.nodal_normals();
+  Points<2> normals = shape.nodal_normals();
   for (Eigen::Index i = 0; i < normals.rows(); ++i) normals.row(i).normalize();
-  // Intensities at -3.5 .. 3.5 voxels along the normal, every half voxel.
+  // Intensities at -3.5 .. 3.5 pixels along the normal, every half pixel.
   std::vector<Eigen::VectorXd> profile;
   for (int s = -7; s <= 7; ++s)
-    profile.push_back(sample_shifted<Dim>(*model.intensity(), shape, normals, s * h / 2));
+    profile.push_back(sample_shifted(*model.intensity(), shape, normals, s * h / 2));
   RungFeatures features;
   features.enclosed = shape.enclosed();
   features.separation = histogram_separation(joined({profile[1], profile[3], profile[5]}),
@@ -105,23 +68,14 @@ RungFeatures measure_rung(const EnergyModel<Dim>& model, const fem::Geometry<Dim
     int steepest = 1;
     for (int s = 1; s <= 13; ++s)
       if (slope(s) > slope(steepest)) steepest = s;
-    // The steepest place of the profile lies within a voxel of the surface.
+    // The steepest place of the profile lies within a pixel of the curve.
     if (std::abs(steepest - 7) <= 2 && slope(steepest) > 3 * noise)
       on_edge += shape.lumped_mass()[i];
   }
   features.edge_share = on_edge / shape.measure();
-  features.sphericity = sphericity<Dim>(shape);
+  features.sphericity = sphericity(shape);
   return features;
 }
-
-}  // namespace
-
-double RungFeatures::score() const {
-  return separation * edge_share * std::sqrt(std::clamp(sphericity, 0.0, 1.0)) * growth_out *
-         std::exp(-growth_in / 4);
-}
-
-namespace {
 
 /// The rungs of one climb.
 struct Rungs {
@@ -155,12 +109,11 @@ Rungs edge_rungs(double lambda, double cell_mm) {
 }
 
 /// Everything one climb needs.
-template <int Dim>
 class Climb {
  public:
-  Climb(const Setting<Dim>& setting, EnergyModel<Dim>& model, const SeedModel& seed,
-        const Rungs& rungs_of_climb, const Simplices<Dim>& start, const LadderOptions<Dim>& options,
-        std::vector<StageReport>& stages, const ProgressOf<Dim>& progress)
+  Climb(const Setting<2>& setting, EnergyModel<2>& model, const SeedModel& seed,
+        const Rungs& rungs_of_climb, const Segments& start, const LadderOptions& options,
+        std::vector<StageReport>& stages, const ProgressOf<2>& progress)
       : setting_(setting),
         model_(model),
         seed_(seed),
@@ -172,9 +125,9 @@ class Climb {
     restart();
   }
 
-  void run(std::vector<CandidateOf<Dim>>& candidates) {
+  void run(std::vector<CandidateOf<2>>& candidates) {
     std::vector<RungFeatures> rungs;
-    std::vector<CandidateOf<Dim>> found;
+    std::vector<CandidateOf<2>> found;
     RungEnd end = RungEnd::kRest;
     for (int q = 2; q < rungs_.end; ++q) {
       end = grow(rungs_.terms(q), rungs.empty() ? 0 : rungs.back().enclosed, q);
@@ -197,7 +150,7 @@ class Climb {
       }
       RungFeatures rung = measure_rung(model_, shape_->moving().geometry(), seed_.noise);
       if (!rungs.empty()) {
-        rung.growth_in = std::max(0.0, growth<Dim>(rungs.back().enclosed, rung.enclosed));
+        rung.growth_in = std::max(0.0, growth(rungs.back().enclosed, rung.enclosed));
         rungs.back().growth_out = std::min(kLargestGrowth, rung.growth_in);
       }
       rungs.push_back(rung);
@@ -221,18 +174,18 @@ class Climb {
 
   /// Larger than a ball of this radius [cells]?
   bool is_judged(const RungFeatures& rung, double radius) const {
-    return rung.enclosed > content_of_ball<Dim>(radius * model_.extent().cell_mm());
+    return rung.enclosed > area_of_disc(radius * model_.extent().cell_mm());
   }
 
   void restart() {
-    ShapeOptions<Dim> shape = options_.shape;
+    ShapeOptions<2> shape = options_.shape;
     shape.adaptivity.integrands = model_.integrands(rungs_.terms(0));
     shape_ = setting_.make_shape(start_, shape);
   }
 
   /// Large objects get longer edges, up to twice the first: their necks are wider too.
   void adapt_edge_length(double enclosed) {
-    const double radius = std::pow(enclosed / content_of_ball<Dim>(1), 1.0 / Dim);
+    const double radius = std::sqrt(enclosed / area_of_disc(1));
     const double shortest = options_.shape.edge_length_mm;
     shape_->set_edge_length(std::clamp(radius / 20, shortest, 2 * shortest));
   }
@@ -241,10 +194,9 @@ class Climb {
     const auto energy = model_.energy(terms);
     shape_->set_integrands(model_.integrands(terms));
     const std::string stage = fmt::format("{} rung {}", rungs_.name, q - 1);
-    const double start_content = fem::Geometry<Dim>(start_.points, start_.elements).enclosed();
+    const double start_content = fem::Geometry<2>(start_.points, start_.elements).enclosed();
     // A tiny first rung may fill a whole plateau at once.
-    const bool may_leak =
-        enclosed_before > content_of_ball<Dim>(kLeakFrom * model_.extent().cell_mm());
+    const bool may_leak = enclosed_before > area_of_disc(kLeakFrom * model_.extent().cell_mm());
     RungEnd end = RungEnd::kRest;
     const auto start = std::chrono::steady_clock::now();
     const auto on_step = [&](const flow::StepRecord& record) {
@@ -252,14 +204,13 @@ class Climb {
         end = RungEnd::kStopped;
         return false;
       }
-      if (may_leak && growth<Dim>(enclosed_before, record.enclosed) > kExplosion) {
+      if (may_leak && growth(enclosed_before, record.enclosed) > kExplosion) {
         end = RungEnd::kLeaked;
         return false;
       }
       adapt_edge_length(record.enclosed);
-      const bool meets_itself = record.held_share + shape_->self_contact_share() > kLargestContact;
-      if (meets_itself ||
-          (record.k % 10 == 0 && sphericity<Dim>(shape_->moving().geometry()) < kLeastSphericity)) {
+      if (record.held_share > kLargestContact ||
+          (record.k % 10 == 0 && sphericity(shape_->moving().geometry()) < kLeastSphericity)) {
         end = RungEnd::kRough;
         return false;
       }
@@ -268,7 +219,7 @@ class Climb {
     StageReport report;
     report.name = stage;
     report.edge_length_mm = options_.shape.edge_length_mm;
-    report.flow = flow::evolve<Dim>(shape_->moving(), *energy, options_.flow, on_step);
+    report.flow = flow::evolve<2>(shape_->moving(), *energy, options_.flow, on_step);
     report.seconds =
         std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     if (report.flow.termination == flow::Termination::kObstacle)
@@ -279,25 +230,23 @@ class Climb {
     return end;
   }
 
-  const Setting<Dim>& setting_;
-  EnergyModel<Dim>& model_;
+  const Setting<2>& setting_;
+  EnergyModel<2>& model_;
   const SeedModel& seed_;
-  const LadderOptions<Dim>& options_;
+  const LadderOptions& options_;
   std::vector<StageReport>& stages_;
-  const ProgressOf<Dim>& progress_;
+  const ProgressOf<2>& progress_;
   Rungs rungs_;
-  const Simplices<Dim>& start_;
-  std::unique_ptr<GrowingShape<Dim>> shape_;
+  const Segments& start_;
+  std::unique_ptr<GrowingShape<2>> shape_;
 };
 
 }  // namespace
 
-template <int Dim>
-std::vector<CandidateOf<Dim>> climb(const Setting<Dim>& setting, EnergyModel<Dim>& model,
-                                    const SeedModel& seed, const Start<Dim>& starts,
-                                    const LadderOptions<Dim>& options,
-                                    std::vector<StageReport>& stages,
-                                    const ProgressOf<Dim>& progress) {
+std::vector<CandidateOf<2>> climb(const Setting<2>& setting, EnergyModel<2>& model,
+                                  const SeedModel& seed, const Start& starts,
+                                  const LadderOptions& options, std::vector<StageReport>& stages,
+                                  const ProgressOf<2>& progress) {
   std::vector<Rungs> climbs;
   for (const double radius : options.neck_radii)
     climbs.push_back(window_rungs(seed, radius, model.extent().cell_mm(), options.max_rungs));
@@ -306,20 +255,19 @@ std::vector<CandidateOf<Dim>> climb(const Setting<Dim>& setting, EnergyModel<Dim
     model.edge_indicator(lambda);  // the model's fields are not made by several threads at once
   }
   const int n = static_cast<int>(climbs.size());
-  std::vector<std::vector<CandidateOf<Dim>>> found(n);
+  std::vector<std::vector<CandidateOf<2>>> found(n);
   std::vector<std::vector<StageReport>> reports(n);
   std::mutex mutex;
-  const ProgressOf<Dim> one_at_a_time = [&](const auto& stage, const auto& record,
-                                            const auto& shape) {
+  const ProgressOf<2> one_at_a_time = [&](const auto& stage, const auto& record,
+                                          const auto& shape) {
     const std::lock_guard lock(mutex);
     return !progress || progress(stage, record, shape);
   };
   tbb::parallel_for(0, n, [&](int i) {
-    const Simplices<Dim> start = starts(climbs[i].neck_radius);
-    Climb<Dim>(setting, model, seed, climbs[i], start, options, reports[i], one_at_a_time)
-        .run(found[i]);
+    const Segments start = starts(climbs[i].neck_radius);
+    Climb(setting, model, seed, climbs[i], start, options, reports[i], one_at_a_time).run(found[i]);
   });
-  std::vector<CandidateOf<Dim>> candidates;
+  std::vector<CandidateOf<2>> candidates;
   for (int i = 0; i < n; ++i) {
     std::move(found[i].begin(), found[i].end(), std::back_inserter(candidates));
     std::move(reports[i].begin(), reports[i].end(), std::back_inserter(stages));
@@ -328,12 +276,5 @@ std::vector<CandidateOf<Dim>> climb(const Setting<Dim>& setting, EnergyModel<Dim
                    [](const auto& a, const auto& b) { return a.score > b.score; });
   return candidates;
 }
-
-template std::vector<CandidateOf<2>> climb<2>(const Setting<2>&, EnergyModel<2>&, const SeedModel&,
-                                              const Start<2>&, const LadderOptions<2>&,
-                                              std::vector<StageReport>&, const ProgressOf<2>&);
-template std::vector<CandidateOf<3>> climb<3>(const Setting<3>&, EnergyModel<3>&, const SeedModel&,
-                                              const Start<3>&, const LadderOptions<3>&,
-                                              std::vector<StageReport>&, const ProgressOf<3>&);
 
 }  // namespace surf::segment

@@ -25,8 +25,9 @@ struct RunOptions {
   /// Initial shape in place of seed balls; seeds then only serve to choose parameters.
   std::optional<Simplices<Dim>> initial;
 
-  /// Terms of the energy; empty = automatic: a ladder of intensity windows grown from the seeds
-  /// (ladder.h).
+  /// Terms of the energy; empty = automatic: the object that stands out round the seeds is looked
+  /// for, in the plane with a ladder of intensity windows that a curve grows through (ladder.h), in
+  /// space among openings of such windows on a grid (region_search.h), and settled on its edges.
   std::vector<EnergyTerm> energies;
   /// Gaussian smoothing [mm]; none = 0.7 cells.
   std::optional<double> sigma_mm;
@@ -83,7 +84,7 @@ struct CandidateOf {
   Simplices<Dim> shape;
   double score = 0;                  ///< larger is better; comparable within a run only
   double enclosed = 0;               ///< area [mm^2] or volume [mm^3]
-  std::vector<EnergyTerm> energies;  ///< with every parameter: runs again as explicit options
+  std::vector<EnergyTerm> energies;  ///< window and area, with every parameter
   std::string stage;                 ///< name of the StageReport that it comes from
 };
 
@@ -97,8 +98,8 @@ struct RunResult {
   double sigma_mm = 0, edge_length_mm = 0, seed_radius_mm = 0;
   double border_share = 0;  ///< share of the length or area on the image's border
   const flow::FlowSummary& last() const { return stages.back().flow; }
-  /// The stage that made the shape, before it settled: the chosen rung of a ladder, or the
-  /// evolution of explicit energies. Needs at least one stage.
+  /// The stage that made the shape, before it settled: the search or the chosen rung of a ladder,
+  /// or the evolution of explicit energies. Needs at least one stage.
   const StageReport& main_stage() const;
 };
 
@@ -149,7 +150,6 @@ class GrowingShape {
   virtual flow::MovingShape<Dim>& moving() = 0;
   virtual Simplices<Dim> simplices() const = 0;
   virtual double border_share() const = 0;
-  virtual double self_contact_share() const = 0;
   virtual bool is_limited() const = 0;
   virtual void set_edge_length(double edge_length_mm) = 0;
   virtual void set_integrands(std::vector<std::shared_ptr<const Field<Dim>>> integrands) = 0;

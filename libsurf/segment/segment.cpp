@@ -88,7 +88,6 @@ class GrowingSurface : public GrowingShape<3> {
   flow::MovingShape<3>& moving() override { return surface_; }
   Triangles simplices() const override { return surface_.triangles(); }
   double border_share() const override { return surface_.border_share(); }
-  double self_contact_share() const override { return surface_.self_contact_share(); }
   bool is_limited() const override { return surface_.is_limited(); }
   void set_edge_length(double edge_length_mm) override { surface_.set_edge_length(edge_length_mm); }
   void set_integrands(std::vector<std::shared_ptr<const Field<3>>> integrands) override {

@@ -78,7 +78,9 @@ ordered_json outcome_of(const surf::segment::RunResult<Dim>& result) {
   ordered_json out = ordered_json::object();
   if (result.stages.empty()) return out;
   const auto& main = result.main_stage().flow;
-  out["energy"] = main.final_energy;
+  // A search has no energy; the stage that settles what it found has.
+  const auto& evolved = main.steps.empty() ? result.last() : main;
+  if (!evolved.steps.empty()) out["energy"] = evolved.final_energy;
   out["iterations"] = iterations(result);
   out["stop_reason"] = surf::flow::to_string(main.termination);
   out["stop_message"] = main.message;

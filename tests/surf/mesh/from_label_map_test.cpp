@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "libsurf/base/error.h"
 #include "libsurf/mesh/distance.h"
 #include "libsurf/mesh/measure.h"
@@ -93,6 +95,46 @@ TEST(SurfaceOfLabelMap, ChoosesTheLabelAndCapsItAtTheBorder) {
   EXPECT_NEAR(volume_mm3(rest) / (box - ball), 1, kBevels);
   EXPECT_NEAR(volume_mm3(surface_of_label_map(labels)) / box, 1, kBevels);
   EXPECT_THROW(surface_of_label_map(labels, 1), InputError);
+}
+
+/// radius - |x - center|.
+volume::Volume ball_depths(const Eigen::Affine3d& affine, double radius) {
+  const std::array<int, 3> size{60, 48, 40};
+  const Vector<3> center = affine * Vector<3>(29.5, 23.5, 19.5);
+  std::vector<float> values;
+  for (int k = 0; k < size[2]; ++k)
+    for (int j = 0; j < size[1]; ++j)
+      for (int i = 0; i < size[0]; ++i)
+        values.push_back(float(radius - (affine * Vector<3>(i, j, k) - center).norm()));
+  return {size, affine, values};
+}
+
+TEST(SurfaceOfLevel, LiesWhereTheValuesReachIt) {
+  for (const double mirror : {1.0, -1.0}) {
+    const Eigen::Affine3d affine = Eigen::Translation3d(5, -40, 90) *
+                                   Eigen::AngleAxisd(0.6, Eigen::Vector3d(3, 1, 2).normalized()) *
+                                   Eigen::Scaling(0.5 * mirror, 0.6, 0.8);
+    const Triangles surface = surface_of_level(ball_depths(affine, 12), 2);
+    const Verification found = verify(surface);
+    EXPECT_TRUE(found.passed()) << found.message();
+    const Vector<3> center = affine * Vector<3>(29.5, 23.5, 19.5);
+    constexpr double kLeastFraction = 0.05 * 0.8;  // of an edge, from its ends [mm]
+    for (const auto point : surface.points.rowwise())
+      EXPECT_NEAR((point.transpose() - center).norm(), 10, kLeastFraction + 0.01);
+  }
+}
+
+TEST(SurfaceOfLevel, PassesForSmoothNoise) {
+  std::vector<float> values(20 * 18 * 16);
+  for (std::size_t at = 0; at < values.size(); ++at)
+    values[at] = float(std::sin(0.9 * double(at % 20)) + std::sin(0.8 * double(at / 20 % 18)) +
+                       std::sin(0.7 * double(at / 360)));
+  const volume::Volume volume({20, 18, 16}, Eigen::Affine3d::Identity(), values);
+  for (const double level : {-1.0, 0.0, 1.5}) {
+    const Verification found = verify(surface_of_level(volume, level));
+    EXPECT_TRUE(found.passed()) << level << ": " << found.message();
+  }
+  EXPECT_EQ(surface_of_level(volume, 4).elements.rows(), 0);
 }
 
 TEST(SurfaceOfLabelMap, SkipsEmptySlicesBetweenParts) {
