@@ -141,6 +141,16 @@ class Improvement {
   bool is_deleted(EdgeHandle edge) const { return mesh_.status(edge).deleted(); }
   bool is_deleted(FaceHandle face) const { return mesh_.status(face).deleted(); }
 
+  bool is_frozen(FaceHandle face) const {
+    return !options_.frozen.empty() && options_.frozen[face.idx()];
+  }
+  bool is_at_frozen(VertexHandle vertex) const {
+    if (options_.frozen.empty()) return false;
+    for (const FaceHandle face : mesh_.vf_range(vertex))
+      if (is_frozen(face)) return true;
+    return false;
+  }
+
   // ---- flips ----
 
   Diamond diamond(EdgeHandle edge) const {
@@ -186,6 +196,8 @@ class Improvement {
     if (!mesh_.is_flip_ok(edge)) return false;
     const Diamond v = diamond(edge);
     if (mesh_.valence(v.a) <= 3 || mesh_.valence(v.b) <= 3) return false;
+    if (is_frozen(mesh_.face_handle(v.halfedge)) || is_frozen(mesh_.face_handle(v.opposite)))
+      return false;
     const Vector3d &a = point(v.a), &b = point(v.b), &c = point(v.c), &d = point(v.d);
     if ((d - c).norm() > std::max(options_.max_length, (b - a).norm())) return false;
     const double before =
@@ -376,6 +388,9 @@ class Improvement {
 
   bool is_collapse_safe(HalfedgeHandle halfedge) {
     if (!mesh_.is_collapse_ok(halfedge)) return false;
+    if (is_at_frozen(mesh_.from_vertex_handle(halfedge)) ||
+        is_at_frozen(mesh_.to_vertex_handle(halfedge)))
+      return false;
     const Diamond v = diamond(mesh_.edge_handle(halfedge));
     return mesh_.valence(v.c) > 3 && mesh_.valence(v.d) > 3 &&
            mesh_.valence(v.a) + mesh_.valence(v.b) >= 7;
@@ -563,7 +578,8 @@ class Improvement {
       for (const VertexHandle vertex : mesh_.fv_range(face)) vertices.push_back(vertex.idx());
     std::sort(vertices.begin(), vertices.end());
     vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
-    for (const int vertex : vertices) try_move(VertexHandle(vertex));
+    for (const int vertex : vertices)
+      if (!is_at_frozen(VertexHandle(vertex))) try_move(VertexHandle(vertex));
   }
 
   // ---- end ----

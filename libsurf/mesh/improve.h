@@ -24,6 +24,8 @@ struct ImproveOptions {
   /// the new triangles (fem/indicators.h) below max_variation_mm. Empty = none.
   std::vector<char> may_coarsen = {};
   double max_variation_mm = std::numeric_limits<double>::infinity();
+  /// One flag per face: these and their vertices stay as they are. Empty = none.
+  std::vector<char> frozen = {};
   /// Rounds of collapses, flips and moves; ends earlier when nothing is left to do.
   int n_sweeps = 5;
   /// Empty if valid, else field, value and constraint.

@@ -27,6 +27,8 @@ constexpr double kResolution = 0.7;                        // of topology, of th
 constexpr double kContact = 0.9;    // of sheets, of the resolution: one node fits between them
 constexpr int kHalvings = 6;        // of a step that catches an event
 constexpr double kTolerance = 0.1;  // by which mending may move the surface, likewise
+constexpr int kMendingRounds = 4;
+constexpr double kFrozenRadius = 0.5;  // of the wanted edge length, in the second round
 
 /// Share of the area that belongs to the vertices chosen, a third of each of their triangles.
 template <class IsChosen>
@@ -39,6 +41,28 @@ double share_of_area(const Points<3>& X, const Elements<3>& T, const IsChosen& i
     for (int i = 0; i < 3; ++i) chosen += is_chosen(T(t, i)) ? area : 0;
   }
   return all > 0 ? chosen / all : 0;
+}
+
+Vector<3> centroid(const Points<3>& X, const Elements<3>& T, int triangle) {
+  return (X.row(T(triangle, 0)) + X.row(T(triangle, 1)) + X.row(T(triangle, 2))).transpose() / 3;
+}
+
+/// Flags of the faces with a corner or their centroid within `radius` of one of the places.
+std::vector<char> faces_near(const TriMesh& mesh, const std::vector<Vector<3>>& places,
+                             double radius) {
+  const Points<3> X = points(mesh);
+  const Elements<3> T = elements(mesh);
+  const auto is_near = [&](const Vector<3>& x) {
+    return std::any_of(places.begin(), places.end(), [&](const Vector<3>& place) {
+      return (x - place).squaredNorm() <= radius * radius;
+    });
+  };
+  std::vector<char> is_vertex_near(X.rows()), flags(T.rows());
+  for (Eigen::Index i = 0; i < X.rows(); ++i) is_vertex_near[i] = is_near(X.row(i).transpose());
+  for (int t = 0; t < int(T.rows()); ++t)
+    flags[t] = is_vertex_near[T(t, 0)] || is_vertex_near[T(t, 1)] || is_vertex_near[T(t, 2)] ||
+               is_near(centroid(X, T, t));
+  return flags;
 }
 
 }  // namespace
@@ -278,9 +302,49 @@ bool MovingSurface::mend() {
   return mend(kRoundsInAStep) || has_changed_domain_;
 }
 
+/// The checks of what mends are local. Where far parts come to intersect, it begins anew and leaves
+/// wider and wider surroundings of these places as they are; in the end all is only refined.
 bool MovingSurface::mend(int max_rounds) {
   const TriMesh unmended = mesh_;
+  std::vector<Vector<3>> frozen_places;
+  double radius = kFrozenRadius * options_.edge_length_mm;
+  for (int round = 0; round < kMendingRounds; ++round, radius *= 2) {
+    const bool has_changed = mend_apart_from(frozen_places, radius, max_rounds);
+    const Triangles mended = to_triangles(mesh_);
+    const auto added = added_intersections(to_triangles(unmended), mended);
+    if (added.empty()) {
+      if (!frozen_places.empty()) mend_the_rest(mended);
+      return has_changed;
+    }
+    for (const auto& [first, second] : added)
+      for (const int triangle : {first, second})
+        frozen_places.push_back(centroid(mended.points, mended.elements, triangle));
+    mesh_ = unmended;
+  }
   AdaptivityOptions sizes = adaptivity();
+  sizes.gamma_coarsen = 0;
+  return adapt(mesh_, sizes, max_rounds).n_refined > 0;
+}
+
+/// The frozen places by shorter and shorter moves.
+void MovingSurface::mend_the_rest(const Triangles& mended) {
+  const TriMesh before = mesh_;
+  for (const double share : {0.5, 0.25, 0.1}) {
+    ImproveOptions improvement;
+    improvement.min_length = kShortest * options_.edge_length_mm;
+    improvement.max_length = adaptivity().max_length_mm;
+    improvement.tolerance_mm = share * kTolerance * options_.edge_length_mm;
+    improve(mesh_, improvement);
+    if (added_intersections(mended, to_triangles(mesh_)).empty()) return;
+    mesh_ = before;
+  }
+}
+
+/// Adapts and improves all but what lies within `radius` of the places.
+bool MovingSurface::mend_apart_from(const std::vector<Vector<3>>& places, double radius,
+                                    int max_rounds) {
+  AdaptivityOptions sizes = adaptivity();
+  if (!places.empty()) sizes.gamma_coarsen = 0;
   AdaptivityReport adapted = adapt(mesh_, sizes, max_rounds);
   is_limited_ |= adapted.is_limited;
   ImproveOptions improvement;
@@ -290,15 +354,11 @@ bool MovingSurface::mend(int max_rounds) {
   improvement.may_coarsen = std::move(adapted.may_coarsen);
   if (sizes.geometry_tolerance_mm > 0)
     improvement.max_variation_mm = sizes.gamma_refine * sizes.geometry_tolerance_mm;
+  if (!places.empty()) improvement.frozen = faces_near(mesh_, places, radius);
   const ImproveReport improved = improve(mesh_, improvement);
-  const bool has_moved_surface =
-      adapted.n_coarsened + improved.n_collapsed + improved.n_flipped + improved.n_moved > 0;
-  if (!has_moved_surface) return adapted.n_refined > 0;
-  // Its checks are local: where far parts come to intersect only refinement is left.
-  if (!adds_intersections(to_triangles(unmended), to_triangles(mesh_))) return true;
-  mesh_ = unmended;
-  sizes.gamma_coarsen = 0;
-  return adapt(mesh_, sizes, max_rounds).n_refined > 0;
+  return adapted.n_refined + adapted.n_coarsened + improved.n_collapsed + improved.n_flipped +
+             improved.n_moved >
+         0;
 }
 
 std::string MovingSurface::obstacle() const {

@@ -81,6 +81,8 @@ class MovingSurface : public flow::MovingShape<3> {
   AdaptivityOptions adaptivity() const;
   void keep_in_box(Points<3>& to) const;
   bool mend(int max_rounds);
+  void mend_the_rest(const Triangles& mended);
+  bool mend_apart_from(const std::vector<Vector<3>>& places, double radius, int max_rounds);
   double topology_resolution() const;
   void hold_sheets_apart(const Points<3>& from, Points<3>& to, const Elements<3>& T) const;
   void adjust_step(const Points<3>& from, Points<3>& to, const Elements<3>& T) const;

@@ -395,10 +395,11 @@ std::vector<char> changed_triangles(const Triangles& before, const Triangles& af
   return changed;
 }
 
-bool adds_intersections(const Triangles& before, const Triangles& after) {
-  const auto now =
-      self_intersections(after.points, after.elements, changed_triangles(before, after));
-  return !now.empty() && now.size() > self_intersections(before).size();
+std::vector<std::pair<int, int>> added_intersections(const Triangles& before,
+                                                     const Triangles& after) {
+  auto now = self_intersections(after.points, after.elements, changed_triangles(before, after));
+  if (!now.empty() && now.size() <= self_intersections(before).size()) now.clear();
+  return now;
 }
 
 std::vector<int> degenerate_triangles(const Triangles& surface) {

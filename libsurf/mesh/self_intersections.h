@@ -38,9 +38,10 @@ bool do_intersect(const Points<3>& points, const Elements<3>& elements, int firs
 /// number were, and of those that are new.
 std::vector<char> changed_triangles(const Triangles& before, const Triangles& after);
 
-/// Whether changed triangles intersect others in more pairs than `before` has in all: what an
-/// operation with local checks asks for at its end.
-bool adds_intersections(const Triangles& before, const Triangles& after);
+/// The pairs of changed triangles and others that intersect, if they are more than `before` has in
+/// all, else none: what an operation with local checks asks for at its end.
+std::vector<std::pair<int, int>> added_intersections(const Triangles& before,
+                                                     const Triangles& after);
 
 /// Triangles without area, exactly: collinear corners. Ascending.
 std::vector<int> degenerate_triangles(const Triangles& surface);

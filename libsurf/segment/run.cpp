@@ -217,6 +217,10 @@ class Run {
            {{"window", 1, {{"mean", seed.mean}, {"half-width", region.half_width}}},
             {"area", region.neck_radius_mm / 2, {}}},
            report.name});
+    if (options_.topology == mesh::Topology::kGenus0)
+      result_.notes.push_back(
+          "the region that the search found may have handles: the topology asked for is that of the "
+          "evolution from there");
     if (!regions.empty())
       report.flow.message = fmt::format(
           "the region within {:.4g} of {:.4g} that no neck thinner than {:.3g} mm joins, score "

@@ -314,7 +314,7 @@ TEST(MovingSurface, DoesNotIntersectItselfAtTheBorderOfTheVolume) {
     step(surface, towards + random_field(X, 7 + k / 5, 0.1));
     ASSERT_TRUE(self_intersections(surface.triangles()).empty()) << "step " << k;
   }
-  EXPECT_GT(surface.border_share(), 0.2);
+  EXPECT_GT(surface.border_share(), 0.15);  // else nothing was tried
 }
 
 TEST(MovingSurface, RefusesOptionsAndSurfacesThatAreWrong) {

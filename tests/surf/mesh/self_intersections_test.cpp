@@ -132,11 +132,11 @@ TEST(SelfIntersections, AreAddedByAChangeThatMakesMoreOfThem) {
   const Triangles before = sphere({0, 0, 0}, 1, 3);
   Triangles after = before;
   after.points.row(0) *= 1.1;
-  EXPECT_FALSE(adds_intersections(before, after));
+  EXPECT_TRUE(added_intersections(before, after).empty());
   after.points.row(0) *= -1.1;
-  EXPECT_TRUE(adds_intersections(before, after));
-  EXPECT_FALSE(adds_intersections(after, after));
-  EXPECT_FALSE(adds_intersections(after, before));
+  EXPECT_FALSE(added_intersections(before, after).empty());
+  EXPECT_TRUE(added_intersections(after, after).empty());
+  EXPECT_TRUE(added_intersections(after, before).empty());
 }
 
 TEST(SelfIntersections, FindsTheOnlyPair) {
