@@ -30,7 +30,8 @@ Triangles surface_of_label_map(const volume::Volume& labels, std::optional<int> 
 /// The surface between the voxels above a level and the others, its vertices where the values,
 /// linear along the grid's edges, reach it, but at least a twentieth of an edge from its ends.
 /// Closed, 2-manifold and outward as above, empty if no voxel is above; it may intersect itself
-/// where several of its sheets lie within one cell.
+/// where several of its sheets lie within one cell. Caps at the volume's border lie half a voxel
+/// outside. The values are finite.
 Triangles surface_of_level(const volume::Volume& values, double level);
 
 }  // namespace surf::mesh

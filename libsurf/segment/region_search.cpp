@@ -6,9 +6,10 @@
 #include <array>
 #include <atomic>
 #include <cmath>
+#include <cstdint>
+#include <limits>
 #include <mutex>
 #include <numbers>
-#include <optional>
 
 #include "libsurf/segment/rung_features.h"
 #include "libsurf/volume/distance_transform.h"
@@ -16,14 +17,16 @@
 namespace surf::segment {
 namespace {
 
+constexpr int kLeastWindows = 4;
 constexpr double kWidestShare = 0.8;  // of the grid: a window that holds more is the last but one
 constexpr double kLeastRadius = 3;    // of a ball [nodes]: smaller is not judged
 constexpr double kLargestGrowth = 1.4;
-constexpr double kUnknownGrowth = 0.7;  // after the last window
+constexpr double kUnknownGrowth = 0.7;  // after the last window, or one that was not looked at
 constexpr int kWindowReach = 2;         // nodes from a seed to its window: a seed may be noise
 constexpr int kOpeningReach = 8;        // nodes from a seed to the opening: it may be near an edge
 constexpr double kShell = 2;            // nodes, outside: what the inside is compared with
-constexpr double kEdgeNoise = 3;        // an edge is that many times the noise, per voxel
+constexpr int kFewSlices = 16;
+constexpr double kEdgeNoise = 3;  // an edge is that many times the noise, per voxel
 
 using Index = std::array<int, 3>;
 using Flags = std::vector<std::uint8_t>;
@@ -155,15 +158,18 @@ struct Scan {
     double content = 1;
     for (int axis = 0; axis < 3; ++axis) content *= spacing[axis] * extent.size[axis];
     node_mm = std::max(extent.cell_mm(), std::cbrt(content / max_nodes));
-    const Eigen::Vector3d step = node_mm * spacing.cwiseInverse();
-    for (int axis = 0; axis < 3; ++axis)
-      box.size[axis] = int((extent.size[axis] - 1) / step[axis] + 1e-9) + 1;
+    Eigen::Vector3d step;  // voxels, so that the last node is the last voxel
+    for (int axis = 0; axis < 3; ++axis) {
+      const int n_steps =
+          std::max(1, int(std::ceil((extent.size[axis] - 1) * spacing[axis] / node_mm - 1e-6)));
+      step[axis] = double(extent.size[axis] - 1) / n_steps;
+      box.size[axis] = n_steps + 1;
+    }
     node_to_world = extent.index_to_world * Eigen::Scaling(step);
     intensity.resize(box.n());
     std::vector<float> slope(box.n());
-    std::vector<Eigen::Vector3f> direction(box.n());  // along the grid's axes
-    const Eigen::Matrix3d axes =
-        (extent.index_to_world.linear() * spacing.cwiseInverse().asDiagonal()).transpose();
+    std::vector<Eigen::Vector3f> direction(box.n());  // one node far, in nodes
+    const Eigen::Matrix3d to_nodes = node_mm * node_to_world.linear().inverse();
     const std::size_t slice = std::size_t(box.size[0]) * box.size[1];
     tbb::parallel_for(0, box.size[2], [&](int k) {
       Points<3> x(Eigen::Index(slice), 3);
@@ -178,7 +184,7 @@ struct Scan {
         const Eigen::Vector3d gradient = samples.gradient.row(Eigen::Index(m)).transpose();
         intensity[k * slice + m] = static_cast<float>(samples.value[Eigen::Index(m)]);
         slope[k * slice + m] = static_cast<float>(gradient.norm());
-        direction[k * slice + m] = (axes * gradient).normalized().cast<float>();
+        direction[k * slice + m] = (to_nodes * gradient.normalized()).cast<float>();
       }
     });
     find_edges(slope, direction, kEdgeNoise * noise / extent.cell_mm());
@@ -194,7 +200,7 @@ struct Scan {
       Eigen::Vector3d t;
       for (int axis = 0; axis < 3; ++axis) {
         first[axis] = std::clamp(int(x[axis]), 0, box.size[axis] - 2);
-        t[axis] = x[axis] - first[axis];
+        t[axis] = std::clamp(x[axis] - first[axis], 0.0, 1.0);
       }
       double out = 0;
       for (int corner = 0; corner < 8; ++corner) {
@@ -205,9 +211,11 @@ struct Scan {
       }
       return out;
     };
-    tbb::parallel_for(1, std::max(box.size[2] - 1, 1), [&](int k) {
-      for (int j = 1; j + 1 < box.size[1]; ++j)
-        for (int i = 1; i + 1 < box.size[0]; ++i) {
+    Index margin;  // the gradient at the border is the spline's own
+    for (int axis = 0; axis < 3; ++axis) margin[axis] = box.size[axis] < kFewSlices ? 0 : 1;
+    tbb::parallel_for(margin[2], box.size[2] - margin[2], [&](int k) {
+      for (int j = margin[1]; j < box.size[1] - margin[1]; ++j)
+        for (int i = margin[0]; i < box.size[0] - margin[0]; ++i) {
           const std::size_t at = box.at({i, j, k});
           if (!(slope[at] > least)) continue;
           const Eigen::Vector3d here(i, j, k), up = direction[at].cast<double>();
@@ -237,7 +245,7 @@ double sphericity(double n_nodes, double n_faces) {
 /// Fills in what the boundary of the nodes inside looks like.
 /// @param intensity, edge  at the nodes of the box
 void measure(const Box& box, const Flags& inside, const std::vector<float>& intensity,
-             const Flags& edge, double node_mm, Rung& rung) {
+             const Flags& edge, Rung& rung) {
   const std::vector<float> distance = volume::squared_distances(box.size, inside);
   std::vector<float> object, shell;
   double n_faces = 0, n_on_edge = 0, n_on_border = 0;
@@ -256,7 +264,6 @@ void measure(const Box& box, const Flags& inside, const std::vector<float>& inte
   n_faces += n_on_border;
   rung.n_nodes = object.size();
   rung.border_share = n_on_border / n_faces;
-  rung.features.enclosed = double(object.size()) * std::pow(node_mm, 3);
   rung.features.separation = histogram_separation(object, shell);
   rung.features.edge_share = n_on_edge / n_faces;
   rung.features.sphericity = sphericity(double(object.size()), n_faces);
@@ -271,12 +278,14 @@ double score(const Rung& rung) {
 }
 
 /// Squared distances to the outside, and to the border of the grid, beyond which nobody knows: a
-/// neck that the border cuts in half is no thicker than what is left of it.
+/// neck that the border cuts in half is no thicker than what is left of it. But along an axis of
+/// few slices all would be near the border.
 std::vector<float> depths(const Box& grid, const Box& box, const Flags& outside) {
   std::vector<float> out = volume::squared_distances(box.size, outside);
   for (std::size_t at = 0; at < out.size(); ++at) {
     const Index node = box.node(at);
     for (int axis = 0; axis < 3; ++axis) {
+      if (grid.size[axis] < kFewSlices) continue;
       const int to_border = std::min(node[axis] + 1, grid.size[axis] - node[axis]);
       out[at] = std::min(out[at], float(to_border * to_border));
     }
@@ -285,12 +294,14 @@ std::vector<float> depths(const Box& grid, const Box& box, const Flags& outside)
 }
 
 /// The openings of one window, one for each neck radius; those that are nowhere have no node.
-std::vector<Rung> open_window(const Scan& scan, double mean, double half_width,
-                              std::span<const Index> seeds, std::span<const double> neck_radii) {
+/// @param distance  of the intensity at each node from the nearest of the seeds' means
+std::vector<Rung> open_window(const Scan& scan, const std::vector<float>& distance,
+                              double half_width, std::span<const Index> seeds,
+                              std::span<const double> neck_radii) {
   std::vector<Rung> rungs(neck_radii.size());
   Flags window(scan.box.n());
-  std::transform(scan.intensity.begin(), scan.intensity.end(), window.begin(),
-                 [&](float value) { return std::uint8_t(std::abs(value - mean) <= half_width); });
+  std::transform(distance.begin(), distance.end(), window.begin(),
+                 [&](float d) { return std::uint8_t(d <= half_width); });
   const auto window_starts = starts(scan.box, window, seeds, kWindowReach);
   if (window_starts.empty()) return rungs;
   window = component(scan.box, window, window_starts);
@@ -310,30 +321,30 @@ std::vector<Rung> open_window(const Scan& scan, double mean, double half_width,
     const auto core_starts = starts(box, core, seeds, kOpeningReach);
     if (core_starts.empty()) continue;
     core = component(box, core, core_starts);
-    const std::vector<float> distance = volume::squared_distances(box.size, core);
+    const std::vector<float> to_core = volume::squared_distances(box.size, core);
     Flags inside(box.n());
-    for (std::size_t at = 0; at < box.n(); ++at) inside[at] = window[at] && distance[at] <= r * r;
+    for (std::size_t at = 0; at < box.n(); ++at) inside[at] = window[at] && to_core[at] <= r * r;
     fill_holes(box, inside);
     Rung& rung = rungs[n];
     rung.half_width = half_width;
     rung.neck_radius = r;
     rung.box = box;
     rung.inside.assign(inside.begin(), inside.end());
-    measure(box, inside, intensity, edge, scan.node_mm, rung);
+    measure(box, inside, intensity, edge, rung);
   }
   return rungs;
 }
 
 /// Half-widths up to the first window that holds nearly all, which is left out.
-std::vector<double> half_widths(const Scan& scan, const SeedModel& seed) {
-  std::vector<float> distance(scan.intensity.size());
-  std::transform(scan.intensity.begin(), scan.intensity.end(), distance.begin(),
-                 [&](float value) { return std::abs(value - float(seed.mean)); });
+std::vector<double> half_widths(std::vector<float> distance, double deviation) {
   const auto widest = distance.begin() + std::ptrdiff_t(kWidestShare * double(distance.size()));
   std::nth_element(distance.begin(), widest, distance.end());
   std::vector<double> out;
-  for (int q = 2; seed.deviation > 0 && seed.deviation * std::pow(2, q / 2.0) < *widest; ++q)
-    out.push_back(seed.deviation * std::pow(2, q / 2.0));
+  if (!(deviation > 0 && *widest > 0)) return out;
+  int q = 2;  // less where the ball round the seed is as varied as the rest
+  while (deviation * std::pow(2, (q + kLeastWindows) / 2.0) > *widest) --q;
+  for (; deviation * std::pow(2, q / 2.0) < *widest; ++q)
+    out.push_back(deviation * std::pow(2, q / 2.0));
   return out;
 }
 
@@ -347,16 +358,18 @@ void judge(std::vector<std::vector<Rung>>& windows, std::size_t radius, std::siz
     };
     if (w > 0 && windows[w - 1][radius].n_nodes > 0)
       rung.features.growth_in = ratio(rung.n_nodes, windows[w - 1][radius].n_nodes);
-    if (w + 1 == windows.size())
-      rung.features.growth_out = std::min(kUnknownGrowth, ratio(n_grid, rung.n_nodes));
-    else if (windows[w + 1][radius].n_nodes > 0)
-      rung.features.growth_out =
-          std::min(kLargestGrowth, ratio(windows[w + 1][radius].n_nodes, rung.n_nodes));
+    const bool has_next = w + 1 < windows.size() && windows[w + 1][radius].n_nodes > 0;
+    rung.features.growth_out =
+        has_next ? std::min(kLargestGrowth, ratio(windows[w + 1][radius].n_nodes, rung.n_nodes))
+                 : std::min(kUnknownGrowth, ratio(n_grid, rung.n_nodes));
     rung.score = score(rung);
   }
 }
 
+/// Dice.
 double overlap(const Rung& a, const Rung& b) {
+  const double most = 2 * double(std::min(a.n_nodes, b.n_nodes)) / double(a.n_nodes + b.n_nodes);
+  if (most <= RegionSearchOptions::kMostOverlap) return most;
   std::size_t n_both = 0;
   for (std::size_t at = 0; at < a.inside.size(); ++at) {
     if (!a.inside[at]) continue;
@@ -398,16 +411,26 @@ Region region_of(const Scan& scan, const Rung& rung) {
   const Eigen::Affine3d to_world =
       scan.node_to_world * Eigen::Translation3d(lower[0], lower[1], lower[2]);
   return {volume::Volume(rung.box.size, to_world, share), rung.half_width,
-          rung.neck_radius * scan.node_mm, rung.features.enclosed, rung.score};
+          rung.neck_radius * scan.node_mm, rung.score};
 }
 
 }  // namespace
 
 std::vector<Region> search_regions(const Field<3>& I, const ImageExtent<3>& extent,
-                                   const SeedModel& seed, std::span<const Vector<3>> seeds,
+                                   std::span<const SeedModel> models,
+                                   std::span<const Vector<3>> seeds,
                                    const RegionSearchOptions& options,
-                                   const std::function<bool(int done, int all)>& progress) {
-  const Scan scan(I, extent, seed.noise, options.max_nodes);
+                                   const std::function<bool(int n_done)>& progress) {
+  double noise = 0, deviation = std::numeric_limits<double>::infinity();
+  for (const SeedModel& model : models) {
+    noise = std::max(noise, model.noise);
+    deviation = std::min(deviation, model.deviation);
+  }
+  const Scan scan(I, extent, noise, options.max_nodes);
+  std::vector<float> distance(scan.intensity.size(), std::numeric_limits<float>::infinity());
+  for (const SeedModel& model : models)
+    for (std::size_t at = 0; at < distance.size(); ++at)
+      distance[at] = std::min(distance[at], std::abs(scan.intensity[at] - float(model.mean)));
   std::vector<Index> seed_nodes;
   for (const Vector<3>& point : seeds) {
     const Eigen::Vector3d node = scan.node_to_world.inverse() * point;
@@ -415,7 +438,7 @@ std::vector<Region> search_regions(const Field<3>& I, const ImageExtent<3>& exte
     for (int axis = 0; axis < 3; ++axis)
       out[axis] = std::clamp(int(std::lround(node[axis])), 0, scan.box.size[axis] - 1);
   }
-  const std::vector<double> widths = half_widths(scan, seed);
+  const std::vector<double> widths = half_widths(distance, deviation);
   const std::size_t n_radii = options.neck_radii.size();
   std::vector<std::vector<Rung>> windows(widths.size(), std::vector<Rung>(n_radii));
   std::atomic<bool> is_stopped = false;
@@ -423,9 +446,9 @@ std::vector<Region> search_regions(const Field<3>& I, const ImageExtent<3>& exte
   int n_done = 0;
   tbb::parallel_for(std::size_t(0), widths.size(), [&](std::size_t w) {
     if (is_stopped) return;
-    windows[w] = open_window(scan, seed.mean, widths[w], seed_nodes, options.neck_radii);
+    windows[w] = open_window(scan, distance, widths[w], seed_nodes, options.neck_radii);
     const std::lock_guard lock(mutex);
-    if (!progress(++n_done, int(widths.size()))) is_stopped = true;
+    if (!is_stopped && !progress(++n_done)) is_stopped = true;
   });
   const double least_nodes = 4 * std::numbers::pi / 3 * std::pow(kLeastRadius, 3);
   std::vector<const Rung*> best;

@@ -5,8 +5,11 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <map>
+#include <optional>
 
 #include "libsurf/mesh/from_label_map.h"
+#include "libsurf/mesh/verify.h"
 #include "libsurf/segment/edge_offset.h"
 #include "libsurf/segment/ladder.h"
 #include "libsurf/segment/nucleation.h"
@@ -91,13 +94,14 @@ class Run {
         options_(options),
         cell_(setting.extent().cell_mm()),
         progress_([this, progress](const auto& stage, const auto& record, const auto& shape) {
-          is_stopped_ = progress && !progress(stage, record, shape);
+          if (progress && !progress(stage, record, shape)) is_stopped_ = true;
           return !is_stopped_;
         }),
         model_(setting.make_model(smoothing())) {
     result_.sigma_mm = smoothing().sigma_mm;
     result_.edge_length_mm = options.edge_length_mm.value_or(1.5 * cell_);
-    if (!options.seeds_mm.empty()) seed_model_ = seed_model(*model_, kLeastDeviation);
+    if (!options.seeds_mm.empty())
+      seed_model_ = seed_model(*model_, options.seeds_mm, kLeastDeviation);
     result_.seed_radius_mm = options.seed_radius_mm.value_or(
         std::clamp(0.7 * seed_model_.radius_mm, 2 * cell_, 8 * cell_));
     start_ = options.initial
@@ -113,6 +117,9 @@ class Run {
     if (go_on && options_.settle && !options_.flow.keeps_content() &&
         settles_on_edges(result_.energies))
       run_settle();
+    else if (go_on && is_searched())  // the triangles of a grid are no mesh to compute with
+      result_.shape =
+          setting_.make_shape(result_.shape, shape_options(result_.edge_length_mm))->simplices();
     if (!setting_.is_embedded(result_.shape)) choose_embedded(unsettled);
     return std::move(result_);
   }
@@ -185,8 +192,9 @@ class Run {
   /// Whether the shape comes from a grid.
   bool is_searched() const { return Dim == 3 && !result_.candidates.empty(); }
 
-  SeedModel seed_model(const EnergyModel<Dim>& model, double least_deviation) const {
-    SeedModel out = estimate_seed_model<Dim>(*model.intensity(), options_.seeds_mm, cell_);
+  SeedModel seed_model(const EnergyModel<Dim>& model, const std::vector<Vector<Dim>>& seeds,
+                       double least_deviation) const {
+    SeedModel out = estimate_seed_model<Dim>(*model.intensity(), seeds, cell_);
     const auto [lowest, highest] = setting_.extent().range;
     out.deviation = std::max(out.deviation, least_deviation * (double(highest) - lowest));
     return out;
@@ -198,38 +206,79 @@ class Run {
     StageReport report;
     report.name = "search";
     report.edge_length_mm = result_.edge_length_mm;
-    volume::SmoothingOptions narrow = smoothing();
-    narrow.sigma_mm = options_.sigma_mm.value_or(kSearchSigma * cell_);
-    const auto model = setting_.make_model(narrow);
-    const SeedModel seed = seed_model(*model, kLeastSearchDeviation);
-    const std::vector<Region> regions = search_regions(
-        *model->intensity(), setting_.extent(), seed, options_.seeds_mm, {},
-        [&](int done, int all) {
-          flow::StepRecord record;
-          record.k = done;
-          return progress_(fmt::format("search, {} windows", all), record, [&] { return start_; });
-        });
-    for (const Region& region : regions)
+    note_unused_options();
+    const auto [regions, mean] = find_regions();
+    for (const Region& region : regions) {
+      const std::optional<Triangles> shape = boundary(region.share);
+      if (!shape) continue;
       result_.candidates.push_back(
-          {boundary(region.share),
+          {*shape,
            region.score,
-           region.volume_mm3,
-           {{"window", 1, {{"mean", seed.mean}, {"half-width", region.half_width}}},
+           fem::Geometry<3>(shape->points, shape->elements).enclosed(),
+           {{"window", 1, {{"mean", mean}, {"half-width", region.half_width}}},
             {"area", region.neck_radius_mm / 2, {}}},
            report.name});
-    if (options_.topology == mesh::Topology::kGenus0)
-      result_.notes.push_back(
-          "the region that the search found may have handles: the topology asked for is that of the "
-          "evolution from there");
-    if (!regions.empty())
+    }
+    if (result_.candidates.empty()) {
+      report.flow.termination = flow::Termination::kObstacle;
+      report.flow.message = "no region round the seeds stands out";
+    } else {
+      const auto& terms = result_.candidates.front().energies;
       report.flow.message = fmt::format(
           "the region within {:.4g} of {:.4g} that no neck thinner than {:.3g} mm joins, score "
           "{:.2f}",
-          regions.front().half_width, seed.mean, 2 * regions.front().neck_radius_mm,
-          regions.front().score);
+          terms[0].parameters.at("half-width"), mean, 4 * terms[1].weight,
+          result_.candidates.front().score);
+    }
+    if (is_stopped_) {
+      report.flow.termination = flow::Termination::kStopped;
+      report.flow.message = "stopped on request in the search";
+    }
     report.seconds =
         std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     result_.stages.push_back(std::move(report));
+  }
+
+  /// Of the options that an evolution from the seeds would use.
+  void note_unused_options() {
+    const auto note = [&](bool is_given, const char* what) {
+      if (is_given)
+        result_.notes.push_back(
+            fmt::format("{}: not used without an energy, where the object is looked for", what));
+    };
+    note(options_.initial.has_value(), "the initial shape");
+    note(options_.seed_radius_mm.has_value(), "the radius of the seeds");
+    note(options_.topology != mesh::Topology::kFree,
+         "the topology asked for (the object has the one that is found)");
+  }
+
+  /// With the mean of the first seed.
+  std::pair<std::vector<Region>, double> find_regions() {
+    volume::SmoothingOptions narrow = smoothing();
+    narrow.sigma_mm = options_.sigma_mm.value_or(kSearchSigma * cell_);
+    const auto model = setting_.make_model(narrow);
+    std::vector<SeedModel> seeds;  // each may lie in a material of its own
+    for (const Vector<3>& seed : options_.seeds_mm)
+      seeds.push_back(seed_model(*model, {seed}, kLeastSearchDeviation));
+    const auto progress = [&](int n_done) {
+      flow::StepRecord record;
+      record.k = n_done;
+      return progress_("search", record, [&] { return start_; });
+    };
+    return {search_regions(*model->intensity(), setting_.extent(), seeds, options_.seeds_mm, {},
+                           progress),
+            seeds.front().mean};
+  }
+
+  /// Where a region's share is one half, in the box of the voxel centres; of whole nodes, with
+  /// stairs, if the smooth surface does not pass; nothing if that does not either.
+  std::optional<Triangles> boundary(const volume::Volume& share) const {
+    for (const bool is_smooth : {true, false}) {
+      Triangles out = in_box(is_smooth ? mesh::surface_of_level(share, 0.5)
+                                       : mesh::surface_of_label_map(above(share, 0.5)));
+      if (mesh::verify(out).passed()) return out;
+    }
+    return std::nullopt;
   }
 
   /// 1 where the values are above the level, else 0.
@@ -240,19 +289,41 @@ class Run {
     return {values.size(), values.index_to_world(), flags};
   }
 
-  /// Where a region's share is one half, in the box of the voxel centres; of whole nodes, with
-  /// stairs, if the smooth surface intersects itself.
-  Triangles boundary(const volume::Volume& share) const {
+  /// The surface moved into the box of the voxel centres; vertices that come to the same place
+  /// there, at its edges, become one.
+  Triangles in_box(const Triangles& surface) const {
     const ImageExtent<3>& extent = setting_.extent();
-    Triangles out = mesh::surface_of_level(share, 0.5);
-    if (!setting_.is_embedded(out)) out = mesh::surface_of_label_map(above(share, 0.5));
     const Eigen::Array3d last =
         Eigen::Array3i(extent.size[0], extent.size[1], extent.size[2]).cast<double>() - 1;
-    for (Eigen::Index i = 0; i < out.points.rows(); ++i) {
-      const Eigen::Vector3d index = extent.world_to_index * out.points.row(i).transpose();
-      out.points.row(i) =
-          (extent.index_to_world * Eigen::Vector3d(index.array().max(0).min(last))).transpose();
+    std::map<std::array<double, 3>, int> moved;  // indices of the box's border
+    std::vector<Vector<3>> points;
+    std::vector<int> vertex(surface.points.rows());
+    for (Eigen::Index i = 0; i < surface.points.rows(); ++i) {
+      const Eigen::Vector3d index = extent.world_to_index * surface.points.row(i).transpose();
+      const Eigen::Vector3d inside = index.array().max(1e-9).min(last - 1e-9);
+      vertex[i] = int(points.size());
+      if (inside == index) {
+        points.push_back(surface.points.row(i).transpose());
+        continue;
+      }
+      // Rounded, so that places that differ by rounding alone are one.
+      const Eigen::Vector3d at = (index.array().max(0).min(last) * 1e6).round() / 1e6;
+      const auto [known, is_new] = moved.try_emplace({at[0], at[1], at[2]}, vertex[i]);
+      vertex[i] = known->second;
+      if (is_new) points.push_back(extent.index_to_world * at);
     }
+    std::vector<std::array<int, 3>> elements;
+    for (const auto t : surface.elements.rowwise()) {
+      const std::array<int, 3> corners = {vertex[t[0]], vertex[t[1]], vertex[t[2]]};
+      if (corners[0] != corners[1] && corners[1] != corners[2] && corners[2] != corners[0])
+        elements.push_back(corners);
+    }
+    Triangles out;
+    out.points.resize(Eigen::Index(points.size()), 3);
+    for (std::size_t i = 0; i < points.size(); ++i) out.points.row(Eigen::Index(i)) = points[i];
+    out.elements.resize(Eigen::Index(elements.size()), 3);
+    for (std::size_t i = 0; i < elements.size(); ++i)
+      out.elements.row(Eigen::Index(i)) = Eigen::RowVector3i::Map(elements[i].data());
     return out;
   }
 
@@ -470,8 +541,7 @@ class Run {
   /// Minimises int H dS from the shape found: at most kSettleSteps small steps, so that what
   /// lies on a weak edge stays about where it is; then takes off the bias of the curvature.
   bool run_settle() {
-    double lambda =
-        (std::getenv("KL") ? atof(std::getenv("KL")) : 1) * edge_strength_on(result_.shape);
+    double lambda = edge_strength_on(result_.shape);
     for (const EnergyTerm& term : result_.energies)  // the field of the run is there already
       if (term.name == "minimal-surface") lambda = term.parameters.at("lambda");
     if (!(lambda > 0)) return true;

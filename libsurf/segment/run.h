@@ -22,7 +22,8 @@ struct RunOptions {
   std::vector<Vector<Dim>> seeds_mm;
   /// Radius of the seed circles or balls [mm]; none = from the image round the seed.
   std::optional<double> seed_radius_mm;
-  /// Initial shape in place of seed balls; seeds then only serve to choose parameters.
+  /// Initial shape in place of seed balls; seeds then only serve to choose parameters. Like the
+  /// radius not used where the object is looked for in space.
   std::optional<Simplices<Dim>> initial;
 
   /// Terms of the energy; empty = automatic: the object that stands out round the seeds is looked

@@ -34,7 +34,7 @@ double histogram_separation(std::span<const float> inside, std::span<const float
   const auto p = histogram(inside), q = histogram(outside);
   double overlap = 0;
   for (int bin = 0; bin < kBins; ++bin) overlap += std::min(p[bin], q[bin]);
-  return 1 - overlap;
+  return std::max(0.0, 1 - overlap);  // rounding
 }
 
 }  // namespace surf::segment

@@ -9,7 +9,8 @@ namespace surf::volume {
 
 /// Squared Euclidean distance [nodes^2] from each node of a grid to the nearest one of a set, by
 /// lower envelopes of parabolas along one axis after the other (Felzenszwalb and Huttenlocher,
-/// Theory of Computing 8, 2012). Exact; O(nodes). kInfiniteDistance everywhere if the set is empty.
+/// Theory of Computing 8, 2012). Exact for lines of up to
+/// 4096 nodes; O(nodes). kInfiniteDistance everywhere if the set is empty.
 /// @param size  nodes along the axes, i fastest
 /// @param set   size[0] * size[1] * size[2] flags
 std::vector<float> squared_distances(const std::array<int, 3>& size,

@@ -58,6 +58,8 @@ ordered_json texts_of(const std::vector<surf::segment::EnergyTerm>& terms) {
 
 std::string step_line(const std::string& stage, const surf::flow::StepRecord& record,
                       const char* elements, const char* content, const char* unit, double seconds) {
+  if (record.n_elements == 0)  // of a search
+    return fmt::format("{:<20} step {:4}  {:6.1f} s", stage, record.k, seconds);
   return fmt::format(
       "{:<20} step {:4}  J {:<12.6g} tau {:<9.3g} {} {:7}  {} {:<10.5g} {}  {:6.1f} s{}", stage,
       record.k, record.energy, record.tau, elements, record.n_elements, content, record.enclosed,

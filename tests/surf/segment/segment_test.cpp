@@ -115,6 +115,44 @@ TEST(Segment, FindsTheBallFromItsSeedAlone) {
   }
 }
 
+// At an edge and a corner of the volume the caps of the grid's surface meet.
+TEST(Segment, FindsWhatTheVolumeCutsOffFromItsSeedAlone) {
+  for (const Vector3d& center : {Vector3d(0, 0, 20), Vector3d(0, 0, 0), Vector3d(39, 39, 39)}) {
+    std::vector<float> values;
+    for (int k = 0; k < 40; ++k)
+      for (int j = 0; j < 40; ++j)
+        for (int i = 0; i < 40; ++i)
+          values.push_back(
+              float(0.5 - 0.5 * std::tanh((Vector3d(i, j, k) - center).norm() - 15.2)) +
+              0.01f * float((3 * i + 5 * j + 7 * k) % 4));
+    const volume::Volume volume({40, 40, 40}, Eigen::Affine3d::Identity(), values);
+    const double ball = 4 * std::numbers::pi / 3 * std::pow(15.2, 3),
+                 share = center[2] == 20 ? 0.25 : 0.125;
+    for (const bool settle : {true, false}) {
+      SegmentOptions run;
+      run.settle = settle;
+      run.seeds_mm = {center + (Vector3d(20, 20, 20) - center).normalized() * 6};
+      const SegmentResult result = segment(volume, run);
+      const mesh::Verification check = mesh::verify(result.shape);
+      EXPECT_TRUE(check.passed()) << check.message();
+      EXPECT_GE(check.min_angle_deg, 15);
+      EXPECT_NEAR(mesh::volume_mm3(result.shape) / (share * ball), 1, settle ? 0.08 : 0.2);
+      ASSERT_FALSE(result.candidates.empty());
+      for (const auto& candidate : result.candidates)
+        EXPECT_TRUE(mesh::verify(candidate.shape).passed());
+    }
+  }
+}
+
+TEST(Segment, SaysWhatASearchDoesNotUse) {
+  const auto options = phantom(PhantomKind::kBall);
+  SegmentOptions run;
+  run.seeds_mm = {Vector3d::Zero()};
+  run.seed_radius_mm = 0.2;
+  run.topology = mesh::Topology::kFixed;
+  EXPECT_EQ(segment(volume::make_phantom(options), run).notes.size(), 2u);
+}
+
 TEST(Segment, GrowsTwoBallsFromTwoSeeds) {
   auto options = phantom(PhantomKind::kTwoBalls);
   SegmentOptions run = minimal_surface(PhantomKind::kTwoBalls);
