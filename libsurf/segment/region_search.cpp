@@ -21,10 +21,12 @@ constexpr int kLeastWindows = 4;
 constexpr double kWidestShare = 0.8;  // of the grid: a window that holds more is the last but one
 constexpr double kLeastRadius = 3;    // of a ball [nodes]: smaller is not judged
 constexpr double kLargestGrowth = 1.4;
-constexpr double kUnknownGrowth = 0.7;  // after the last window, or one that was not looked at
-constexpr int kWindowReach = 2;         // nodes from a seed to its window: a seed may be noise
-constexpr int kOpeningReach = 8;        // nodes from a seed to the opening: it may be near an edge
-constexpr double kShell = 2;            // nodes, outside: what the inside is compared with
+// After the last window, or where the next one was not looked at: to the whole grid, spread over
+// several windows.
+constexpr double kShareOfGrowth = 0.3, kLargestUnknownGrowth = 1;
+constexpr int kWindowReach = 2;   // nodes from a seed to its window: a seed may be noise
+constexpr int kOpeningReach = 8;  // nodes from a seed to the opening: it may be near an edge
+constexpr double kShell = 2;      // nodes, outside: what the inside is compared with
 constexpr int kFewSlices = 16;
 constexpr double kEdgeNoise = 3;  // an edge is that many times the noise, per voxel
 
@@ -361,7 +363,7 @@ void judge(std::vector<std::vector<Rung>>& windows, std::size_t radius, std::siz
     const bool has_next = w + 1 < windows.size() && windows[w + 1][radius].n_nodes > 0;
     rung.features.growth_out =
         has_next ? std::min(kLargestGrowth, ratio(windows[w + 1][radius].n_nodes, rung.n_nodes))
-                 : std::min(kUnknownGrowth, ratio(n_grid, rung.n_nodes));
+                 : std::min(kLargestUnknownGrowth, kShareOfGrowth * ratio(n_grid, rung.n_nodes));
     rung.score = score(rung);
   }
 }

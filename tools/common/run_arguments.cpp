@@ -302,9 +302,9 @@ void add_start_options(CLI::App& command, RunArguments& a, const RunWords& words
       ->allow_extra_args(false)
       ->group(group);
   command
-      .add_option(
-          "--radius", a.radius,
-          fmt::format("Radius of the seed {}, such as 10mm or 5{} [auto]", words.balls, words.cell))
+      .add_option("--radius", a.radius,
+                  fmt::format("Radius of the seed {} of an evolution, such as 10mm or 5{} [auto]",
+                              words.balls, words.cell))
       ->group(group);
 }
 

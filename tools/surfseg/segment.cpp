@@ -308,7 +308,7 @@ void add_options(CLI::App& command, Arguments& a) {
       ->group(start);
   command
       .add_option("--initial", a.initial.file,
-                  "Initial surface in place of seed balls: a mesh or a label map")
+                  "Initial surface of an evolution in place of seed balls: a mesh or a label map")
       ->group(start);
   command.add_option("--initial-ball", a.initial.ball, "Or a ball X,Y,Z,RADIUS: 12,-30,44,10mm")
       ->group(start);
