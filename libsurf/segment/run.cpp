@@ -531,7 +531,7 @@ class Run {
 
   /// Half the median |grad I| on the shape: edges found so far are strong, noise is not. A quarter
   /// on a region of a grid, much of which lies beside the steepest place: the ventricles of
-  /// docs/results.md get Dice 0.937, not 0.930.
+  /// docs/results.md got Dice 0.937, not 0.930, after 8 steps.
   double edge_strength_on(const Simplices<Dim>& shape) const {
     Samples<Dim> samples;
     model_->intensity()->sample(shape.points, Derivatives::kFirst, samples);
