@@ -17,20 +17,10 @@ else()
                 ${CMAKE_BINARY_DIR}/surfsegConfigVersion.cmake
           DESTINATION ${SURFSEG_PACKAGE_DIR})
 
-  # Headers that are shared between sources only, some of which show OpenVDB.
-  set(SURFSEG_PRIVATE_HEADERS
-      assemble.h box_tree.h byte_stream.h curve_setting.h dicom_structure.h edge_offset.h
-      exact_segments.h ladder.h model.h openvdb_grid.h raster.h raw_scalars.h read_dicom.h
-      reconnection.h read_metaimage.h read_nifti.h read_nrrd.h read_vdb.h read_vti.h region_search.h region_terms.h
-      rung_features.h seed_model.h slice_stack.h spline.h surface_formats.h surface_setting.h sweep_status.h
-      vtp_file.h winding_rays.h)
-  set(excluded "")
-  foreach(header ${SURFSEG_PRIVATE_HEADERS})
-    list(APPEND excluded PATTERN ${header} EXCLUDE)
-  endforeach()
+  # Headers in detail/ are shared between sources only; some of them show OpenVDB.
   install(DIRECTORY ${PROJECT_SOURCE_DIR}/libsurf ${PROJECT_SOURCE_DIR}/libcurve
           DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/surfseg
-          FILES_MATCHING PATTERN "*.h" ${excluded})
+          FILES_MATCHING PATTERN "*.h" PATTERN detail EXCLUDE)
 endif()
 
 if(SURFSEG_BUILD_TOOLS)

@@ -1,6 +1,6 @@
 #include "libsurf/energy/anisotropic_integral.h"
 
-#include "libsurf/energy/density_terms.h"
+#include "libsurf/energy/detail/density_terms.h"
 
 namespace surf::energy {
 

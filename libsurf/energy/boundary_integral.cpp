@@ -1,6 +1,6 @@
 #include "libsurf/energy/boundary_integral.h"
 
-#include "libsurf/energy/element_terms.h"
+#include "libsurf/energy/detail/element_terms.h"
 #include "libsurf/fem/quadrature.h"
 
 namespace surf::energy {

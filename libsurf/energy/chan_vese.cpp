@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "libsurf/energy/region_terms.h"
+#include "libsurf/energy/detail/region_terms.h"
 #include "libsurf/fem/quadrature.h"
 
 namespace surf::energy {

@@ -1,6 +1,6 @@
 #include "libsurf/energy/domain_functional.h"
 
-#include "libsurf/energy/region_terms.h"
+#include "libsurf/energy/detail/region_terms.h"
 
 namespace surf::energy {
 namespace {

@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "libsurf/base/error.h"
-#include "libsurf/energy/region_terms.h"
+#include "libsurf/energy/detail/region_terms.h"
 
 namespace surf::energy {
 namespace {

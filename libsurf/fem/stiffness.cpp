@@ -1,6 +1,6 @@
 #include "libsurf/fem/stiffness.h"
 
-#include "libsurf/fem/assemble.h"
+#include "libsurf/fem/detail/assemble.h"
 
 namespace surf::fem {
 

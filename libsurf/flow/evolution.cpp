@@ -10,7 +10,7 @@
 
 #include "libsurf/base/error.h"
 #include "libsurf/flow/content.h"
-#include "libsurf/flow/stepper.h"
+#include "libsurf/flow/detail/stepper.h"
 
 namespace surf::flow {
 namespace {

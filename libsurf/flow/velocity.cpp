@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "libsurf/fem/stiffness.h"
-#include "libsurf/flow/cyclic_tridiagonal.h"
-#include "libsurf/flow/symmetric_solver.h"
+#include "libsurf/flow/detail/cyclic_tridiagonal.h"
+#include "libsurf/flow/detail/symmetric_solver.h"
 
 namespace surf::flow {
 namespace {

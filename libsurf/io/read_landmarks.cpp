@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "libsurf/base/error.h"
-#include "libsurf/io/surface_formats.h"
+#include "libsurf/io/detail/surface_formats.h"
 
 namespace surf::io {
 namespace {

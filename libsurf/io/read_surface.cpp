@@ -11,7 +11,7 @@
 
 #include "libsurf/base/error.h"
 #include "libsurf/base/file.h"
-#include "libsurf/io/surface_formats.h"
+#include "libsurf/io/detail/surface_formats.h"
 
 namespace surf::io {
 namespace {

@@ -15,7 +15,7 @@
 
 #include "libsurf/base/error.h"
 #include "libsurf/base/file.h"
-#include "libsurf/io/vtp_file.h"
+#include "libsurf/io/detail/vtp_file.h"
 
 namespace surf::io {
 namespace {

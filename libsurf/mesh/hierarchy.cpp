@@ -9,9 +9,9 @@
 #include <map>
 
 #include "libsurf/base/error.h"
-#include "libsurf/mesh/edge_uses.h"
+#include "libsurf/mesh/detail/edge_uses.h"
+#include "libsurf/mesh/detail/ray_crossings.h"
 #include "libsurf/mesh/measure.h"
-#include "libsurf/mesh/ray_crossings.h"
 
 namespace surf::mesh {
 namespace {

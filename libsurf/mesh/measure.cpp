@@ -6,7 +6,7 @@
 #include <limits>
 #include <numbers>
 
-#include "libsurf/mesh/edge_uses.h"
+#include "libsurf/mesh/detail/edge_uses.h"
 
 namespace surf::mesh {
 namespace {

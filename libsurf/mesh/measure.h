@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "libsurf/base/types.h"
-#include "libsurf/mesh/edge_uses.h"
+#include "libsurf/mesh/detail/edge_uses.h"
 
 namespace surf::mesh {
 

@@ -1,6 +1,6 @@
 #include "libsurf/mesh/rasterize.h"
 
-#include "libsurf/mesh/grid_crossings.h"
+#include "libsurf/mesh/detail/grid_crossings.h"
 
 namespace surf::mesh {
 namespace {

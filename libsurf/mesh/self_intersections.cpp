@@ -12,7 +12,7 @@
 #include <cstdint>
 #include <iterator>
 
-#include "libsurf/mesh/close_pairs.h"
+#include "libsurf/mesh/detail/close_pairs.h"
 
 namespace surf::mesh {
 namespace {

@@ -3,7 +3,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 
-#include "libsurf/mesh/close_pairs.h"
+#include "libsurf/mesh/detail/close_pairs.h"
 #include "libsurf/mesh/self_intersections.h"
 
 namespace surf::mesh {

@@ -14,10 +14,10 @@
 
 #include "libsurf/base/error.h"
 #include "libsurf/mesh/bisection.h"
-#include "libsurf/mesh/edge_uses.h"
+#include "libsurf/mesh/detail/edge_uses.h"
+#include "libsurf/mesh/detail/surgery_region.h"
 #include "libsurf/mesh/measure.h"
 #include "libsurf/mesh/self_intersections.h"
-#include "libsurf/mesh/surgery_region.h"
 #include "libsurf/mesh/triangle_shape.h"
 
 namespace surf::mesh {

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "libsurf/mesh/edge_uses.h"
+#include "libsurf/mesh/detail/edge_uses.h"
 #include "libsurf/mesh/hierarchy.h"
 #include "libsurf/mesh/measure.h"
 #include "libsurf/mesh/self_intersections.h"

@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "libsurf/volume/cell_matrix.h"
 #include "libsurf/volume/cell_pieces.h"
+#include "libsurf/volume/detail/cell_matrix.h"
 
 namespace surf::volume {
 namespace {

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "libsurf/base/error.h"
-#include "libsurf/volume/spline.h"
+#include "libsurf/volume/detail/spline.h"
 
 namespace surf::volume {
 namespace {

@@ -8,13 +8,13 @@
 
 #include "libsurf/base/error.h"
 #include "libsurf/base/file.h"
-#include "libsurf/volume/byte_stream.h"
-#include "libsurf/volume/read_dicom.h"
-#include "libsurf/volume/read_metaimage.h"
-#include "libsurf/volume/read_nifti.h"
-#include "libsurf/volume/read_nrrd.h"
-#include "libsurf/volume/read_vdb.h"
-#include "libsurf/volume/read_vti.h"
+#include "libsurf/volume/detail/byte_stream.h"
+#include "libsurf/volume/detail/read_dicom.h"
+#include "libsurf/volume/detail/read_metaimage.h"
+#include "libsurf/volume/detail/read_nifti.h"
+#include "libsurf/volume/detail/read_nrrd.h"
+#include "libsurf/volume/detail/read_vdb.h"
+#include "libsurf/volume/detail/read_vti.h"
 
 namespace surf::volume {
 namespace {

@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "libsurf/base/log.h"
-#include "libsurf/volume/multigrid.h"
+#include "libsurf/volume/detail/multigrid.h"
 
 namespace surf::volume {
 namespace {

@@ -8,7 +8,7 @@
 #include <cmath>
 #include <vector>
 
-#include "libsurf/volume/spline.h"
+#include "libsurf/volume/detail/spline.h"
 
 namespace surf::volume {
 namespace {

@@ -11,7 +11,7 @@
 #include "libsurf/base/affine.h"
 #include "libsurf/base/error.h"
 #include "libsurf/base/memory.h"
-#include "libsurf/volume/openvdb_grid.h"
+#include "libsurf/volume/detail/openvdb_grid.h"
 
 namespace surf::volume {
 namespace {

@@ -20,8 +20,8 @@
 #include <string>
 #include <vector>
 
-#include "libcurve/intersections.h"
-#include "libcurve/primitives.h"
+#include "libcurve/mesh/intersections.h"
+#include "libcurve/mesh/primitives.h"
 
 namespace {
 

@@ -13,11 +13,11 @@
 #include <string>
 #include <vector>
 
-#include "libcurve/hierarchy.h"
-#include "libcurve/moving_curve.h"
-#include "libcurve/primitives.h"
-#include "libcurve/surgery.h"
-#include "libcurve/verify.h"
+#include "libcurve/mesh/hierarchy.h"
+#include "libcurve/mesh/moving_curve.h"
+#include "libcurve/mesh/primitives.h"
+#include "libcurve/mesh/surgery.h"
+#include "libcurve/mesh/verify.h"
 #include "libsurf/fem/geometry.h"
 
 namespace surf::curve::fuzz {

@@ -10,8 +10,8 @@
 #include <string>
 #include <vector>
 
-#include "libcurve/image_fields.h"
-#include "libcurve/phantom.h"
+#include "libcurve/image/image_fields.h"
+#include "libcurve/image/phantom.h"
 #include "libsurf/fem/stiffness.h"
 #include "libsurf/flow/velocity.h"
 #include "libsurf/volume/image_fields.h"

@@ -12,10 +12,10 @@
 #include <string>
 #include <vector>
 
-#include "libcurve/phantom.h"
-#include "libcurve/primitives.h"
-#include "libcurve/rasterize.h"
-#include "libcurve/segment.h"
+#include "libcurve/image/phantom.h"
+#include "libcurve/mesh/primitives.h"
+#include "libcurve/mesh/rasterize.h"
+#include "libcurve/segment/segment.h"
 #include "libsurf/io/draw.h"
 #include "libsurf/io/picture.h"
 

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "libcurve/image.h"
+#include "libcurve/image/image.h"
 #include "libsurf/base/types.h"
 
 namespace surf::bench {

@@ -8,10 +8,10 @@
 #include <cstdio>
 #include <tuple>
 
-#include "libcurve/distance.h"
-#include "libcurve/hierarchy.h"
-#include "libcurve/rasterize.h"
-#include "libcurve/read_image.h"
+#include "libcurve/image/read_image.h"
+#include "libcurve/mesh/distance.h"
+#include "libcurve/mesh/hierarchy.h"
+#include "libcurve/mesh/rasterize.h"
 #include "libsurf/base/error.h"
 #include "libsurf/base/random.h"
 #include "libsurf/io/draw.h"

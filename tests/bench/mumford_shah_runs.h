@@ -7,8 +7,8 @@
 #include <utility>
 #include <vector>
 
-#include "libcurve/phantom.h"
-#include "libcurve/segment.h"
+#include "libcurve/image/phantom.h"
+#include "libcurve/segment/segment.h"
 #include "tests/bench/montage.h"
 
 namespace surf::bench {

@@ -17,10 +17,10 @@
 #include <string>
 #include <vector>
 
-#include "libcurve/image_fields.h"
-#include "libcurve/mumford_shah.h"
-#include "libcurve/phantom.h"
-#include "libcurve/primitives.h"
+#include "libcurve/energy/mumford_shah.h"
+#include "libcurve/image/image_fields.h"
+#include "libcurve/image/phantom.h"
+#include "libcurve/mesh/primitives.h"
 #include "libsurf/base/error.h"
 #include "libsurf/base/random.h"
 #include "libsurf/fem/curvature.h"

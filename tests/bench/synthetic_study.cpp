@@ -10,11 +10,11 @@
 #include <string>
 #include <vector>
 
-#include "libcurve/distance.h"
-#include "libcurve/image_fields.h"
-#include "libcurve/moving_curve.h"
-#include "libcurve/phantom.h"
-#include "libcurve/primitives.h"
+#include "libcurve/image/image_fields.h"
+#include "libcurve/image/phantom.h"
+#include "libcurve/mesh/distance.h"
+#include "libcurve/mesh/moving_curve.h"
+#include "libcurve/mesh/primitives.h"
 #include "libsurf/energy/energy_sum.h"
 #include "libsurf/flow/evolution.h"
 

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-#include "libcurve/verify.h"
+#include "libcurve/mesh/verify.h"
 #include "libsurf/base/types.h"
 
 namespace surf::curve {

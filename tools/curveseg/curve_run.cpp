@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "libcurve/contour_file.h"
-#include "libcurve/hierarchy.h"
-#include "libcurve/primitives.h"
+#include "libcurve/io/contour_file.h"
+#include "libcurve/mesh/hierarchy.h"
+#include "libcurve/mesh/primitives.h"
 #include "libsurf/base/error.h"
 #include "libsurf/io/read_landmarks.h"
 #include "libsurf/mesh/fit_ellipsoid.h"

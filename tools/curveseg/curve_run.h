@@ -1,8 +1,8 @@
 // What segment and stack share: the options of a run on an image, and its start.
 #pragma once
 
-#include "libcurve/segment.h"
-#include "libcurve/verify.h"
+#include "libcurve/mesh/verify.h"
+#include "libcurve/segment/segment.h"
 #include "tools/common/run_arguments.h"
 
 namespace surfseg::curve_program {

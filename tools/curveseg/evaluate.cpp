@@ -3,11 +3,11 @@
 
 #include <algorithm>
 
-#include "libcurve/contour_file.h"
-#include "libcurve/distance.h"
-#include "libcurve/hierarchy.h"
-#include "libcurve/rasterize.h"
-#include "libcurve/verify.h"
+#include "libcurve/io/contour_file.h"
+#include "libcurve/mesh/distance.h"
+#include "libcurve/mesh/hierarchy.h"
+#include "libcurve/mesh/rasterize.h"
+#include "libcurve/mesh/verify.h"
 #include "libsurf/base/error.h"
 #include "libsurf/fem/geometry.h"
 #include "tools/common/outputs.h"

@@ -4,7 +4,7 @@
 
 #include <optional>
 
-#include "libcurve/read_image.h"
+#include "libcurve/image/read_image.h"
 #include "libsurf/base/error.h"
 #include "libsurf/volume/read_volume.h"
 #include "tools/common/arguments.h"

@@ -4,8 +4,8 @@
 #include <CLI/CLI.hpp>
 #include <string>
 
-#include "libcurve/image.h"
-#include "libcurve/slice.h"
+#include "libcurve/image/image.h"
+#include "libcurve/image/slice.h"
 
 namespace surfseg::curve_program {
 

@@ -1,10 +1,10 @@
 // curveseg phantom: test images whose contour is known exactly.
-#include "libcurve/phantom.h"
+#include "libcurve/image/phantom.h"
 
 #include <fmt/format.h>
 
-#include "libcurve/contour_file.h"
-#include "libcurve/write_image.h"
+#include "libcurve/image/write_image.h"
+#include "libcurve/io/contour_file.h"
 #include "libsurf/base/error.h"
 #include "libsurf/base/file.h"
 #include "tools/common/arguments.h"

@@ -1,16 +1,16 @@
 // curveseg segment: an image and seeds in, verified contours out.
-#include "libcurve/segment.h"
+#include "libcurve/segment/segment.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <filesystem>
 
-#include "libcurve/contour_file.h"
-#include "libcurve/hierarchy.h"
-#include "libcurve/rasterize.h"
-#include "libcurve/verify.h"
-#include "libcurve/write_image.h"
+#include "libcurve/image/write_image.h"
+#include "libcurve/io/contour_file.h"
+#include "libcurve/mesh/hierarchy.h"
+#include "libcurve/mesh/rasterize.h"
+#include "libcurve/mesh/verify.h"
 #include "libsurf/base/error.h"
 #include "libsurf/base/file.h"
 #include "libsurf/base/threads.h"

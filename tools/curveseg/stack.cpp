@@ -4,11 +4,11 @@
 #include <cstdlib>
 #include <memory>
 
-#include "libcurve/contour_file.h"
-#include "libcurve/rasterize.h"
-#include "libcurve/segment.h"
-#include "libcurve/slice.h"
-#include "libcurve/verify.h"
+#include "libcurve/image/slice.h"
+#include "libcurve/io/contour_file.h"
+#include "libcurve/mesh/rasterize.h"
+#include "libcurve/mesh/verify.h"
+#include "libcurve/segment/segment.h"
 #include "libsurf/base/error.h"
 #include "libsurf/base/file.h"
 #include "libsurf/base/threads.h"

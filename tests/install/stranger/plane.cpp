@@ -1,4 +1,4 @@
-#include "libcurve/primitives.h"
+#include "libcurve/mesh/primitives.h"
 #include "libsurf/fem/geometry.h"
 
 int main() {

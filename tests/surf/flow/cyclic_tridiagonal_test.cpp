@@ -1,4 +1,4 @@
-#include "libsurf/flow/cyclic_tridiagonal.h"
+#include "libsurf/flow/detail/cyclic_tridiagonal.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "libsurf/flow/symmetric_solver.h"
+#include "libsurf/flow/detail/symmetric_solver.h"
 
 #include "libsurf/fem/stiffness.h"
 #include "tests/surf/fixtures.h"

@@ -1,4 +1,4 @@
-#include "libsurf/flow/trust_region.h"
+#include "libsurf/flow/detail/trust_region.h"
 
 #include <gtest/gtest.h>
 

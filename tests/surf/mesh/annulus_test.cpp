@@ -1,4 +1,4 @@
-#include "libsurf/mesh/annulus.h"
+#include "libsurf/mesh/detail/annulus.h"
 
 #include <gtest/gtest.h>
 

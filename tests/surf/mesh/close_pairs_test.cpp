@@ -1,4 +1,4 @@
-#include "libsurf/mesh/close_pairs.h"
+#include "libsurf/mesh/detail/close_pairs.h"
 
 #include <gtest/gtest.h>
 

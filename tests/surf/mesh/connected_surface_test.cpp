@@ -1,4 +1,4 @@
-#include "libsurf/mesh/connected_surface.h"
+#include "libsurf/mesh/detail/connected_surface.h"
 
 #include <gtest/gtest.h>
 

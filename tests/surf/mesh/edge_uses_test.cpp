@@ -1,4 +1,4 @@
-#include "libsurf/mesh/edge_uses.h"
+#include "libsurf/mesh/detail/edge_uses.h"
 
 #include <gtest/gtest.h>
 

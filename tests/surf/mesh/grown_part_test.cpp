@@ -1,4 +1,4 @@
-#include "libsurf/mesh/grown_part.h"
+#include "libsurf/mesh/detail/grown_part.h"
 
 #include <gtest/gtest.h>
 

@@ -1,11 +1,11 @@
-#include "libsurf/mesh/join_rims.h"
+#include "libsurf/mesh/detail/join_rims.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 
+#include "libsurf/mesh/detail/rims.h"
 #include "libsurf/mesh/primitives.h"
-#include "libsurf/mesh/rims.h"
 #include "surfaces.h"
 
 namespace surf::mesh {

@@ -1,4 +1,4 @@
-#include "libsurf/mesh/ray_crossings.h"
+#include "libsurf/mesh/detail/ray_crossings.h"
 
 #include <gtest/gtest.h>
 

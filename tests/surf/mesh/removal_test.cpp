@@ -1,4 +1,4 @@
-#include "libsurf/mesh/removal.h"
+#include "libsurf/mesh/detail/removal.h"
 
 #include <gtest/gtest.h>
 
@@ -6,8 +6,8 @@
 #include <cmath>
 #include <set>
 
-#include "libsurf/mesh/grown_part.h"
-#include "libsurf/mesh/rims.h"
+#include "libsurf/mesh/detail/grown_part.h"
+#include "libsurf/mesh/detail/rims.h"
 #include "surfaces.h"
 
 namespace surf::mesh {

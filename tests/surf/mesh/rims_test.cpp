@@ -1,4 +1,4 @@
-#include "libsurf/mesh/rims.h"
+#include "libsurf/mesh/detail/rims.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "libsurf/mesh/surgery_region.h"
+#include "libsurf/mesh/detail/surgery_region.h"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-#include "libsurf/mesh/rims.h"
+#include "libsurf/mesh/detail/rims.h"
 #include "libsurf/mesh/self_intersections.h"
 #include "surfaces.h"
 

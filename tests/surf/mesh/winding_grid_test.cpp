@@ -1,4 +1,4 @@
-#include "libsurf/mesh/winding_grid.h"
+#include "libsurf/mesh/detail/winding_grid.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "libsurf/volume/read_dicom.h"
+#include "libsurf/volume/detail/read_dicom.h"
 
 #include "libsurf/volume/orientation.h"
 #include "tests/surf/volume/dicom_files.h"

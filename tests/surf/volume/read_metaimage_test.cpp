@@ -1,4 +1,4 @@
-#include "libsurf/volume/read_metaimage.h"
+#include "libsurf/volume/detail/read_metaimage.h"
 
 #include <fmt/format.h>
 #include <zlib.h>

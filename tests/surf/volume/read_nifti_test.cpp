@@ -1,4 +1,4 @@
-#include "libsurf/volume/read_nifti.h"
+#include "libsurf/volume/detail/read_nifti.h"
 
 #include <zlib.h>
 

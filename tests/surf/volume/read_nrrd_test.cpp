@@ -1,4 +1,4 @@
-#include "libsurf/volume/read_nrrd.h"
+#include "libsurf/volume/detail/read_nrrd.h"
 
 #include <fmt/format.h>
 #include <zlib.h>

@@ -1,4 +1,4 @@
-#include "libsurf/volume/read_vdb.h"
+#include "libsurf/volume/detail/read_vdb.h"
 
 #include <openvdb/openvdb.h>
 #include <openvdb/tools/Dense.h>

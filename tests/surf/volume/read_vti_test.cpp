@@ -1,4 +1,4 @@
-#include "libsurf/volume/read_vti.h"
+#include "libsurf/volume/detail/read_vti.h"
 
 #include <vtkCellData.h>
 #include <vtkFloatArray.h>

@@ -1,0 +1,33 @@
+// What the readers of image files share; private to libcurve/read_*.cpp.
+#pragma once
+
+#include <array>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "libcurve/image/image.h"
+#include "libcurve/image/read_image.h"
+#include "libsurf/base/error.h"
+
+namespace surf::curve {
+
+/// An image as it stands in a file.
+struct Raster {
+  std::array<int, 2> size;
+  int n_components = 1;
+  std::string scalar_type;    ///< "uint8", ...
+  std::vector<float> values;  ///< components together, columns fastest, row 0 on top
+  std::optional<Eigen::Vector2d> spacing_mm;
+  int n_pages = 1;
+};
+
+/// @throws InputError  as read_image()
+Raster read_png(const std::string& path);
+Raster read_jpeg(const std::string& path);
+Raster read_tiff(const std::string& path, int page);
+
+/// "path: PNG is truncated or damaged: why; get the file again"
+InputError damaged(const std::string& path, const char* format, const std::string& why = {});
+
+}  // namespace surf::curve

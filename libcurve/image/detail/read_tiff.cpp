@@ -1,0 +1,165 @@
+#include <fmt/format.h>
+#include <tiffio.h>
+
+#include <cmath>
+#include <cstring>
+#include <memory>
+
+#include "libcurve/image/detail/raster.h"
+
+// VTK's reader turns rows upside down or not with their type (9.1).
+namespace surf::curve {
+namespace {
+
+/// libtiff prints through handlers of the whole process.
+class Quiet {
+ public:
+  Quiet() : error_(TIFFSetErrorHandler(nullptr)), warning_(TIFFSetWarningHandler(nullptr)) {}
+  ~Quiet() {
+    TIFFSetErrorHandler(error_);
+    TIFFSetWarningHandler(warning_);
+  }
+  Quiet(const Quiet&) = delete;
+  Quiet& operator=(const Quiet&) = delete;
+
+ private:
+  TIFFErrorHandler error_, warning_;
+};
+
+using File = std::unique_ptr<TIFF, decltype(&TIFFClose)>;
+
+struct Header {
+  std::uint32_t width = 0, height = 0;
+  std::uint16_t n_bits = 1, n_samples = 1, sample_format = SAMPLEFORMAT_UINT, photometric = 0,
+                planar = PLANARCONFIG_CONTIG, orientation = ORIENTATION_TOPLEFT;
+};
+
+Header read_header(TIFF* tiff) {
+  Header h;
+  TIFFGetField(tiff, TIFFTAG_IMAGEWIDTH, &h.width);
+  TIFFGetField(tiff, TIFFTAG_IMAGELENGTH, &h.height);
+  TIFFGetFieldDefaulted(tiff, TIFFTAG_BITSPERSAMPLE, &h.n_bits);
+  TIFFGetFieldDefaulted(tiff, TIFFTAG_SAMPLESPERPIXEL, &h.n_samples);
+  TIFFGetFieldDefaulted(tiff, TIFFTAG_SAMPLEFORMAT, &h.sample_format);
+  TIFFGetField(tiff, TIFFTAG_PHOTOMETRIC, &h.photometric);
+  TIFFGetFieldDefaulted(tiff, TIFFTAG_PLANARCONFIG, &h.planar);
+  TIFFGetFieldDefaulted(tiff, TIFFTAG_ORIENTATION, &h.orientation);
+  return h;
+}
+
+std::optional<Eigen::Vector2d> spacing_of(TIFF* tiff) {
+  float x = 0, y = 0;
+  std::uint16_t unit = RESUNIT_NONE;
+  TIFFGetFieldDefaulted(tiff, TIFFTAG_RESOLUTIONUNIT, &unit);
+  if (!TIFFGetField(tiff, TIFFTAG_XRESOLUTION, &x) ||
+      !TIFFGetField(tiff, TIFFTAG_YRESOLUTION, &y) || unit == RESUNIT_NONE || !(x > 0 && y > 0) ||
+      !std::isfinite(x) || !std::isfinite(y))
+    return std::nullopt;
+  const double mm = unit == RESUNIT_CENTIMETER ? 10 : 25.4;
+  return Eigen::Vector2d(mm / x, mm / y);
+}
+
+template <class T>
+void append(const std::vector<unsigned char>& row, std::size_t n, std::vector<float>& values) {
+  for (std::size_t at = 0; at < n; ++at) {
+    T value;
+    std::memcpy(&value, row.data() + at * sizeof(T), sizeof(T));
+    values.push_back(static_cast<float>(value));
+  }
+}
+
+using Append = void (*)(const std::vector<unsigned char>&, std::size_t, std::vector<float>&);
+struct Type {
+  const char* name;
+  Append append;
+};
+
+/// Nothing for what only libtiff's own conversion to colors reads.
+std::optional<Type> plain_type(TIFF* tiff, const Header& h) {
+  const bool is_plain =
+      !TIFFIsTiled(tiff) && h.planar == PLANARCONFIG_CONTIG &&
+      (h.photometric == PHOTOMETRIC_MINISBLACK || h.photometric == PHOTOMETRIC_RGB);
+  if (!is_plain) return std::nullopt;
+  const auto is = [&](int bits, int format) {
+    return h.n_bits == bits && h.sample_format == format;
+  };
+  if (is(8, SAMPLEFORMAT_UINT)) return Type{"uint8", append<std::uint8_t>};
+  if (is(8, SAMPLEFORMAT_INT)) return Type{"int8", append<std::int8_t>};
+  if (is(16, SAMPLEFORMAT_UINT)) return Type{"uint16", append<std::uint16_t>};
+  if (is(16, SAMPLEFORMAT_INT)) return Type{"int16", append<std::int16_t>};
+  if (is(32, SAMPLEFORMAT_UINT)) return Type{"uint32", append<std::uint32_t>};
+  if (is(32, SAMPLEFORMAT_INT)) return Type{"int32", append<std::int32_t>};
+  if (is(32, SAMPLEFORMAT_IEEEFP)) return Type{"float32", append<float>};
+  if (is(64, SAMPLEFORMAT_IEEEFP)) return Type{"float64", append<double>};
+  return std::nullopt;
+}
+
+void read_plain(TIFF* tiff, const Header& h, const Type& type, const std::string& path,
+                Raster& out) {
+  const std::size_t n = std::size_t(h.width) * h.n_samples;
+  std::vector<unsigned char> row(std::max<std::size_t>(TIFFScanlineSize(tiff), n * (h.n_bits / 8)));
+  out.values.reserve(n * h.height);
+  for (std::uint32_t j = 0; j < h.height; ++j) {
+    if (TIFFReadScanline(tiff, row.data(), j) < 0)
+      throw damaged(path, "TIFF", fmt::format("row {} of {} cannot be read", j, h.height));
+    type.append(row, n, out.values);
+  }
+  out.n_components = h.n_samples;
+  out.scalar_type = type.name;
+}
+
+void read_colors(TIFF* tiff, const Header& h, const std::string& path, Raster& out) {
+  std::vector<std::uint32_t> pixels(std::size_t(h.width) * h.height);
+  if (!TIFFReadRGBAImageOriented(tiff, h.width, h.height, pixels.data(), ORIENTATION_TOPLEFT, 1))
+    throw damaged(path, "TIFF", "or of an unsupported kind");
+  for (const std::uint32_t pixel : pixels)
+    for (const auto value : {TIFFGetR(pixel), TIFFGetG(pixel), TIFFGetB(pixel)})
+      out.values.push_back(static_cast<float>(value));
+  out.n_components = 3;
+  out.scalar_type = "uint8";
+}
+
+/// Mirrors rows and columns as the orientation says; files that are turned by 90 degrees stay.
+void orient(const Header& h, Raster& out) {
+  const bool is_upside_down =
+      h.orientation == ORIENTATION_BOTLEFT || h.orientation == ORIENTATION_BOTRIGHT;
+  const bool is_mirrored =
+      h.orientation == ORIENTATION_TOPRIGHT || h.orientation == ORIENTATION_BOTRIGHT;
+  if (!is_upside_down && !is_mirrored) return;
+  const std::vector<float> in = out.values;
+  const int n = out.n_components;
+  for (int j = 0; j < out.size[1]; ++j)
+    for (int i = 0; i < out.size[0]; ++i) {
+      const int from_j = is_upside_down ? out.size[1] - 1 - j : j;
+      const int from_i = is_mirrored ? out.size[0] - 1 - i : i;
+      std::copy_n(&in[(std::size_t(from_j) * out.size[0] + from_i) * n], n,
+                  &out.values[(std::size_t(j) * out.size[0] + i) * n]);
+    }
+}
+
+}  // namespace
+
+Raster read_tiff(const std::string& path, int page) {
+  const Quiet quiet;
+  const File tiff(TIFFOpen(path.c_str(), "r"), TIFFClose);
+  if (!tiff) throw damaged(path, "TIFF");
+  Raster out;
+  out.n_pages = TIFFNumberOfDirectories(tiff.get());
+  if (page < 0 || page >= out.n_pages)
+    throw InputError(fmt::format("{}: there is no page {}; the file has {}, counted from 0", path,
+                                 page, out.n_pages));
+  if (!TIFFSetDirectory(tiff.get(), static_cast<tdir_t>(page))) throw damaged(path, "TIFF");
+  const Header header = read_header(tiff.get());
+  check_image_size({header.width, header.height}, path);
+  out.size = {int(header.width), int(header.height)};
+  out.spacing_mm = spacing_of(tiff.get());
+  if (const auto type = plain_type(tiff.get(), header)) {
+    read_plain(tiff.get(), header, *type, path, out);
+    orient(header, out);
+  } else {
+    read_colors(tiff.get(), header, path, out);
+  }
+  return out;
+}
+
+}  // namespace surf::curve

@@ -1,0 +1,102 @@
+#include "libcurve/image/read_image.h"
+
+#include <fmt/format.h>
+
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+
+#include "libcurve/image/detail/raster.h"
+#include "libsurf/base/error.h"
+
+namespace surf::curve {
+namespace {
+
+enum class Format { kNone, kPng, kJpeg, kTiff };
+
+Format format_of(const std::string& bytes) {
+  const auto begins = [&](const char* magic, std::size_t n) {
+    return bytes.size() >= n && bytes.compare(0, n, magic, n) == 0;
+  };
+  if (begins("\x89PNG\r\n\x1a\n", 8)) return Format::kPng;
+  if (begins("\xff\xd8\xff", 3)) return Format::kJpeg;
+  if (begins("II*\0", 4) || begins("MM\0*", 4)) return Format::kTiff;
+  return Format::kNone;
+}
+
+std::string first_bytes(const std::string& path) {
+  std::ifstream stream(path, std::ios::binary);
+  std::string bytes(8, '\0');
+  stream.read(bytes.data(), std::streamsize(bytes.size()));
+  bytes.resize(std::size_t(stream.gcount()));
+  return bytes;
+}
+
+const char* name(Format format) {
+  return format == Format::kPng ? "PNG" : format == Format::kJpeg ? "JPEG" : "TIFF";
+}
+
+Raster read_raster(const std::string& path, Format format, int page) {
+  if (format == Format::kTiff) return read_tiff(path, page);
+  if (page != 0)
+    throw InputError(
+        fmt::format("{}: there is no page {}; the file has 1, counted from 0", path, page));
+  return format == Format::kPng ? read_png(path) : read_jpeg(path);
+}
+
+/// Rec. 709 luminance of the first three components, or the first alone.
+std::vector<float> greys(const Raster& raster) {
+  const int n = raster.n_components;
+  if (n == 1) return raster.values;
+  std::vector<float> out;
+  out.reserve(raster.values.size() / n);
+  for (std::size_t at = 0; at + n <= raster.values.size(); at += n) {
+    const float* c = &raster.values[at];
+    out.push_back(n < 3 ? c[0] : static_cast<float>(0.2126 * c[0] + 0.7152 * c[1] + 0.0722 * c[2]));
+  }
+  return out;
+}
+
+std::vector<std::string> notes_of(const Raster& raster) {
+  std::vector<std::string> notes;
+  if (raster.n_components >= 3)
+    notes.push_back("colors are turned into luminance: 0.2126 R + 0.7152 G + 0.0722 B");
+  if (raster.n_components == 2 || raster.n_components == 4)
+    notes.push_back("transparency is dropped");
+  if (raster.n_pages > 1)
+    notes.push_back(fmt::format("the file has {} pages; --page chooses another", raster.n_pages));
+  return notes;
+}
+
+}  // namespace
+
+InputError damaged(const std::string& path, const char* format, const std::string& why) {
+  return InputError(fmt::format("{}: {} is truncated or damaged{}{}; get the file again", path,
+                                format, why.empty() ? "" : ": ", why));
+}
+
+bool is_image_file(const std::string& path) {
+  return format_of(first_bytes(path)) != Format::kNone;
+}
+
+Image read_image(const std::string& path, const ReadImageOptions& options) {
+  if (!std::ifstream(path))
+    throw InputError(fmt::format("{}: cannot be read: {}", path, std::strerror(errno)));
+  const std::string bytes = first_bytes(path);
+  if (bytes.empty()) throw InputError(fmt::format("{}: is empty; get the file again", path));
+  const Format format = format_of(bytes);
+  if (format == Format::kNone)
+    throw InputError(fmt::format("{}: not a PNG, JPEG or TIFF image", path));
+  const Raster raster = read_raster(path, format, options.page);
+  ImageSource source;
+  source.path = path;
+  source.format = name(format);
+  source.scalar_type = raster.scalar_type;
+  source.spacing_source = options.spacing_mm ? "options" : raster.spacing_mm ? "file" : "unknown";
+  source.notes = notes_of(raster);
+  const Eigen::Vector2d spacing =
+      options.spacing_mm.value_or(raster.spacing_mm.value_or(Eigen::Vector2d(1, 1)));
+  return Image(raster.size, pixel_to_plane(spacing), greys(raster), std::move(source));
+}
+
+}  // namespace surf::curve

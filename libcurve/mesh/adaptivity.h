@@ -1,0 +1,49 @@
+// Space adaptivity of curves, thesis 4.2, and the redistribution of their nodes (4.1.2).
+#pragma once
+
+#include "libcurve/mesh/curve_mesh.h"
+#include "libsurf/fem/adaptivity.h"
+
+namespace surf::curve {
+
+using AdaptivityOptions = fem::AdaptivityOptions<2>;
+
+struct AdaptivityReport {
+  int n_rounds = 0;         ///< rounds that changed something
+  int n_refined = 0;        ///< new nodes
+  int n_coarsened = 0;      ///< removed nodes
+  bool is_settled = false;  ///< the last round found nothing to change
+  bool is_limited = false;  ///< max_elements kept something from being refined
+};
+
+/// Marks, bisects marked elements once (d - 1 = 1) at their midpoints, and removes nodes both of
+/// whose elements are marked for coarsening, until nothing changes or for max_rounds rounds.
+///
+/// Alg. 6 as printed can refine and coarsen for ever. Here a node is removed only if the element
+/// that comes back would not be marked for refinement by its length and h_S theta_S, and the error
+/// of a quadrature is taken to grow by 8 at most; nor if the curve turns by more than 60 degrees
+/// there. No two neighbours go in one round.
+/// @throws UsageError  options.error() is not empty
+AdaptivityReport adapt(CurveMesh& curves, const AdaptivityOptions& options, int max_rounds = 30);
+
+/// Joins elements shorter than min_length to a neighbour, where the node that goes lies within
+/// `tolerance` of the new element [mm] and this is no longer than max_length.
+/// @return  number of removed nodes
+int remove_short(CurveMesh& curves, double min_length, double max_length, double tolerance);
+
+struct SmoothingOptions {
+  int n_sweeps = 1;
+  /// Nodes move only where their elements' lengths have more than this ratio.
+  double max_ratio = 1;
+  /// And only where they stand no further than this from the line through their neighbours [mm]:
+  /// corners stay.
+  double max_height_mm = 1e300;
+};
+
+/// Algorithm 4 in the plane: Gauss-Seidel sweeps, in which a node goes along the parallel to the
+/// line through its neighbours, on which the enclosed area stays the same, towards the average of
+/// the midpoints of its elements, weighted by their lengths.
+/// @return  number of moves
+int smooth(CurveMesh& curves, const SmoothingOptions& options = {});
+
+}  // namespace surf::curve

@@ -1,0 +1,396 @@
+#include "libsurf/volume/detail/read_dicom.h"
+
+#include <fmt/format.h>
+#include <gdcmImageReader.h>
+#include <gdcmReader.h>
+#include <gdcmSequenceOfItems.h>
+#include <gdcmTrace.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <map>
+
+#include "libsurf/base/error.h"
+#include "libsurf/volume/detail/dicom_structure.h"
+#include "libsurf/volume/detail/raw_scalars.h"
+#include "libsurf/volume/detail/slice_stack.h"
+
+namespace surf::volume {
+namespace {
+
+namespace fs = std::filesystem;
+using gdcm::DataSet;
+using gdcm::Tag;
+
+const Tag kModality(0x0008, 0x0060), kSeriesDescription(0x0008, 0x103e), kSeriesUid(0x0020, 0x000e),
+    kPosition(0x0020, 0x0032), kOrientation(0x0020, 0x0037), kSamplesPerPixel(0x0028, 0x0002),
+    kPhotometric(0x0028, 0x0004), kFrames(0x0028, 0x0008), kRows(0x0028, 0x0010),
+    kColumns(0x0028, 0x0011), kPixelSpacing(0x0028, 0x0030), kBitsAllocated(0x0028, 0x0100),
+    kBitsStored(0x0028, 0x0101), kHighBit(0x0028, 0x0102), kPixelRepresentation(0x0028, 0x0103),
+    kIntercept(0x0028, 0x1052), kSlope(0x0028, 0x1053), kPixelData(0x7fe0, 0x0010),
+    // Enhanced objects: groups shared by all frames and of each frame, and what they hold.
+    kSharedGroups(0x5200, 0x9229), kFrameGroups(0x5200, 0x9230), kPlanePosition(0x0020, 0x9113),
+    kPlaneOrientation(0x0020, 0x9116), kPixelMeasures(0x0028, 0x9110),
+    kValueTransformation(0x0028, 0x9145);
+
+/// GDCM prints on stderr what is wrong with a file; our messages come from its return values.
+class SilenceGdcm {
+ public:
+  SilenceGdcm() : warnings_(gdcm::Trace::GetWarningFlag()), errors_(gdcm::Trace::GetErrorFlag()) {
+    gdcm::Trace::WarningOff();
+    gdcm::Trace::ErrorOff();
+  }
+  ~SilenceGdcm() {
+    gdcm::Trace::SetWarning(warnings_);
+    gdcm::Trace::SetError(errors_);
+  }
+  SilenceGdcm(const SilenceGdcm&) = delete;
+  SilenceGdcm& operator=(const SilenceGdcm&) = delete;
+
+ private:
+  bool warnings_, errors_;
+};
+
+/// A file that knows whether a value ended early: GDCM reads truncated pixels without complaint.
+class WatchedFile : public std::filebuf {
+ public:
+  bool is_short = false;
+
+ protected:
+  std::streamsize xsgetn(char* out, std::streamsize n_wanted) override {
+    // The end of a file is found by looking for one more element's tag, length and so on.
+    constexpr std::streamsize kLongestField = 8;
+    const std::streamsize n = std::filebuf::xsgetn(out, n_wanted);
+    is_short |= n < n_wanted && (n > 0 || n_wanted > kLongestField);
+    return n;
+  }
+};
+
+std::string text(const DataSet& data, const Tag& tag) {
+  if (!data.FindDataElement(tag)) return {};
+  const gdcm::ByteValue* bytes = data.GetDataElement(tag).GetByteValue();
+  if (!bytes) return {};
+  std::string result(bytes->GetPointer(), bytes->GetLength());
+  while (!result.empty() && (result.back() == ' ' || result.back() == '\0')) result.pop_back();
+  return result;
+}
+
+/// The numbers of a decimal string; empty if there are not exactly n.
+std::vector<double> decimals(const DataSet& data, const Tag& tag, std::size_t n) {
+  const std::string all = text(data, tag);
+  std::vector<double> result;
+  for (std::size_t at = 0; at < all.size();) {
+    const std::size_t end = std::min(all.find('\\', at), all.size());
+    while (at < end && (all[at] == ' ' || all[at] == '+')) ++at;
+    double value;
+    if (std::from_chars(all.data() + at, all.data() + end, value).ec != std::errc()) return {};
+    result.push_back(value);
+    at = end + 1;
+  }
+  return result.size() == n ? result : std::vector<double>();
+}
+
+int unsigned_short(const DataSet& data, const Tag& tag) {
+  if (!data.FindDataElement(tag)) return 0;
+  const gdcm::ByteValue* bytes = data.GetDataElement(tag).GetByteValue();
+  std::uint16_t value = 0;
+  if (!bytes || bytes->GetLength() < sizeof value) return 0;
+  std::memcpy(&value, bytes->GetPointer(), sizeof value);
+  return value;
+}
+
+/// Item n (from 1) of a sequence; null if there is none.
+const DataSet* item(const DataSet& data, const Tag& sequence, std::size_t n) {
+  if (!data.FindDataElement(sequence)) return nullptr;
+  const auto items = data.GetDataElement(sequence).GetValueAsSQ();
+  if (!items || items->GetNumberOfItems() < n) return nullptr;
+  // The items are shared with the data set, which outlives this pointer.
+  return &items->GetItem(n).GetNestedDataSet();
+}
+
+struct FileHeader {
+  std::string file, series_uid, description, modality;
+  std::vector<DicomSlice> slices;  ///< one per frame
+  std::string fault;  ///< why the file's slices have no place in space; empty if they have
+};
+
+/// A number of `tag` from the macro `group` of a frame: of its own groups, else of the shared
+/// ones; without functional groups, of the data set itself.
+std::vector<double> frame_decimals(const DataSet& data, int frame, const Tag& group, const Tag& tag,
+                                   std::size_t n) {
+  const DataSet* candidates[] = {item(data, kFrameGroups, frame + 1), item(data, kSharedGroups, 1)};
+  for (const DataSet* groups : candidates)
+    if (groups)
+      if (const DataSet* macro = item(*groups, group, 1))
+        if (const auto result = decimals(*macro, tag, n); !result.empty()) return result;
+  return decimals(data, tag, n);
+}
+
+/// Empty if the slice has its place, else what is missing.
+std::string place(const DataSet& data, int frame, DicomSlice& slice) {
+  const auto position = frame_decimals(data, frame, kPlanePosition, kPosition, 3);
+  const auto orientation = frame_decimals(data, frame, kPlaneOrientation, kOrientation, 6);
+  const auto spacing = frame_decimals(data, frame, kPixelMeasures, kPixelSpacing, 2);
+  const auto slope = frame_decimals(data, frame, kValueTransformation, kSlope, 1);
+  const auto intercept = frame_decimals(data, frame, kValueTransformation, kIntercept, 1);
+  if (position.empty()) return "ImagePositionPatient";
+  if (orientation.empty()) return "ImageOrientationPatient";
+  if (spacing.empty()) return "PixelSpacing";
+  slice.position_lps_mm = Eigen::Vector3d::Map(position.data());
+  slice.along_row_lps = Eigen::Vector3d::Map(orientation.data());
+  slice.along_column_lps = Eigen::Vector3d::Map(orientation.data() + 3);
+  slice.pixel_height_mm = spacing[0];
+  slice.pixel_width_mm = spacing[1];
+  if (!slope.empty() && slope[0] != 0) slice.slope = slope[0];
+  if (!intercept.empty()) slice.intercept = intercept[0];
+  return {};
+}
+
+FileHeader header_of(const DataSet& data, const std::string& file) {
+  FileHeader header;
+  header.file = file;
+  header.series_uid = text(data, kSeriesUid);
+  header.description = text(data, kSeriesDescription);
+  header.modality = text(data, kModality);
+  if (const int n = unsigned_short(data, kSamplesPerPixel); n != 1) {
+    header.fault = fmt::format("has {} samples per pixel, not 1", n);
+    return header;
+  }
+  if (text(data, kPhotometric) == "PALETTE COLOR") {
+    header.fault = "has a colour palette";
+    return header;
+  }
+  // GDCM asserts that these make sense.
+  const int allocated = unsigned_short(data, kBitsAllocated);
+  const int stored = unsigned_short(data, kBitsStored);
+  const int high = unsigned_short(data, kHighBit);
+  if ((allocated != 8 && allocated != 16 && allocated != 32 && allocated != 64) || stored < 1 ||
+      stored > allocated || high >= allocated || high + 1 < stored ||
+      unsigned_short(data, kPixelRepresentation) > 1) {
+    header.fault = fmt::format("has pixels of {} bits in {} up to bit {}: no scalars surfseg reads",
+                               stored, allocated, high);
+    return header;
+  }
+  const auto frames = decimals(data, kFrames, 1);
+  const int n_frames = frames.empty() ? 1 : static_cast<int>(std::clamp(frames[0], 1.0, 1e5));
+  if (n_frames > 1 && !data.FindDataElement(kFrameGroups)) {
+    header.fault = fmt::format("has {} frames without a place of each in space", n_frames);
+    return header;
+  }
+  for (int frame = 0; frame < n_frames && header.fault.empty(); ++frame) {
+    DicomSlice slice;
+    slice.file = file;
+    slice.frame = frame;
+    slice.rows = unsigned_short(data, kRows);
+    slice.columns = unsigned_short(data, kColumns);
+    if (const std::string missing = place(data, frame, slice); !missing.empty())
+      header.fault = fmt::format("has no {}: it is no slice of a volume", missing);
+    header.slices.push_back(slice);
+  }
+  return header;
+}
+
+/// Nothing if the file is not DICOM, or holds no image (a report, a directory of files, ...).
+std::optional<FileHeader> read_header(const std::string& file) {
+  const DicomStructure structure = dicom_structure(file);
+  if (structure == DicomStructure::kNone) return std::nullopt;
+  if (structure == DicomStructure::kCut)
+    throw InputError(fmt::format(
+        "{}: truncated or damaged DICOM (or deflated as a whole); get the file again or "
+        "remove it from its folder",
+        file));
+  gdcm::Reader reader;
+  reader.SetFileName(file.c_str());
+  if (!reader.ReadUpToTag(kPixelData)) return std::nullopt;
+  const DataSet& data = reader.GetFile().GetDataSet();
+  if (unsigned_short(data, kRows) == 0 || unsigned_short(data, kColumns) == 0) return std::nullopt;
+  return header_of(data, file);
+}
+
+using Series = std::map<std::string, std::vector<FileHeader>>;  // by SeriesInstanceUID
+
+Series read_folder(const std::string& folder, const std::string& path, int& n_skipped) {
+  std::vector<std::string> files;
+  std::error_code status;
+  for (const auto& entry : fs::directory_iterator(folder, status))
+    if (entry.is_regular_file(status)) files.push_back(entry.path().string());
+  if (status) throw InputError(fmt::format("{}: cannot be read: {}", path, status.message()));
+  std::sort(files.begin(), files.end());
+  Series series;
+  for (const std::string& file : files) {
+    if (auto header = read_header(file))
+      series[header->series_uid].push_back(std::move(*header));
+    else
+      ++n_skipped;
+  }
+  if (series.empty())
+    throw InputError(
+        fmt::format("{}: {} files, no DICOM image among them; give the folder of a "
+                    "series",
+                    path, files.size()));
+  return series;
+}
+
+std::string list(const Series& series) {
+  std::string result;
+  for (const auto& [uid, files] : series)
+    result += fmt::format("{} {} ({}{}{}, {} file{})", result.empty() ? "" : ";", uid,
+                          files[0].modality, files[0].description.empty() ? "" : " ",
+                          files[0].description, files.size(), files.size() == 1 ? "" : "s");
+  return result;
+}
+
+std::vector<FileHeader> choose_series(Series series, const std::optional<std::string>& uid,
+                                      const std::string& path) {
+  if (uid) {
+    const auto found = series.find(*uid);
+    if (found == series.end())
+      throw InputError(fmt::format("{}: no series {} in it, only{}", path, *uid, list(series)));
+    return std::move(found->second);
+  }
+  if (series.size() > 1)
+    throw InputError(fmt::format("{}: holds {} series; name a file of one or its UID:{}", path,
+                                 series.size(), list(series)));
+  return std::move(series.begin()->second);
+}
+
+std::vector<FileHeader> files_of(const std::string& path, const ReadOptions& options,
+                                 int& n_skipped) {
+  if (fs::is_directory(path))
+    return choose_series(read_folder(path, path, n_skipped), options.series_uid, path);
+  const auto header = read_header(path);
+  if (!header)
+    throw InputError(
+        fmt::format("{}: not a DICOM image, or truncated in its header; give a volume", path));
+  if (header->slices.size() > 1) return {*header};
+  const fs::path parent = fs::path(path).parent_path();
+  return choose_series(read_folder(parent.empty() ? "." : parent.string(), path, n_skipped),
+                       options.series_uid.value_or(header->series_uid), path);
+}
+
+ScalarType scalar_type(const gdcm::PixelFormat& format, const std::string& file) {
+  switch (format.GetScalarType()) {
+    case gdcm::PixelFormat::UINT8:
+      return ScalarType::kUint8;
+    case gdcm::PixelFormat::INT8:
+      return ScalarType::kInt8;
+    case gdcm::PixelFormat::UINT12:
+    case gdcm::PixelFormat::UINT16:
+      return ScalarType::kUint16;
+    case gdcm::PixelFormat::INT12:
+    case gdcm::PixelFormat::INT16:
+      return ScalarType::kInt16;
+    case gdcm::PixelFormat::UINT32:
+      return ScalarType::kUint32;
+    case gdcm::PixelFormat::INT32:
+      return ScalarType::kInt32;
+    case gdcm::PixelFormat::FLOAT32:
+      return ScalarType::kFloat32;
+    case gdcm::PixelFormat::FLOAT64:
+      return ScalarType::kFloat64;
+    default:
+      throw InputError(fmt::format("{}: pixels of type {} are not scalars surfseg reads", file,
+                                   format.GetScalarTypeAsString()));
+  }
+}
+
+/// The pixels of one file at a time, decompressed.
+class Decoder {
+ public:
+  ScalarType load(const std::string& file, std::size_t n_pixels) {
+    if (file == file_) return type_;
+    WatchedFile buffer;
+    buffer.open(file, std::ios::in | std::ios::binary);
+    std::istream stream(&buffer);
+    gdcm::ImageReader reader;
+    reader.SetStream(stream);
+    if (!reader.Read() || buffer.is_short) fail(file);
+    const gdcm::Image& image = reader.GetImage();
+    if (image.GetPixelFormat().GetSamplesPerPixel() != 1) fail(file);
+    type_ = scalar_type(image.GetPixelFormat(), file);
+    const unsigned* dimensions = image.GetDimensions();
+    const std::size_t n_frames = image.GetNumberOfDimensions() > 2 ? dimensions[2] : 1;
+    n_frame_bytes_ = std::size_t(dimensions[0]) * dimensions[1] * n_bytes(type_);
+    if (n_frame_bytes_ != n_pixels * n_bytes(type_) ||
+        image.GetBufferLength() != n_frames * n_frame_bytes_)
+      fail(file);
+    pixels_.resize(image.GetBufferLength());
+    if (!image.GetBuffer(reinterpret_cast<char*>(pixels_.data()))) fail(file);
+    file_ = file;
+    return type_;
+  }
+
+  const std::byte* frame(int frame) const {
+    if (pixels_.size() < (frame + 1) * n_frame_bytes_) fail(file_);
+    return pixels_.data() + frame * n_frame_bytes_;
+  }
+
+ private:
+  [[noreturn]] static void fail(const std::string& file) {
+    throw InputError(fmt::format(
+        "{}: its pixels cannot be read: truncated, damaged or in an unknown transfer syntax; get "
+        "the file again",
+        file));
+  }
+
+  std::string file_;
+  ScalarType type_ = ScalarType::kUint8;
+  std::size_t n_frame_bytes_ = 0;
+  std::vector<std::byte> pixels_;
+};
+
+std::vector<DicomSlice> slices_of(const std::vector<FileHeader>& files) {
+  std::vector<DicomSlice> slices;
+  for (const FileHeader& file : files) {
+    if (!file.fault.empty())
+      throw InputError(fmt::format("{}: {}; give a CT or MR series", file.file, file.fault));
+    slices.insert(slices.end(), file.slices.begin(), file.slices.end());
+  }
+  return slices;
+}
+
+Source source_of(const std::string& path, const std::vector<FileHeader>& files,
+                 const SliceStack& stack, int n_skipped) {
+  Source source;
+  source.path = path;
+  source.format = files.size() == 1 ? "DICOM, multi-frame" : "DICOM series";
+  source.orientation_source = "ImagePositionPatient, ImageOrientationPatient";
+  if (!files[0].description.empty())
+    source.notes.push_back(fmt::format("series '{}'", files[0].description));
+  constexpr double kSmallestTiltDeg = 0.1;
+  if (stack.tilt_deg > kSmallestTiltDeg)
+    source.notes.push_back(
+        fmt::format("gantry tilt of {:.2f} degrees, kept as shear", stack.tilt_deg));
+  if (n_skipped > 0)
+    source.notes.push_back(fmt::format("{} files in the folder are no DICOM images", n_skipped));
+  return source;
+}
+
+}  // namespace
+
+Volume read_dicom(const std::string& path, const ReadOptions& options) {
+  check_frame(path, options.frame_index, 1);
+  const SilenceGdcm silence;
+  int n_skipped = 0;
+  const std::vector<FileHeader> files = files_of(path, options, n_skipped);
+  const SliceStack stack = stack_slices(slices_of(files), path);
+  Source source = source_of(path, files, stack, n_skipped);
+
+  const std::size_t n_pixels = std::size_t(stack.size[0]) * stack.size[1];
+  Decoder decoder;
+  source.scalar_type = name(decoder.load(stack.slices[0].file, n_pixels));
+  Volume::Builder builder(stack.size, stack.index_to_world, std::move(source));
+  std::vector<float> values(n_pixels);
+  for (const DicomSlice& slice : stack.slices) {
+    const ScalarType type = decoder.load(slice.file, n_pixels);
+    convert(type, /*swap=*/false, decoder.frame(slice.frame), 1, slice.slope, slice.intercept,
+            values.data(), n_pixels);
+    builder.append_slice(values);
+  }
+  return builder.finish();
+}
+
+}  // namespace surf::volume

@@ -1,0 +1,95 @@
+#include "libcurve/image/slice.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "libsurf/base/error.h"
+
+namespace surf::curve {
+namespace {
+
+/// A volume that holds a linear function of the world, so that every slice can be checked.
+volume::Volume volume_of(const Eigen::Matrix3d& linear) {
+  Eigen::Affine3d affine = Eigen::Affine3d::Identity();
+  affine.linear() = linear;
+  affine.translation() << -10, 5, 3;
+  std::vector<float> values;
+  for (int k = 0; k < 7; ++k)
+    for (int j = 0; j < 6; ++j)
+      for (int i = 0; i < 5; ++i) {
+        const Eigen::Vector3d x = affine * Eigen::Vector3d(i, j, k);
+        values.push_back(static_cast<float>(x[0] + 10 * x[1] + 100 * x[2]));
+      }
+  return {{5, 6, 7}, affine, values};
+}
+
+double value_at(const Eigen::Vector3d& x) { return x[0] + 10 * x[1] + 100 * x[2]; }
+
+std::vector<Eigen::Matrix3d> grids() {
+  Eigen::Matrix3d permuted, sheared, oblique;
+  permuted << 0, 0, -2, 1.5, 0, 0, 0, -1, 0;
+  sheared << 1, 0.2, 0, 0, 1.5, 0.1, 0, 0, 2;
+  oblique = Eigen::AngleAxisd(0.3, Eigen::Vector3d(1, 2, 3).normalized()) *
+            Eigen::Vector3d(-1, 1.5, 2).asDiagonal();
+  return {Eigen::Matrix3d::Identity(), permuted, sheared, oblique};
+}
+
+TEST(VoxelSlices, PixelsLieWhereTheirVoxelsDo) {
+  for (const Eigen::Matrix3d& grid : grids())
+    for (const auto plane : {SlicePlane::kAxial, SlicePlane::kSagittal, SlicePlane::kCoronal}) {
+      const VoxelSlices slices(volume_of(grid), plane);
+      const Image image = slices.slice(2);
+      for (int j = 0; j < image.size()[1]; ++j)
+        for (int i = 0; i < image.size()[0]; ++i) {
+          const Eigen::Vector2d p = image.pixel_to_plane() * Eigen::Vector2d(i, j);
+          const Eigen::Vector3d x = *image.plane_to_ras() * Eigen::Vector3d(p[0], p[1], 0);
+          ASSERT_NEAR(image.value(i, j), value_at(x), 1e-3);
+          const auto voxel = slices.voxel(i, j, 2);
+          ASSERT_EQ(slices.volume().value(voxel[0], voxel[1], voxel[2]), image.value(i, j));
+        }
+      const Eigen::Matrix3d frame = image.plane_to_ras()->linear();
+      EXPECT_LT((frame.transpose() * frame - Eigen::Matrix3d::Identity()).norm(), 1e-12);
+      EXPECT_EQ(slices.nearest(*image.plane_to_ras() * Eigen::Vector3d(0.1, 0.1, 0)), 2);
+    }
+}
+
+TEST(VoxelSlices, AreSeenAsRadiologistsDo) {
+  const VoxelSlices axial(volume_of(Eigen::Matrix3d::Identity()), SlicePlane::kAxial);
+  EXPECT_EQ(axial.n_slices(), 7);
+  const Eigen::Matrix3d frame = axial.slice(0).plane_to_ras()->linear();
+  EXPECT_TRUE(frame.col(0).isApprox(Eigen::Vector3d(-1, 0, 0)));  // columns to the left
+  EXPECT_TRUE(frame.col(1).isApprox(Eigen::Vector3d(0, -1, 0)));  // rows to the back
+  const VoxelSlices sagittal(volume_of(Eigen::Matrix3d::Identity()), SlicePlane::kSagittal);
+  EXPECT_EQ(sagittal.n_slices(), 5);
+  EXPECT_TRUE(
+      sagittal.slice(0).plane_to_ras()->linear().col(1).isApprox(Eigen::Vector3d(0, 0, -1)));
+  EXPECT_THROW(axial.slice(7), InputError);
+  EXPECT_THROW(axial.slice(-1), InputError);
+}
+
+// Linear interpolation is exact for the linear function.
+TEST(ObliqueSlice, InterpolatesThePlane) {
+  const volume::Volume volume = volume_of(Eigen::Vector3d(1, 1.5, 2).asDiagonal());
+  const Eigen::Vector3d point = volume.index_to_world() * Eigen::Vector3d(2, 2.5, 3);
+  for (const Eigen::Vector3d& normal :
+       {Eigen::Vector3d(0, 0, 1), Eigen::Vector3d(1, 2, 0.5), Eigen::Vector3d(1, 0, 0)}) {
+    const Image image = oblique_slice(volume, point, normal, 0.5);
+    int n_inside = 0;
+    for (int j = 0; j < image.size()[1]; ++j)
+      for (int i = 0; i < image.size()[0]; ++i) {
+        const Eigen::Vector3d x = *image.plane_to_ras() * Eigen::Vector3d(0.5 * i, 0.5 * j, 0);
+        ASSERT_NEAR((x - point).dot(normal), 0, 1e-9);
+        const Eigen::Array3d index = volume.world_to_index() * x;
+        if ((index < 0).any() || (index > Eigen::Array3d(4, 5, 6)).any()) continue;
+        ++n_inside;
+        ASSERT_NEAR(image.value(i, j), value_at(x), 1e-3);
+      }
+    EXPECT_GT(n_inside, 50);
+  }
+  EXPECT_THROW(oblique_slice(volume, {900, 0, 0}, {1, 0, 0}), UsageError);
+  EXPECT_THROW(oblique_slice(volume, point, {0, 0, 0}), UsageError);
+}
+
+}  // namespace
+}  // namespace surf::curve

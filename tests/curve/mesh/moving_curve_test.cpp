@@ -1,0 +1,260 @@
+#include "libcurve/mesh/moving_curve.h"
+
+#include <map>
+
+#include "libcurve/mesh/hierarchy.h"
+#include "libcurve/mesh/primitives.h"
+#include "libsurf/base/error.h"
+#include "libsurf/energy/boundary_integral.h"
+#include "libsurf/energy/domain_integral.h"
+#include "libsurf/energy/fields.h"
+#include "libsurf/flow/evolution.h"
+#include "tests/curve/curves.h"
+
+namespace surf::curve {
+namespace {
+
+constexpr double kEdge = 0.1;
+
+MovingCurveOptions options_with(double edge_length) {
+  MovingCurveOptions options;
+  options.edge_length_mm = edge_length;
+  return options;
+}
+
+/// Every node by `distance` along its normal.
+Points<2> grown(const MovingCurve& curve, double distance) {
+  const fem::Geometry<2> shape = curve.geometry();
+  return shape.points() + distance * shape.nodal_normals().rowwise().normalized();
+}
+
+/// Steps along the normals; the events by kind.
+std::map<std::string, int> grow(MovingCurve& curve, double step, int n_steps) {
+  std::map<std::string, int> kinds;
+  for (int k = 0; k < n_steps; ++k) {
+    Points<2> to = grown(curve, step);
+    curve.restrict_move(to);
+    curve.move_to(to);
+    curve.mend();
+    expect_valid(curve.segments(), "step " + std::to_string(k));
+    for (const auto& event : curve.take_events()) ++kinds[event.kind];
+  }
+  return kinds;
+}
+
+int n_components(const MovingCurve& curve) {
+  return static_cast<int>(curve_hierarchy(curve.segments()).components.size());
+}
+
+TEST(MovingCurve, MergesDiscsThatGrowIntoEachOtherAndClosesTheHoleBetweenFour) {
+  MovingCurve curve(grid_of_circles({0, 0}, {2, 2}, 1, 0.4, kEdge), options_with(kEdge));
+  const auto kinds = grow(curve, 0.02, 6);
+  EXPECT_EQ(kinds.at("merging"), 3);
+  EXPECT_EQ(kinds.at("self-merging"), 1);
+  EXPECT_EQ(n_components(curve), 2);
+  // The hole shrinks and goes.
+  EXPECT_EQ(grow(curve, 0.02, 12).at("vanishing"), 1);
+  EXPECT_EQ(n_components(curve), 1);
+}
+
+TEST(MovingCurve, SplitsAtANeckThatShrinks) {
+  Points<2> corners(12, 2);
+  corners << -3, -1, -1, -1, -1, -0.2, 1, -0.2, 1, -1, 3, -1, 3, 1, 1, 1, 1, 0.2, -1, 0.2, -1, 1,
+      -3, 1;
+  MovingCurve curve(polygon(corners, kEdge), options_with(kEdge));
+  EXPECT_GE(grow(curve, -0.03, 8).at("splitting"), 1);
+  EXPECT_EQ(n_components(curve), 2);
+}
+
+TEST(MovingCurve, WithFixedTopologyNeverTouchesItself) {
+  MovingCurveOptions options = options_with(kEdge);
+  options.topology = Topology::kFixed;
+  MovingCurve curve(grid_of_circles({0, 0}, {2, 2}, 1, 0.4, kEdge), options);
+  EXPECT_TRUE(grow(curve, 0.03, 20).empty());
+  EXPECT_EQ(n_components(curve), 4);
+}
+
+TEST(MovingCurve, ReportsWhatItHoldsBack) {
+  MovingCurveOptions options = options_with(kEdge);
+  options.topology = Topology::kFixed;
+  MovingCurve curve(joined({circle({0, 0}, 1, kEdge), circle({2.06, 0}, 1, kEdge)}), options);
+  Points<2> to = grown(curve, 0.05);
+  const double held = curve.restrict_move(to);
+  EXPECT_GT(held, 0);
+  EXPECT_LT(held, 0.2);
+}
+
+TEST(MovingCurve, StaysInTheBoxAndEndsWhereMostOfItMeetsTheBorder) {
+  MovingCurveOptions options = options_with(kEdge);
+  Eigen::Affine2d index_to_world = Eigen::Translation2d(-1, -1) * Eigen::Scaling(0.1);
+  options.box = ImageBox{index_to_world.inverse(), index_to_world, {21, 21}};
+  MovingCurve curve(circle({0, 0}, 0.8, kEdge), options);
+  EXPECT_EQ(curve.obstacle(), "");
+  grow(curve, 0.05, 20);
+  EXPECT_LE(curve.segments().points.cwiseAbs().maxCoeff(), 1 + 1e-12);
+  EXPECT_GT(curve.border_share(), 0.9);
+  EXPECT_NE(curve.obstacle().find("border"), std::string::npos);
+}
+
+TEST(MovingCurve, EndsWhereTheObjectVanishes) {
+  MovingCurve curve(circle({0, 0}, 0.3, kEdge), options_with(kEdge));
+  grow(curve, -0.08, 5);
+  EXPECT_NE(curve.obstacle().find("vanished"), std::string::npos);
+}
+
+TEST(MovingCurve, DoesNotComeOutOnTheOtherSideOfAPoint) {
+  MovingCurve curve(joined({circle({0, 0}, 0.5, kEdge), circle({5, 0}, 2, kEdge)}),
+                    options_with(kEdge));
+  EXPECT_EQ(grow(curve, -0.8, 1).at("vanishing"), 1);
+  EXPECT_EQ(n_components(curve), 1);
+}
+
+/// 1 but for a valley of the given depth on the circle of radius 0.7 round the origin.
+class RoundValley : public Field<2> {
+ public:
+  explicit RoundValley(double depth) : depth_(depth) {}
+  void sample(const Points<2>& x, Derivatives, Samples<2>& out) const override {
+    const Eigen::ArrayXd off = (x.rowwise().norm().array() - 0.7) / 0.05;
+    out.value = 1 - depth_ * (-off.square()).exp();
+  }
+
+ private:
+  double depth_;
+};
+
+/// Smallest and largest radius after a step that is to shrink the unit circle by 0.5.
+std::array<double, 2> radii_after_a_long_step(std::shared_ptr<const Field<2>> edge_indicator) {
+  MovingCurveOptions options = options_with(kEdge);
+  options.edge_indicator = std::move(edge_indicator);
+  options.path_spacing_mm = 0.025;
+  MovingCurve curve(circle({0, 0}, 1, kEdge), options);
+  Points<2> to = 0.5 * curve.geometry().points();
+  curve.restrict_move(to);
+  const Eigen::VectorXd r = to.rowwise().norm();
+  return {r.minCoeff(), r.maxCoeff()};
+}
+
+TEST(MovingCurve, StopsAtTheFirstEdgeOnItsWay) {
+  const auto [least, largest] = radii_after_a_long_step(std::make_shared<RoundValley>(0.9));
+  EXPECT_GE(least, 0.7 - 0.025);
+  EXPECT_LE(largest, 0.7 + 0.025);
+}
+
+TEST(MovingCurve, PassesRipplesAndWithoutAnIndicatorEdges) {
+  for (const auto& field : {std::shared_ptr<RoundValley>(), std::make_shared<RoundValley>(0.2)})
+    EXPECT_NEAR(radii_after_a_long_step(field)[1], 0.5, 1e-12);
+}
+
+TEST(MovingCurve, KeepsElementsNearTheWantedLength) {
+  MovingCurve curve(circle({0, 0}, 0.3, 0.03), options_with(kEdge));
+  grow(curve, 0.05, 40);
+  const Eigen::VectorXd lengths = curve.geometry().measures();
+  EXPECT_LE(lengths.maxCoeff(), 4.0 / 3 * kEdge * (1 + 1e-9));
+  EXPECT_GE(lengths.minCoeff(), 0.4 * kEdge);
+}
+
+TEST(MovingCurve, IsCoarseWhereItIsStraight) {
+  MovingCurveOptions options = options_with(0.02);
+  options.coarseness = 16;
+  options.adaptivity.geometry_tolerance_mm = 0.02;
+  Eigen::Matrix2d axes = Eigen::Vector2d(4, 0.3).asDiagonal();
+  const MovingCurve curve(ellipse({0, 0}, axes, 0.02), options);
+  const fem::Geometry<2> shape = curve.geometry();
+  EXPECT_LT(shape.n_elements(), 150);
+  EXPECT_GT(shape.measures().maxCoeff(), 4 * shape.measures().minCoeff());
+  EXPECT_LE(fem::geometric_variation(shape).maxCoeff(), 0.02 * 1.001);
+}
+
+/// Alg. 10: a large step of one disc into three others at once (Fig. 4.6).
+TEST(MovingCurve, AdjustsItsStepsToOneEventAsAlgorithm10) {
+  const std::vector<Segments> parts = {circle({0, 0}, 1, kEdge), circle({1.62, 0}, 0.5, kEdge),
+                                       circle({-1.66, 0}, 0.5, kEdge),
+                                       circle({0, 1.7}, 0.5, kEdge)};
+  const auto events = [&](StepAdjustment adjustment) {
+    MovingCurveOptions options = options_with(kEdge);
+    options.topology_resolution_mm = 1e-3;
+    options.step_adjustment = adjustment;
+    MovingCurve curve(joined(parts), options);
+    return grow(curve, 0.2, 1);
+  };
+  EXPECT_EQ(events(StepAdjustment::kNone).at("merging"), 3);
+  EXPECT_EQ(events(StepAdjustment::kCatchFirst).at("merging"), 1);
+  EXPECT_EQ(events(StepAdjustment::kResolveFirst).at("merging"), 1);
+}
+
+TEST(MovingCurve, ResolvesInitialCurvesThatOverlap) {
+  const MovingCurve curve(joined({circle({0, 0}, 1, kEdge), circle({1, 0}, 1, kEdge)}),
+                          options_with(kEdge));
+  expect_valid(curve.segments());
+  EXPECT_EQ(n_components(curve), 1);
+}
+
+TEST(MovingCurve, RefusesOpenCurvesNothingAndWrongOptions) {
+  Segments open = circle({0, 0}, 1, kEdge);
+  open.elements.conservativeResize(open.elements.rows() - 1, 2);
+  EXPECT_THROW(MovingCurve(open, options_with(kEdge)), InvalidMesh);
+  EXPECT_THROW(MovingCurve(flipped(circle({0, 0}, 1, kEdge)), options_with(kEdge)), InvalidMesh);
+  EXPECT_THROW(MovingCurve(circle({0, 0}, 1, kEdge), options_with(0)), UsageError);
+  MovingCurveOptions genus = options_with(kEdge);
+  genus.topology = Topology::kGenus0;
+  EXPECT_THROW(MovingCurve(circle({0, 0}, 1, kEdge), genus), UsageError);
+}
+
+/// (|x - a|^2 - 1)(|x + a|^2 - 1) is negative in two unit discs about a and -a.
+class TwoDiscs : public Field<2> {
+ public:
+  void sample(const Points<2>& x, Derivatives order, Samples<2>& out) const override {
+    out.resize(x.rows(), order);
+    for (Eigen::Index i = 0; i < x.rows(); ++i) {
+      const Vector<2> u = x.row(i).transpose() - a_, v = x.row(i).transpose() + a_;
+      const double p = u.squaredNorm() - 1, q = v.squaredNorm() - 1;
+      out.value[i] = p * q;
+      if (order >= Derivatives::kFirst) out.gradient.row(i) = 2 * (q * u + p * v);
+      if (order < Derivatives::kSecond) continue;
+      const Eigen::Matrix2d h =
+          2 * (p + q) * Eigen::Matrix2d::Identity() + 4 * (u * v.transpose() + v * u.transpose());
+      out.hessian.row(i) << h(0, 0), h(0, 1), h(1, 0), h(1, 1);
+    }
+  }
+
+ private:
+  Vector<2> a_{1.3, 0};
+};
+
+TEST(MovingCurve, InAFlowFindsTwoObjectsFromOneCurveRoundBoth) {
+  MovingCurveOptions options = options_with(0.08);
+  options.max_displacement_mm = 0.1;
+  MovingCurve curve(circle({0, 0}, 2.6, 0.08), options);
+  energy::DomainIntegral<2> energy(std::make_shared<const TwoDiscs>(), {.ray_spacing_mm = 0.05});
+  flow::FlowOptions flow;
+  flow.velocity.product = flow::ScalarProduct::kL2;
+  flow.max_steps = 300;
+  // F is large far away, so what happens at the neck is a small share of the whole decrease.
+  flow.energy_tol = 1e-6;
+  flow.rel_tol = 1e-8;
+  std::map<std::string, int> kinds;
+  const auto summary = flow::evolve<2>(curve, energy, flow, [&](const flow::StepRecord& record) {
+    for (const auto& event : record.events) ++kinds[event.kind];
+    expect_valid(curve.segments());
+    return true;
+  });
+  EXPECT_EQ(summary.termination, flow::Termination::kConverged) << summary.message;
+  EXPECT_EQ(kinds["splitting"], 1);
+  EXPECT_EQ(n_components(curve), 2);
+  EXPECT_NEAR(curve.geometry().enclosed(), 2 * M_PI, 0.01 * 2 * M_PI);
+}
+
+TEST(MovingCurve, StartsInsideItsBox) {
+  MovingCurveOptions options;
+  options.box = ImageBox{Eigen::Affine2d::Identity(), Eigen::Affine2d::Identity(), {21, 21}};
+  const MovingCurve curve(circle({18, 10}, 6, 0.5), options);
+  const Segments now = curve.segments();
+  EXPECT_LE(now.points.maxCoeff(), 20);
+  expect_valid(now);
+  // The disc without the cap beyond x = 20, d = 2 from its centre.
+  const double cap = 36 * std::acos(2.0 / 6) - 2 * std::sqrt(32.0);
+  EXPECT_NEAR(curve.geometry().enclosed(), M_PI * 36 - cap, 1);
+}
+
+}  // namespace
+}  // namespace surf::curve
