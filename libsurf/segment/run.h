@@ -4,6 +4,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -131,6 +132,11 @@ class Setting {
       const Simplices<Dim>& shape, const std::array<int, Dim>& size,
       const Eigen::Transform<double, Dim, Eigen::Affine>& index_to_world) const = 0;
   virtual bool is_embedded(const Simplices<Dim>& shape) const = 0;
+  /// Where the values at the nodes of a grid, first index fastest, are above a level; half a step
+  /// outside where the grid ends. Closed and outward, but it may intersect itself.
+  virtual Simplices<Dim> shape_of_level(
+      std::span<const float> values, const std::array<int, Dim>& size,
+      const Eigen::Transform<double, Dim, Eigen::Affine>& index_to_world, double level) const = 0;
   /// The shape moved to `to`, but for what would then intersect.
   virtual Simplices<Dim> moved(const Simplices<Dim>& shape, const Points<Dim>& to) const = 0;
   /// "curve" or "surface"

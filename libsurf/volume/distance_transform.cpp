@@ -50,18 +50,25 @@ class Line {
 
 }  // namespace
 
-std::vector<float> squared_distances(const std::array<int, 3>& size,
+template <std::size_t Dim>
+std::vector<float> squared_distances(const std::array<int, Dim>& size,
                                      const std::vector<std::uint8_t>& set) {
   std::vector<float> out(set.size());
   std::transform(set.begin(), set.end(), out.begin(),
                  [](std::uint8_t flag) { return flag ? 0.f : kInfiniteDistance; });
   Line line(*std::max_element(size.begin(), size.end()));
-  const std::size_t row = size[0], slice = row * size[1];
-  for (std::size_t at = 0; at < out.size(); at += row) line.transform(&out[at], size[0], 1);
-  for (int k = 0; k < size[2]; ++k)
-    for (std::size_t i = 0; i < row; ++i) line.transform(&out[k * slice + i], size[1], row);
-  for (std::size_t i = 0; i < slice; ++i) line.transform(&out[i], size[2], slice);
+  std::size_t stride = 1;
+  for (const int n : size) {
+    for (std::size_t block = 0; block < out.size(); block += stride * n)
+      for (std::size_t i = 0; i < stride; ++i) line.transform(&out[block + i], n, stride);
+    stride *= n;
+  }
   return out;
 }
+
+template std::vector<float> squared_distances(const std::array<int, 2>&,
+                                              const std::vector<std::uint8_t>&);
+template std::vector<float> squared_distances(const std::array<int, 3>&,
+                                              const std::vector<std::uint8_t>&);
 
 }  // namespace surf::volume

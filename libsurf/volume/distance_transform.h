@@ -11,9 +11,10 @@ namespace surf::volume {
 /// lower envelopes of parabolas along one axis after the other (Felzenszwalb and Huttenlocher,
 /// Theory of Computing 8, 2012). Exact for lines of up to
 /// 4096 nodes; O(nodes). kInfiniteDistance everywhere if the set is empty.
-/// @param size  nodes along the axes, i fastest
-/// @param set   size[0] * size[1] * size[2] flags
-std::vector<float> squared_distances(const std::array<int, 3>& size,
+/// @param size  nodes along the axes, the first one fastest
+/// @param set   a flag for each node
+template <std::size_t Dim>
+std::vector<float> squared_distances(const std::array<int, Dim>& size,
                                      const std::vector<std::uint8_t>& set);
 
 inline constexpr float kInfiniteDistance = 1e18f;

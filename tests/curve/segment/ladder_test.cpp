@@ -25,7 +25,7 @@ struct Scene {
   std::unique_ptr<segment::EnergyModel<2>> model =
       setting.make_model({.sigma_mm = 0.7 * image.pixel_size()});
   segment::SeedModel seed = segment::estimate_seed_model<2>(
-      *model->intensity(), std::vector<Vector<2>>{center()}, image.pixel_size());
+      *model->intensity(), std::vector<Vector<2>>{center()}, setting.extent());
   segment::LadderOptions options;
   std::vector<segment::StageReport> stages;
 
