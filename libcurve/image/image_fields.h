@@ -9,19 +9,8 @@
 
 namespace surf::curve {
 
-/// How a field is continued between its nodes.
-enum class Interpolation {
-  kSpline,  ///< C^2 cubic B-spline approximant, a blur of variance 1/3 pixel^2 (TiledField)
-  kLinear   ///< bilinear, as the thesis 5.1.2: gradients jump at pixel borders, no second ones
-};
-
-/// How an image becomes a field.
-struct FieldOptions {
-  /// As for volumes; the grid is always that of the pixels.
-  volume::SmoothingOptions smoothing = {};
-  volume::DerivativeFilter filter = volume::DerivativeFilter::kBSpline;
-  Interpolation interpolation = Interpolation::kSpline;
-};
+using volume::FieldOptions;  ///< the grid is always that of the pixels
+using volume::Interpolation;
 
 /// Smoothed intensities. Outside the image a field is continued constantly.
 /// @throws UsageError  options.smoothing.error() is not empty

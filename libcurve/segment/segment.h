@@ -1,43 +1,24 @@
-// From an image and seeds to curves.
+// From an image and seeds to curves: the short way upon a segment::Segmentation.
 #pragma once
 
-#include <string>
-
 #include "libcurve/image/image.h"
-#include "libcurve/image/image_fields.h"
-#include "libsurf/mesh/hierarchy.h"
-#include "libsurf/segment/run.h"
+#include "libcurve/segment/region_filter.h"
+#include "libsurf/segment/segment.h"
 
 namespace surf::curve {
 
-/// What stays of the final curves: regions, in this order.
-struct RegionFilter {
-  bool fill_holes = false;  ///< first: holes go, with all that lies in them
-  double min_area_mm2 = 0;  ///< then regions of less, with their holes
-  mesh::Keep keep = mesh::Keep::kAll;
-  std::vector<Vector<2>> seeds_mm;  ///< for kSeeded: regions that contain one; not in a hole
+using CurveOptions = segment::Options<2>;
+using CurveResult = segment::Result<2>;
 
-  std::string error() const;  ///< empty if valid
-};
+/// Curves in an image. Its values are shared, not copied.
+std::shared_ptr<const segment::Setting<2>> make_setting(const Image& image);
 
-/// @param n_removed  regions and holes that went
-/// @throws UsageError  filter.error() is not empty
-Segments filtered(const Segments& curves, const RegionFilter& filter, int& n_removed);
-
-struct CurveOptions : segment::RunOptions<2> {
-  Interpolation interpolation = Interpolation::kSpline;
-  RegionFilter regions;  ///< its seeds are ignored, those of the run count
-
-  std::string error() const;  ///< empty if valid
-};
-
-using CurveResult = segment::RunResult<2>;
-using CurveProgress = segment::ProgressOf<2>;
-
-/// @throws UsageError  options.error() is not empty, a seed lies outside the image, an energy
-///                     or one of its parameters is unknown
-CurveResult segment(const Image& image, const CurveOptions& options,
-                    const CurveProgress& progress = {});
+/// See segment::segment().
+inline CurveResult segment(const Image& image, const CurveOptions& options,
+                           const segment::ProgressOf<2>& progress = {},
+                           const std::stop_token& stop = {}) {
+  return segment::segment<2>(make_setting(image), options, progress, stop);
+}
 
 /// The piecewise smooth u = u_1 chi_1 + u_2 chi_2 of the Mumford-Shah model at the pixel centres;
 /// it jumps across the curves.

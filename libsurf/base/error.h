@@ -37,4 +37,11 @@ class InvalidMesh : public Error {
   using Error::Error;
 };
 
+/// No object stands out where one was looked for, or it vanished: there is nothing to write (exit
+/// code 8).
+class NoObject : public Error {
+ public:
+  using Error::Error;
+};
+
 }  // namespace surf

@@ -152,14 +152,21 @@ void MovingMesh<Dim>::stop_at_edges(const Points<Dim>& from, Points<Dim>& to) co
 }
 
 template <int Dim>
-std::string MovingMesh<Dim>::obstacle() const {
+bool MovingMesh<Dim>::has_vanished() const {
   const Simplices<Dim> shape = simplices();
-  const double content = flow::content<Dim>(shape.points, shape.elements);
   const double least =
       kUnitBall<Dim> * std::pow(options_.min_radius * options_.edge_length_mm, Dim);
-  if (has_vanished_ || content < least)
+  return has_vanished_ || flow::content<Dim>(shape.points, shape.elements) < least;
+}
+
+template <int Dim>
+std::string MovingMesh<Dim>::obstacle() const {
+  if (has_vanished()) {
+    const Simplices<Dim> shape = simplices();
     return fmt::format("the object vanished: its {} fell to {:.3g} mm^{}",
-                       Dim == 2 ? "area" : "volume", content, Dim);
+                       Dim == 2 ? "area" : "volume",
+                       flow::content<Dim>(shape.points, shape.elements), Dim);
+  }
   const double share = border_share();
   if (share > options_.max_border_share)
     return fmt::format("the {} meets the {}'s border with {:.0f} % of its {}",

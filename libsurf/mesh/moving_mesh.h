@@ -69,6 +69,8 @@ class MovingMesh : public flow::MovingShape<Dim> {
   double border_share() const;
   /// adaptivity.max_elements has kept the shape from being refined, now or earlier.
   bool is_limited() const { return is_limited_; }
+  /// Nothing of the object is left, or less than options.min_radius allows.
+  bool has_vanished() const;
   /// Changes the wanted edge length, and the largest displacement in proportion; the mesh follows
   /// with the next mend.
   void set_edge_length(double edge_length_mm);

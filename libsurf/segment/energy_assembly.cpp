@@ -137,6 +137,13 @@ bool settle_on_edges(std::span<const EnergyTerm> terms) {
 }
 
 template <int Dim>
+bool are_fitted(std::span<const EnergyTerm> terms) {
+  return std::any_of(terms.begin(), terms.end(), [](const EnergyTerm& term) {
+    return find_kind<Dim>(term.name).is_fitted;
+  });
+}
+
+template <int Dim>
 bool take_long_steps(std::span<const EnergyTerm> terms) {
   return std::all_of(terms.begin(), terms.end(), [](const EnergyTerm& term) {
     return find_kind<Dim>(term.name).takes_long_steps;
@@ -191,6 +198,7 @@ std::optional<std::vector<EnergyTerm>> coarse_terms(std::span<const EnergyTerm> 
   template std::vector<std::shared_ptr<const Field<Dim>>> integrands<Dim>(                       \
       std::span<const EnergyTerm>, const KindContext<Dim>&);                                     \
   template bool settle_on_edges<Dim>(std::span<const EnergyTerm>);                               \
+  template bool are_fitted<Dim>(std::span<const EnergyTerm>);                                    \
   template bool take_long_steps<Dim>(std::span<const EnergyTerm>);                               \
   template std::shared_ptr<const Field<Dim>> edge_field<Dim>(std::span<const EnergyTerm>,        \
                                                              const KindContext<Dim>&);           \

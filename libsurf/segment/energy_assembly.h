@@ -44,6 +44,9 @@ std::vector<std::shared_ptr<const Field<Dim>>> integrands(std::span<const Energy
 /// Whether all do.
 template <int Dim>
 bool settle_on_edges(std::span<const EnergyTerm> terms);
+/// Whether one is.
+template <int Dim>
+bool are_fitted(std::span<const EnergyTerm> terms);
 template <int Dim>
 bool take_long_steps(std::span<const EnergyTerm> terms);
 

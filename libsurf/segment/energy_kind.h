@@ -14,6 +14,9 @@
 
 namespace surf::segment {
 
+template <int Dim>
+class Setting;
+
 /// What defaults and fields of an energy may depend on: the image, and where the run starts. It is
 /// lent for the time of a call; an energy keeps fields made from it.
 template <int Dim>
@@ -27,6 +30,10 @@ struct KindContext {
   /// The shape that the run begins with in place of such balls, the same one in all its stages and
   /// on all levels, so that what is fitted to it stays as it is; null if there is none.
   const Simplices<Dim>* initial = nullptr;
+  /// The shape as it is when the energy is made, and the image that it lies in: for statistics that
+  /// are fitted to it (EnergyKind::is_fitted). Null where nothing is there to be fitted to.
+  const Simplices<Dim>* shape = nullptr;
+  const Setting<Dim>* setting = nullptr;
 
   double cell_mm() const { return model.extent().cell_mm(); }
 };
@@ -105,6 +112,9 @@ struct EnergyKind {
   /// Whether a run ends on the edges that it finds: the minimisers of the others are what was
   /// asked for.
   bool settles_on_edges = false;
+  /// Whether the energy depends on the shape that it is made for: once it is at rest it is made
+  /// again, and minimised again, until both agree.
+  bool is_fitted = false;
   /// Whether nodes of curves may go several widths of the blur in a step.
   bool takes_long_steps = true;
   /// Where the image is approximated smoothly on both sides, along with the shape: how.

@@ -1,10 +1,12 @@
 #include <cmath>
 
+#include "libsurf/base/error.h"
 #include "libsurf/energy/chan_vese.h"
 #include "libsurf/energy/domain_integral.h"
 #include "libsurf/energy/fields.h"
 #include "libsurf/energy/region_statistics.h"
 #include "libsurf/segment/detail/built_in_kinds.h"
+#include "libsurf/segment/local_means.h"
 
 namespace surf::segment {
 namespace {
@@ -52,6 +54,63 @@ EnergyKind<Dim> region_competition() {
         energy::region_competition(context.model.smoothed_totals()),
         energy::StatisticsOptions{.ray_spacing_mm = context.cell_mm()});
   };
+  return kind;
+}
+
+/// Of J from scratch, of the reach: only changes of J are asked for, and these come from the surface.
+constexpr double kRaySpacing = 0.5;
+
+template <int Dim>
+EnergyKind<Dim> local_means_kind() {
+  using Default = ParameterDefault<Dim>;
+  using Context = KindContext<Dim>;
+  EnergyKind<Dim> kind;
+  kind.name = "local-means";
+  kind.formula =
+      "int_Omega f dx, f = -tanh(2 (I - (m_1 + m_2) / 2) (m_1 - m_2) / ((m_1 - m_2)^2 + (2 "
+      "noise)^2)) + 3/2 (d / reach)^5";
+  kind.description =
+      "Local means m_1, m_2 of both sides of an initial shape, and the distance d to it: for what "
+      "lies within a few cells of a start.";
+  kind.parameters = {
+      {.key = "reach",
+       .unit = "mm",
+       .meaning = "how far the shape may be from the initial one",
+       .range = ParameterRange::positive(),
+       .standard = Default::chosen(
+           [](const Context& context, const EnergyTerm&) { return 3 * context.cell_mm(); },
+           "3 cells")},
+      {.key = "edge",
+       .unit = "mm",
+       .meaning = "deviation of the edges' blur: twice as far is on neither side",
+       .range = ParameterRange::not_negative(),
+       .standard = Default::chosen(
+           [](const Context& context, const EnergyTerm&) { return context.cell_mm(); }, "1 cell"),
+       .blur_power = 1},
+      {.key = "noise",
+       .unit = "intensity",
+       .meaning = "means that differ by less are not told apart",
+       .range = ParameterRange::positive(),
+       .standard = Default::chosen(
+           [](const Context& context, const EnergyTerm&) {
+             const auto [lowest, highest] = context.model.extent().range;
+             return std::max(context.seed.noise, 1e-6 * (double(highest) - lowest) + 1e-300);
+           },
+           "that round the seeds")}};
+  kind.build = [](const Context& context, const EnergyTerm& term) {
+    if (!context.initial || !context.shape || !context.setting)
+      throw UsageError(
+          "energy local-means: it is fitted to an initial shape, and there is none");
+    const LocalMeansOptions options{parameter(term, "reach"), parameter(term, "edge"),
+                                    parameter(term, "noise")};
+    return std::make_unique<energy::DomainIntegral<Dim>>(
+        local_means<Dim>(*context.setting, context.model.intensity(), *context.initial,
+                         *context.shape, options),
+        energy::DomainIntegralOptions{.quadrature_order = 2,
+                                      .ray_spacing_mm = kRaySpacing * options.reach_mm});
+  };
+  kind.settles_on_edges = true;
+  kind.is_fitted = true;
   return kind;
 }
 
@@ -172,7 +231,8 @@ EnergyKind<Dim> mumford_shah() {
 
 template <int Dim>
 std::vector<EnergyKind<Dim>> region_kinds() {
-  return {chan_vese<Dim>(), region_competition<Dim>(), window<Dim>(), mumford_shah<Dim>()};
+  return {chan_vese<Dim>(), region_competition<Dim>(), local_means_kind<Dim>(), window<Dim>(),
+          mumford_shah<Dim>()};
 }
 
 template std::vector<EnergyKind<2>> region_kinds<2>();

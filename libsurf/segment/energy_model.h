@@ -55,6 +55,8 @@ class EnergyModel {
   /// The distance of object and background in intensity, > 0: what (I - u)^2 is divided by the
   /// square of. The whole range unless a model knows better.
   virtual double contrast() const;
+  /// Of all fields made so far.
+  virtual std::size_t memory_bytes() const = 0;
 
   /// (5.4), its length or area term included.
   virtual std::unique_ptr<energy::ShapeEnergy<Dim>> mumford_shah(

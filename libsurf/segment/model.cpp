@@ -25,7 +25,14 @@ ImageModel::ImageModel(const volume::Volume& volume, const volume::SmoothingOpti
       intensity_(volume::intensity_field(volume, smoothing)) {}
 
 std::shared_ptr<const Field<3>> ImageModel::make_edge_indicator(double lambda) const {
-  return volume::edge_indicator(volume_, smoothing_, lambda, filter_);
+  edge_indicators_.push_back(volume::edge_indicator(volume_, smoothing_, lambda, filter_));
+  return edge_indicators_.back();
+}
+
+std::size_t ImageModel::memory_bytes() const {
+  std::size_t out = intensity_->memory_bytes();
+  for (const auto& field : edge_indicators_) out += field->memory_bytes();
+  return out;
 }
 
 /// One pass over the voxels, needed by the outer mean only.

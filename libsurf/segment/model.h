@@ -1,6 +1,8 @@
 // The energies of one volume; private to segment/*.cpp.
 #pragma once
 
+#include <vector>
+
 #include "libsurf/segment/energy_model.h"
 #include "libsurf/volume/image_fields.h"
 
@@ -15,6 +17,7 @@ class ImageModel : public EnergyModel<3> {
   std::shared_ptr<const Field<3>> intensity() const override { return intensity_; }
   /// Of the two classes of voxels.
   double contrast() const override;
+  std::size_t memory_bytes() const override;
   std::unique_ptr<energy::ShapeEnergy<3>> mumford_shah(
       const PiecewiseSmooth& parameters) const override;
 
@@ -27,6 +30,7 @@ class ImageModel : public EnergyModel<3> {
   volume::SmoothingOptions smoothing_;
   volume::DerivativeFilter filter_;
   std::shared_ptr<const volume::TiledField> intensity_;
+  mutable std::vector<std::shared_ptr<const volume::TiledField>> edge_indicators_;
 };
 
 ImageExtent<3> extent_of(const volume::Volume& volume);

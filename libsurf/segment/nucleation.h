@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "libsurf/segment/run.h"
+#include "libsurf/segment/setting.h"
 
 namespace surf::segment {
 

@@ -1,5 +1,7 @@
 #include "libsurf/segment/proposal.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <map>
 
@@ -77,11 +79,11 @@ std::optional<Simplices<Dim>> boundary(const Setting<Dim>& setting, const Region
 }  // namespace
 
 template <int Dim>
-SearchGrid<Dim> search_grid(const Setting<Dim>& setting, volume::SmoothingOptions smoothing,
+SearchGrid<Dim> search_grid(const Setting<Dim>& setting, FieldOptions options,
                             std::optional<double> sigma_mm, double max_nodes) {
   const SearchLattice<Dim> lattice(setting.extent(), max_nodes);
-  smoothing.sigma_mm = sigma_mm.value_or(lattice.sigma_mm);
-  return {*setting.make_model(smoothing)->intensity(), setting.extent(), lattice};
+  options.smoothing.sigma_mm = sigma_mm.value_or(lattice.sigma_mm);
+  return {*setting.make_model(options)->intensity(), setting.extent(), lattice};
 }
 
 template <int Dim>
@@ -99,8 +101,18 @@ std::vector<Proposal<Dim>> propose(const Setting<Dim>& setting, const SearchGrid
   return out;
 }
 
+template <int Dim>
+std::string to_string(const Proposal<Dim>& proposal) {
+  return fmt::format(
+      "intensities between {:.4g} and {:.4g}, cut off where a neck is thinner than {:.3g} mm; "
+      "score {:.2f}",
+      proposal.mean - proposal.half_width, proposal.mean + proposal.half_width,
+      2 * proposal.neck_radius_mm, proposal.score);
+}
+
 #define SURF_INSTANTIATE(Dim)                                                                  \
-  template SearchGrid<Dim> search_grid<Dim>(const Setting<Dim>&, volume::SmoothingOptions,     \
+  template std::string to_string<Dim>(const Proposal<Dim>&);                                   \
+  template SearchGrid<Dim> search_grid<Dim>(const Setting<Dim>&, FieldOptions,     \
                                             std::optional<double>, double);                    \
   template std::vector<Proposal<Dim>> propose<Dim>(                                            \
       const Setting<Dim>&, const SearchGrid<Dim>&, std::span<const Vector<Dim>>,               \

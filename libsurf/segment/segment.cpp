@@ -1,152 +1,27 @@
 #include "libsurf/segment/segment.h"
 
-#include <fmt/format.h>
-
-#include <algorithm>
-#include <cmath>
-#include <map>
-
-#include "libsurf/base/error.h"
-#include "libsurf/mesh/from_label_map.h"
-#include "libsurf/mesh/moving_surface.h"
-#include "libsurf/mesh/primitives.h"
-#include "libsurf/mesh/rasterize.h"
-#include "libsurf/mesh/self_intersections.h"
-#include "libsurf/mesh/sheet_guard.h"
-#include "libsurf/segment/energy_assembly.h"
-#include "libsurf/segment/model.h"
 #include "libsurf/segment/surface_setting.h"
 
 namespace surf::segment {
-namespace {
 
-void check_seeds(const volume::Volume& volume, const std::vector<Eigen::Vector3d>& seeds) {
-  for (const Eigen::Vector3d& seed : seeds) {
-    const Eigen::Vector3d index = volume.world_to_index() * seed;
-    for (int axis = 0; axis < 3; ++axis)
-      if (!(index[axis] >= 0 && index[axis] <= volume.size()[axis] - 1))
-        throw UsageError(fmt::format(
-            "--seed: ({:g}, {:g}, {:g}) RAS mm is voxel ({:.1f}, {:.1f}, {:.1f}), outside the "
-            "volume of {} x {} x {} voxels; is it in another space (--space)?",
-            seed[0], seed[1], seed[2], index[0], index[1], index[2], volume.size()[0],
-            volume.size()[1], volume.size()[2]));
-  }
+std::shared_ptr<const Setting<3>> make_setting(const volume::Volume& volume) {
+  return std::make_shared<const SurfaceSetting>(volume);
 }
 
-mesh::SolidFilter solid_filter(const SegmentOptions& options) {
-  const std::vector<Vector<3>>& seeds = options.seeds_mm;
-  mesh::SolidFilter filter = options.solids;
-  filter.seeds_ras_mm.resize(Eigen::Index(seeds.size()), 3);
-  for (std::size_t n = 0; n < seeds.size(); ++n) filter.seeds_ras_mm.row(n) = seeds[n];
-  return filter;
+template <int Dim>
+Result<Dim> segment(std::shared_ptr<const Setting<Dim>> setting, const Options<Dim>& options,
+                    const ProgressOf<Dim>& progress, const std::stop_token& stop) {
+  Segmentation<Dim> segmentation(std::move(setting));
+  const int object = segmentation.add_object();
+  segmentation.set_options(object, options);
+  for (const Vector<Dim>& seed : options.seeds_mm)
+    segmentation.add_click(object, {seed, Side::kInside});
+  return segmentation.evolve(object, progress, stop);
 }
 
-/// One note for each reason: how many, how large, where the largest is.
-void add_notes(const std::vector<mesh::Removal>& removed, std::vector<std::string>& notes) {
-  struct Group {
-    int n = 0;
-    double total = 0;
-    const mesh::Removal* largest = nullptr;
-  };
-  std::map<mesh::Removal::Reason, Group> groups;
-  for (const mesh::Removal& removal : removed) {
-    Group& group = groups[removal.reason];
-    ++group.n;
-    group.total += std::abs(removal.volume_mm3);
-    if (!group.largest || std::abs(removal.volume_mm3) > std::abs(group.largest->volume_mm3))
-      group.largest = &removal;
-  }
-  for (const auto& [reason, group] : groups) {
-    const Eigen::Vector3d& at = group.largest->center_ras_mm;
-    const std::string largest =
-        fmt::format("{:.4g} mm^3 at ({:.4g}, {:.4g}, {:.4g}) RAS mm",
-                    std::abs(group.largest->volume_mm3), at[0], at[1], at[2]);
-    const std::string what =
-        fmt::format("removed: {} {}", group.n, mesh::to_string(reason, group.n));
-    notes.push_back(group.n == 1 ? fmt::format("{} of {}", what, largest)
-                                 : fmt::format("{}, {:.4g} mm^3 in all, the largest of {}", what,
-                                               group.total, largest));
-  }
-}
-
-/// Phantoms go, and what the options rule out. A surface of nothing but phantoms is inverted as a
-/// whole, which the verification has words for.
-void filter_solids(const SegmentOptions& options, SegmentResult& result) {
-  mesh::FilteredSurface filtered = mesh::filtered(result.shape, solid_filter(options));
-  const bool are_phantoms = std::all_of(
-      filtered.removed.begin(), filtered.removed.end(),
-      [](const auto& removal) { return removal.reason == mesh::Removal::Reason::kPhantom; });
-  if (filtered.removed.empty() || (are_phantoms && filtered.surface.elements.rows() == 0)) return;
-  result.shape = std::move(filtered.surface);
-  result.removed = std::move(filtered.removed);
-  add_notes(result.removed, result.notes);
-}
-
-}  // namespace
-
-SurfaceSetting::SurfaceSetting(const volume::Volume& volume, volume::DerivativeFilter filter)
-    : volume_(volume), filter_(filter), extent_(extent_of(volume)) {}
-
-std::unique_ptr<EnergyModel<3>> SurfaceSetting::make_model(
-    const volume::SmoothingOptions& smoothing) const {
-  return std::make_unique<ImageModel>(volume_, smoothing, filter_);
-}
-
-std::unique_ptr<mesh::MovingMesh<3>> SurfaceSetting::make_shape(
-    const Triangles& start, const mesh::MovingShapeOptions<3>& options) const {
-  mesh::MovingShapeOptions<3> in_volume = options;
-  in_volume.box = extent_;
-  return std::make_unique<mesh::MovingSurface>(start, in_volume);
-}
-
-Triangles SurfaceSetting::ball(const Vector<3>& center, double radius, double edge_length) const {
-  return mesh::ball(center, radius, edge_length);
-}
-
-Triangles SurfaceSetting::joined(const std::vector<Triangles>& parts) const {
-  return mesh::joined(parts);
-}
-
-Triangles SurfaceSetting::flipped(const Triangles& shape) const { return mesh::flipped(shape); }
-
-std::vector<std::uint8_t> SurfaceSetting::rasterized(const Triangles& shape,
-                                                     const std::array<int, 3>& size,
-                                                     const Eigen::Affine3d& index_to_world) const {
-  return mesh::rasterize(shape, size, index_to_world);
-}
-
-Triangles SurfaceSetting::shape_of_level(std::span<const float> values,
-                                         const std::array<int, 3>& size,
-                                         const Eigen::Affine3d& index_to_world,
-                                         double level) const {
-  return mesh::surface_of_level({size, index_to_world, values}, level);
-}
-
-bool SurfaceSetting::is_embedded(const Triangles& shape) const {
-  return mesh::self_intersections(shape).empty();
-}
-
-Triangles SurfaceSetting::moved(const Triangles& shape, const Points<3>& to) const {
-  Triangles out{to, shape.elements};
-  mesh::hold_intersecting(shape.points, out.points, out.elements);
-  return out;
-}
-
-std::string SegmentOptions::error() const {
-  if (std::string error = RunOptions<3>::error(); !error.empty()) return error;
-  return solid_filter(*this).error();
-}
-
-SegmentResult segment(const volume::Volume& volume, const SegmentOptions& options,
-                      const Progress& progress) {
-  if (const std::string error = options.error(); !error.empty()) throw UsageError(error);
-  check_terms<3>(options.energies);
-  check_seeds(volume, options.seeds_mm);
-  SegmentResult result;
-  static_cast<RunResult<3>&>(result) =
-      run<3>(SurfaceSetting(volume, options.derivative_filter), options, progress);
-  filter_solids(options, result);
-  return result;
-}
+template Result<2> segment<2>(std::shared_ptr<const Setting<2>>, const Options<2>&,
+                              const ProgressOf<2>&, const std::stop_token&);
+template Result<3> segment<3>(std::shared_ptr<const Setting<3>>, const Options<3>&,
+                              const ProgressOf<3>&, const std::stop_token&);
 
 }  // namespace surf::segment

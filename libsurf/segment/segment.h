@@ -1,33 +1,27 @@
-// From a volume and seeds to a surface.
+// From a volume and seeds to a surface: the short way upon a Segmentation.
 #pragma once
 
-#include <string>
-#include <vector>
-
-#include "libsurf/mesh/hierarchy.h"
-#include "libsurf/segment/run.h"
+#include "libsurf/segment/segmentation.h"
 #include "libsurf/volume/volume.h"
 
 namespace surf::segment {
 
-struct SegmentOptions : RunOptions<3> {
-  /// What stays of the final surface; `solids.seeds_ras_mm` is ignored, the seeds count.
-  mesh::SolidFilter solids;
+using SegmentOptions = Options<3>;
+using SegmentResult = Result<3>;
 
-  std::string error() const;  ///< empty if valid
-};
+/// Surfaces in a volume. The volume is shared, not copied.
+std::shared_ptr<const Setting<3>> make_setting(const volume::Volume& volume);
 
-using Candidate = CandidateOf<3>;
+/// One object, from the seeds of the options or its initial shape.
+/// @throws UsageError  options.error() is not empty, there is neither a seed nor an initial shape, a
+///                     seed lies outside the image, an energy or one of its parameters is unknown
+template <int Dim>
+Result<Dim> segment(std::shared_ptr<const Setting<Dim>> setting, const Options<Dim>& options,
+                    const ProgressOf<Dim>& progress = {}, const std::stop_token& stop = {});
 
-struct SegmentResult : RunResult<3> {
-  std::vector<mesh::Removal> removed;  ///< of the final surface, see SegmentOptions::solids
-};
-
-using Progress = ProgressOf<3>;
-
-/// @throws UsageError  options.error() is not empty, a seed lies outside the volume, an energy
-///                     or one of its parameters is unknown
-SegmentResult segment(const volume::Volume& volume, const SegmentOptions& options,
-                      const Progress& progress = {});
+inline SegmentResult segment(const volume::Volume& volume, const SegmentOptions& options,
+                             const ProgressOf<3>& progress = {}, const std::stop_token& stop = {}) {
+  return segment<3>(make_setting(volume), options, progress, stop);
+}
 
 }  // namespace surf::segment

@@ -1,18 +1,17 @@
 // Surfaces in a volume; private to segment/*.cpp and its tests.
 #pragma once
 
-#include "libsurf/segment/run.h"
+#include "libsurf/segment/setting.h"
 #include "libsurf/volume/volume.h"
 
 namespace surf::segment {
 
 class SurfaceSetting : public Setting<3> {
  public:
-  SurfaceSetting(const volume::Volume& volume, volume::DerivativeFilter filter);
+  explicit SurfaceSetting(const volume::Volume& volume);
 
   const ImageExtent<3>& extent() const override { return extent_; }
-  std::unique_ptr<EnergyModel<3>> make_model(
-      const volume::SmoothingOptions& smoothing) const override;
+  std::unique_ptr<EnergyModel<3>> make_model(const FieldOptions& options) const override;
   std::unique_ptr<mesh::MovingMesh<3>> make_shape(
       const Triangles& start, const mesh::MovingShapeOptions<3>& options) const override;
   Triangles ball(const Vector<3>& center, double radius, double edge_length) const override;
@@ -24,11 +23,15 @@ class SurfaceSetting : public Setting<3> {
                            const Eigen::Affine3d& index_to_world, double level) const override;
   bool is_embedded(const Triangles& shape) const override;
   Triangles moved(const Triangles& shape, const Points<3>& to) const override;
+  Filtered<3> filtered(const Triangles& shape, const ComponentOptions& options,
+                       const std::vector<Vector<3>>& seeds_mm) const override;
+  Measures<3> measures(const Triangles& shape) const override;
+  Triangles rounded_to_file(const Triangles& shape, const std::string& extension) const override;
+  std::string content_hash() const override;
   const char* noun() const override { return "surface"; }
 
  private:
   volume::Volume volume_;
-  volume::DerivativeFilter filter_;
   ImageExtent<3> extent_;
 };
 

@@ -15,6 +15,12 @@ enum class DerivativeFilter {
   kScharr    ///< 3/16, 10/16, 3/16: Scharr's filter, closer to rotation invariance
 };
 
+/// Values between the pixels of an image. Volumes have splines only.
+enum class Interpolation {
+  kSpline,  ///< C^2 cubic B-spline approximant, a blur of variance 1/3 pixel^2 (TiledField)
+  kLinear   ///< bilinear, as the thesis 5.1.2: gradients jump at pixel borders, no second ones
+};
+
 struct SmoothingOptions {
   /// Standard deviation of the Gaussian [mm]; 0 = none. Truncated at 3 sigma and normalised.
   /// The fields' grid has its nodes at every n-th voxel, n <= 4, along an axis where sigma is at
@@ -29,7 +35,17 @@ struct SmoothingOptions {
   double selective_sigma_mm = 0;
   double selective_threshold = 0;  ///< in the volume's intensity unit
 
+  bool operator==(const SmoothingOptions&) const = default;
   std::string error() const;  ///< empty if valid
+};
+
+/// How an image or a volume becomes a field.
+struct FieldOptions {
+  SmoothingOptions smoothing = {};
+  DerivativeFilter filter = DerivativeFilter::kBSpline;
+  Interpolation interpolation = Interpolation::kSpline;
+
+  bool operator==(const FieldOptions&) const = default;
 };
 
 /// Smoothed intensities of a volume as a C^2 field, computed on demand.

@@ -1,19 +1,18 @@
-// Curves in an image; private to libcurve/segment/segment.cpp and its tests.
+// Curves in an image; private to libcurve/segment/*.cpp and its tests.
 #pragma once
 
-#include "libcurve/image/image_fields.h"
-#include "libsurf/segment/run.h"
+#include "libcurve/image/image.h"
+#include "libsurf/segment/setting.h"
 
 namespace surf::curve {
 
 class CurveSetting : public segment::Setting<2> {
  public:
-  /// @param options  but for its smoothing
-  CurveSetting(const Image& image, const FieldOptions& options);
+  explicit CurveSetting(const Image& image);
 
   const segment::ImageExtent<2>& extent() const override { return extent_; }
   std::unique_ptr<segment::EnergyModel<2>> make_model(
-      const volume::SmoothingOptions& smoothing) const override;
+      const volume::FieldOptions& options) const override;
   std::unique_ptr<mesh::MovingMesh<2>> make_shape(
       const Segments& start, const mesh::MovingShapeOptions<2>& options) const override;
   Segments ball(const Vector<2>& center, double radius, double edge_length) const override;
@@ -25,11 +24,15 @@ class CurveSetting : public segment::Setting<2> {
                           const Eigen::Affine2d& index_to_world, double level) const override;
   bool is_embedded(const Segments& shape) const override;
   Segments moved(const Segments& shape, const Points<2>& to) const override;
+  segment::Filtered<2> filtered(const Segments& shape, const segment::ComponentOptions& options,
+                                const std::vector<Vector<2>>& seeds_mm) const override;
+  segment::Measures<2> measures(const Segments& shape) const override;
+  Segments rounded_to_file(const Segments& shape, const std::string& extension) const override;
+  std::string content_hash() const override;
   const char* noun() const override { return "curve"; }
 
  private:
   Image image_;
-  FieldOptions options_;
   segment::ImageExtent<2> extent_;
 };
 

@@ -1,0 +1,139 @@
+#include "libcurve/segment/detail/curve_setting.h"
+
+#include "libcurve/mesh/from_level.h"
+#include "libcurve/mesh/hierarchy.h"
+#include "libcurve/mesh/intersections.h"
+#include "libcurve/mesh/moving_curve.h"
+#include "libcurve/mesh/primitives.h"
+#include "libcurve/mesh/rasterize.h"
+#include "libcurve/mesh/verify.h"
+#include "libcurve/segment/detail/image_model.h"
+#include "libcurve/segment/region_filter.h"
+#include "libsurf/base/content_hash.h"
+
+namespace surf::curve {
+
+CurveSetting::CurveSetting(const Image& image)
+    : image_(image),
+      extent_{image.size(), image.pixel_to_plane(), image.plane_to_pixel(), image.range()} {}
+
+std::unique_ptr<segment::EnergyModel<2>> CurveSetting::make_model(
+    const volume::FieldOptions& options) const {
+  return std::make_unique<ImageModel>(image_, extent_, options);
+}
+
+std::unique_ptr<mesh::MovingMesh<2>> CurveSetting::make_shape(
+    const Segments& start, const mesh::MovingShapeOptions<2>& options) const {
+  mesh::MovingShapeOptions<2> in_image = options;
+  in_image.box = extent_;
+  return std::make_unique<MovingCurve>(start, in_image);
+}
+
+Segments CurveSetting::ball(const Vector<2>& center, double radius, double edge_length) const {
+  return circle(center, radius, edge_length);
+}
+
+Segments CurveSetting::joined(const std::vector<Segments>& parts) const {
+  return curve::joined(parts);
+}
+
+Segments CurveSetting::flipped(const Segments& shape) const { return curve::flipped(shape); }
+
+std::vector<std::uint8_t> CurveSetting::rasterized(const Segments& shape,
+                                                   const std::array<int, 2>& size,
+                                                   const Eigen::Affine2d& index_to_world) const {
+  return rasterize(shape, size, index_to_world);
+}
+
+Segments CurveSetting::shape_of_level(std::span<const float> values,
+                                      const std::array<int, 2>& size,
+                                      const Eigen::Affine2d& index_to_world, double level) const {
+  return curve_of_level(values, size, index_to_world, level);
+}
+
+bool CurveSetting::is_embedded(const Segments& shape) const {
+  return intersections(shape.points, shape.elements).empty();
+}
+
+/// Nodes of elements that would intersect stay where they are, until none does.
+Segments CurveSetting::moved(const Segments& shape, const Points<2>& to) const {
+  Segments out{to, shape.elements};
+  for (auto point : out.points.rowwise()) point = extent_.clamped(point.transpose()).transpose();
+  while (true) {
+    const auto pairs = intersections(out.points, out.elements);
+    bool has_changed = false;
+    for (const auto& [a, b] : pairs)
+      for (const int element : {a, b})
+        for (const int node : {out.elements(element, 0), out.elements(element, 1)}) {
+          has_changed |= out.points.row(node) != shape.points.row(node);
+          out.points.row(node) = shape.points.row(node);
+        }
+    if (!has_changed) return out;
+  }
+}
+
+segment::Filtered<2> CurveSetting::filtered(const Segments& shape,
+                                            const segment::ComponentOptions& options,
+                                            const std::vector<Vector<2>>& seeds_mm) const {
+  if (shape.elements.rows() == 0) return {shape, {}};
+  int n_removed = 0;
+  Segments rest = curve::filtered(
+      shape, {options.fill_cavities, options.min_content, options.keep, seeds_mm}, n_removed);
+  if (n_removed == 0) return {shape, {}};
+  const auto enclosed = [](const Segments& curves) {
+    return fem::Geometry<2>(curves.points, curves.elements).enclosed();
+  };
+  const double left = rest.elements.rows() > 0 ? enclosed(rest) : 0;
+  segment::Removed<2> removed;
+  removed.what = "curve that the options rule out";
+  removed.n_parts = n_removed;
+  removed.content = enclosed(shape) - left;
+  removed.center_mm = shape.points.colwise().mean().transpose();
+  return {std::move(rest), {removed}};
+}
+
+segment::Measures<2> CurveSetting::measures(const Segments& shape) const {
+  const Verification check = verify(shape);
+  segment::Measures<2> out;
+  out.passed = check.passed();
+  out.verdict = check.message();
+  out.closed = check.closed;
+  out.manifold = check.simple;
+  out.outward = check.alternating;
+  out.n_components = check.n_components;
+  out.n_self_intersections = check.n_intersections;
+  out.n_degenerate = check.n_degenerate;
+  out.n_vertices = shape.points.rows();
+  out.n_elements = shape.elements.rows();
+  if (!out.passed) return out;
+  const CurveHierarchy hierarchy = curve_hierarchy(shape);
+  const auto part_of = [&](int n) {
+    const Component& component = hierarchy.components[n];
+    return segment::Part<2>{std::abs(component.area_mm2), component.length_mm, 0,
+                            component.centre};
+  };
+  for (const Region& region : regions(hierarchy)) {
+    out.components.push_back({part_of(region.outer), {}});
+    for (const int hole : region.holes) out.components.back().cavities.push_back(part_of(hole));
+    out.content += region.area_mm2;
+    out.measure += region.length_mm;
+    out.centroid_mm += region.length_mm * hierarchy.components[region.outer].centre;
+  }
+  out.centroid_mm /= out.measure;
+  return out;
+}
+
+/// Contour files hold doubles.
+Segments CurveSetting::rounded_to_file(const Segments& shape, const std::string&) const {
+  return shape;
+}
+
+std::string CurveSetting::content_hash() const {
+  ContentHash hash;
+  hash.add(image_.size());
+  hash.add(image_.pixel_to_plane().matrix());
+  hash.add(image_.values());
+  return hash.digits();
+}
+
+}  // namespace surf::curve

@@ -1,0 +1,30 @@
+// A fingerprint of an image's content.
+#pragma once
+
+#include <memory>
+#include <span>
+#include <string>
+
+#include <Eigen/Core>
+
+namespace surf {
+
+/// SHA-1 (by Boost) of the bytes of numbers, in the order in which they are added: tells images
+/// apart, and is no safeguard against somebody who wants two alike.
+class ContentHash {
+ public:
+  ContentHash();
+  ~ContentHash();
+
+  void add(std::span<const float> values);
+  void add(std::span<const int> values);
+  void add(const Eigen::Ref<const Eigen::MatrixXd>& matrix);
+  /// 40 hexadecimal digits of what has been added so far.
+  std::string digits() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace surf

@@ -1,0 +1,46 @@
+// What may be done to an object: the entries of its history and of a recipe.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <variant>
+
+#include "libsurf/segment/click.h"
+#include "libsurf/segment/options.h"
+
+namespace surf::segment {
+
+using Colour = std::array<std::uint8_t, 3>;  ///< red, green, blue
+
+template <int Dim>
+struct AddClick {
+  Click<Dim> click;
+};
+struct TakeBackClick {
+  std::size_t index;  ///< of the clicks, in their order
+};
+template <int Dim>
+struct SetOptions {
+  Options<Dim> options;
+};
+struct Propose {};
+struct Choose {
+  std::size_t proposal;
+};
+struct Evolve {
+  /// The call of the progress that asked it to stop, from 1: repeated there. None = to its end.
+  std::optional<int> stopped_at = {};
+};
+struct Rename {
+  std::string name;
+};
+struct Recolour {
+  Colour colour;
+};
+
+template <int Dim>
+using Action = std::variant<AddClick<Dim>, TakeBackClick, SetOptions<Dim>, Propose, Choose, Evolve,
+                            Rename, Recolour>;
+
+}  // namespace surf::segment

@@ -1,0 +1,203 @@
+#include "libsurf/segment/detail/options_json.h"
+
+#include <fmt/format.h>
+
+#include <set>
+
+#include "libsurf/base/error.h"
+
+namespace surf::segment {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+/// The names of an enum's values, for those fields that are one.
+template <class Enum>
+struct Names;
+template <>
+struct Names<volume::DerivativeFilter> {
+  static constexpr std::array kAll = {"bspline", "scharr"};
+};
+template <>
+struct Names<volume::Interpolation> {
+  static constexpr std::array kAll = {"spline", "linear"};
+};
+template <>
+struct Names<mesh::Topology> {
+  static constexpr std::array kAll = {"free", "fixed", "genus0"};
+};
+template <>
+struct Names<mesh::Keep> {
+  static constexpr std::array kAll = {"all", "largest", "seeded"};
+};
+template <>
+struct Names<flow::Method> {
+  static constexpr std::array kAll = {"gradient-flow", "newton", "lbfgs"};
+};
+template <>
+struct Names<flow::ScalarProduct> {
+  static constexpr std::array kAll = {"l2", "h1", "h-1"};
+};
+template <>
+struct Names<flow::Scheme> {
+  static constexpr std::array kAll = {"explicit", "semi-implicit"};
+};
+template <>
+struct Names<flow::StepRule> {
+  static constexpr std::array kAll = {"backtracking", "line-search", "fixed"};
+};
+
+/// Calls visit(name, field) for each field but the points and the initial shape.
+template <class OptionsType, class Visit>
+void for_each_field(OptionsType& o, const Visit& visit) {
+  visit("seed_radius_mm", o.seed_radius_mm);
+  visit("energies", o.energies);
+  visit("sigma_mm", o.sigma_mm);
+  visit("selective_sigma_mm", o.selective_sigma_mm);
+  visit("selective_threshold", o.selective_threshold);
+  visit("derivative_filter", o.derivative_filter);
+  visit("interpolation", o.interpolation);
+  visit("edge_length_mm", o.edge_length_mm);
+  visit("coarseness", o.coarseness);
+  visit("geometry_tolerance_mm", o.geometry_tolerance_mm);
+  visit("integral_tolerance", o.integral_tolerance);
+  visit("topology", o.topology);
+  visit("topology_resolution_mm", o.topology_resolution_mm);
+  visit("sheet_distance_mm", o.sheet_distance_mm);
+  visit("open_cavities", o.open_cavities);
+  visit("n_levels", o.n_levels);
+  visit("n_coarse_steps", o.n_coarse_steps);
+  visit("settle", o.settle);
+  visit("components.fill_cavities", o.components.fill_cavities);
+  visit("components.min_content", o.components.min_content);
+  visit("components.keep", o.components.keep);
+  auto& flow = o.flow;
+  visit("flow.method", flow.method);
+  visit("flow.velocity.product", flow.velocity.product);
+  visit("flow.velocity.scheme", flow.velocity.scheme);
+  visit("flow.velocity.beta_floor", flow.velocity.beta_floor);
+  visit("flow.velocity.solver_tolerance", flow.velocity.solver_tolerance);
+  visit("flow.velocity.keeps_content", flow.velocity.keeps_content);
+  visit("flow.step.rule", flow.step.rule);
+  visit("flow.step.alpha", flow.step.alpha);
+  visit("flow.step.beta", flow.step.beta);
+  visit("flow.step.epsilon_tau", flow.step.epsilon_tau);
+  visit("flow.step.exempt_share", flow.step.exempt_share);
+  visit("flow.step.max_trials", flow.step.max_trials);
+  visit("flow.step.tau", flow.step.tau);
+  visit("flow.keep_content", flow.keep_content);
+  visit("flow.content", flow.content);
+  visit("flow.max_steps", flow.max_steps);
+  visit("flow.rel_tol", flow.rel_tol);
+  visit("flow.energy_tol", flow.energy_tol);
+  visit("flow.energy_window", flow.energy_window);
+  visit("flow.energy_share_on_the_way", flow.energy_share_on_the_way);
+  visit("flow.displacement_tol_mm", flow.displacement_tol_mm);
+}
+
+template <class T>
+Json value_to_json(const T& value) {
+  if constexpr (std::is_enum_v<T>) return Names<T>::kAll.at(std::size_t(value));
+  else return value;
+}
+Json value_to_json(const std::optional<double>& value) { return value ? Json(*value) : Json(); }
+Json value_to_json(const std::vector<EnergyTerm>& terms) {
+  Json out = Json::array();
+  for (const EnergyTerm& term : terms) out.push_back(to_string(term));
+  return out;
+}
+
+template <class T>
+void value_from_json(const Json& json, T& value) {
+  if constexpr (std::is_enum_v<T>) {
+    const auto& names = Names<T>::kAll;
+    const auto at = std::find(names.begin(), names.end(), json.get<std::string>());
+    if (at == names.end())
+      throw InputError(fmt::format("'{}' is none of its values", json.get<std::string>()));
+    value = T(at - names.begin());
+  } else {
+    value = json.get<T>();
+  }
+}
+void value_from_json(const Json& json, std::optional<double>& value) {
+  value = json.is_null() ? std::nullopt : std::optional<double>(json.get<double>());
+}
+void value_from_json(const Json& json, std::vector<EnergyTerm>& terms) {
+  terms.clear();
+  for (const Json& text : json) terms.push_back(parse_term(text.get<std::string>()));
+}
+
+}  // namespace
+
+template <int Dim>
+Json to_json(const Options<Dim>& options) {
+  std::map<std::string, Json> defaults;
+  const Options<Dim> standard;
+  for_each_field(standard, [&](const std::string& name, const auto& field) {
+    defaults[name] = value_to_json(field);
+  });
+  Json out = Json::object();
+  for_each_field(options, [&](const std::string& name, const auto& field) {
+    Json value = value_to_json(field);
+    if (value != defaults[name]) out[name] = std::move(value);
+  });
+  if (options.initial) out["initial"] = shape_to_json<Dim>(*options.initial);
+  return out;
+}
+
+template <int Dim>
+Options<Dim> options_from_json(const Json& json) {
+  Options<Dim> out;
+  std::set<std::string> known = {"initial"};
+  for_each_field(out, [&](const std::string& name, auto& field) {
+    known.insert(name);
+    if (!json.contains(name)) return;
+    try {
+      value_from_json(json[name], field);
+    } catch (const std::exception& error) {
+      throw InputError(fmt::format("options: {}: {}", name, error.what()));
+    }
+  });
+  for (const auto& [name, value] : json.items())
+    if (!known.contains(name)) throw InputError(fmt::format("options: '{}' is unknown", name));
+  if (json.contains("initial")) out.initial = shape_from_json<Dim>(json["initial"]);
+  return out;
+}
+
+template <int Dim>
+Json shape_to_json(const Simplices<Dim>& shape) {
+  Json points = Json::array(), elements = Json::array();
+  for (Eigen::Index i = 0; i < shape.points.size(); ++i) points.push_back(shape.points.data()[i]);
+  for (Eigen::Index i = 0; i < shape.elements.size(); ++i)
+    elements.push_back(shape.elements.data()[i]);
+  return {{"points", points}, {"elements", elements}};
+}
+
+template <int Dim>
+Simplices<Dim> shape_from_json(const Json& json) {
+  const auto points = json.at("points").get<std::vector<double>>();
+  const auto elements = json.at("elements").get<std::vector<int>>();
+  if (points.size() % Dim != 0 || elements.size() % Dim != 0)
+    throw InputError(fmt::format("initial: {} numbers of points and {} of elements are no rows of {}",
+                                 points.size(), elements.size(), Dim));
+  Simplices<Dim> out;
+  out.points = Eigen::Map<const Points<Dim>>(points.data(), Eigen::Index(points.size() / Dim), Dim);
+  out.elements =
+      Eigen::Map<const Elements<Dim>>(elements.data(), Eigen::Index(elements.size() / Dim), Dim);
+  for (const int vertex : elements)
+    if (vertex < 0 || vertex >= out.points.rows())
+      throw InputError(fmt::format("initial: an element names point {}; there are {}", vertex,
+                                   out.points.rows()));
+  return out;
+}
+
+template Json to_json<2>(const Options<2>&);
+template Json to_json<3>(const Options<3>&);
+template Options<2> options_from_json<2>(const Json&);
+template Options<3> options_from_json<3>(const Json&);
+template Json shape_to_json<2>(const Segments&);
+template Json shape_to_json<3>(const Triangles&);
+template Segments shape_from_json<2>(const Json&);
+template Triangles shape_from_json<3>(const Json&);
+
+}  // namespace surf::segment

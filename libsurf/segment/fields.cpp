@@ -1,0 +1,54 @@
+#include "libsurf/segment/fields.h"
+
+#include "libsurf/segment/proposal.h"
+
+namespace surf::segment {
+
+template <int Dim>
+Fields<Dim>::Fields(std::shared_ptr<const Setting<Dim>> setting, std::size_t max_bytes)
+    : setting_(std::move(setting)), max_bytes_(max_bytes) {}
+
+template <int Dim>
+std::shared_ptr<EnergyModel<Dim>> Fields<Dim>::model(const FieldOptions& options) {
+  for (auto entry = models_.begin(); entry != models_.end(); ++entry) {
+    if (entry->options != options) continue;
+    models_.splice(models_.begin(), models_, entry);
+    return entry->model;
+  }
+  shrink();
+  models_.push_front({options, setting_->make_model(options)});
+  return models_.front().model;
+}
+
+template <int Dim>
+const SearchGrid<Dim>& Fields<Dim>::search_grid(const FieldOptions& options,
+                                                std::optional<double> sigma_mm) {
+  if (search_ && search_->options == options && search_->sigma_mm == sigma_mm)
+    return search_->grid;
+  search_.reset();
+  shrink();
+  search_.emplace(
+      SearchEntry{options, sigma_mm, segment::search_grid<Dim>(*setting_, options, sigma_mm)});
+  return search_->grid;
+}
+
+template <int Dim>
+std::size_t Fields<Dim>::memory_bytes() const {
+  std::size_t out = search_ ? search_->grid.memory_bytes() : 0;
+  for (const Entry& entry : models_) out += entry.model->memory_bytes();
+  return out;
+}
+
+template <int Dim>
+void Fields<Dim>::shrink() {
+  for (auto entry = models_.end(); entry != models_.begin() && memory_bytes() > max_bytes_;) {
+    --entry;
+    if (entry->model.use_count() == 1) entry = models_.erase(entry);
+  }
+  if (memory_bytes() > max_bytes_) search_.reset();
+}
+
+template class Fields<2>;
+template class Fields<3>;
+
+}  // namespace surf::segment

@@ -1,0 +1,48 @@
+#include "libsurf/segment/finish.h"
+
+#include <fmt/format.h>
+
+#include "libsurf/base/error.h"
+
+namespace surf::segment {
+namespace {
+
+/// What was looked for and what to try.
+template <int Dim>
+std::string no_object(const Result<Dim>& result) {
+  if (result.outcome == Outcome::kVanished)
+    return fmt::format(
+        "the object vanished: {}; start from a larger shape, or give the length or area of the "
+        "boundary less weight",
+        result.message);
+  return fmt::format(
+      "no object stands out round the clicks: {}; click in the middle of the object, or say what "
+      "it is by --energy",
+      result.message);
+}
+
+}  // namespace
+
+template <int Dim>
+Finished<Dim> finish(const Setting<Dim>& setting, const Result<Dim>& result,
+                     const std::string& extension) {
+  if (!has_shape(result.outcome)) throw NoObject(no_object(result));
+  if (result.shape.elements.rows() == 0 && result.outcome == Outcome::kStopped)
+    throw NoObject("interrupted before there was a first shape");
+  if (result.shape.elements.rows() == 0 && !result.removed.empty())
+    throw InvalidMesh("the components that are asked for leave nothing; " + result.notes.back());
+  Finished<Dim> out;
+  out.shape = setting.rounded_to_file(result.shape, extension);
+  out.measures = setting.measures(out.shape);
+  if (!out.measures.passed) throw InvalidMesh(out.measures.verdict);
+  return out;
+}
+
+void write(const std::string& path, const Finished<3>& surface, const io::WriteOptions& options) {
+  io::write_surface(path, surface.shape, options);
+}
+
+template Finished<2> finish<2>(const Setting<2>&, const Result<2>&, const std::string&);
+template Finished<3> finish<3>(const Setting<3>&, const Result<3>&, const std::string&);
+
+}  // namespace surf::segment

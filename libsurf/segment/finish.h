@@ -1,0 +1,36 @@
+// The last step before a file: rounded, checked, measured, told about.
+#pragma once
+
+#include <string>
+
+#include "libsurf/io/write_surface.h"
+#include "libsurf/segment/result.h"
+
+namespace surf::segment {
+
+/// A shape exactly as a file will hold it.
+template <int Dim>
+struct Finished {
+  Simplices<Dim> shape;
+  Measures<Dim> measures;  ///< of that shape
+};
+
+/// Rounds the result to the numbers of a file of this kind (".stl", ...; "" = not at all), and makes
+/// the final check on what came out.
+/// @throws NoObject     the result has no shape: nothing was found, or it vanished
+/// @throws InvalidMesh  the shape fails a guarantee, or the options left nothing of it
+template <int Dim>
+Finished<Dim> finish(const Setting<Dim>& setting, const Result<Dim>& result,
+                     const std::string& extension);
+
+/// io::write_surface(), for results only: what was not finished cannot be written by mistake.
+void write(const std::string& path, const Finished<3>& surface, const io::WriteOptions& options);
+
+/// What happened, as JSON text: outcome, measures, components, what was removed, events, notes, what
+/// was chosen, proposals, stages (docs/file-formats.md). The energies and lengths under `chosen` give
+/// the same bytes again from the same start.
+/// @param measures  null if there is no shape
+template <int Dim>
+std::string summary_json(const Result<Dim>& result, const Measures<Dim>* measures);
+
+}  // namespace surf::segment

@@ -1,0 +1,227 @@
+#include "libsurf/segment/local_means.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+
+#include "libsurf/base/error.h"
+#include "libsurf/segment/node_field.h"
+#include "libsurf/volume/distance_transform.h"
+
+namespace surf::segment {
+namespace {
+
+constexpr double kMostNodes = 3e6;
+constexpr double kMeansPerReach = 4.0 / 3;  // deviation of the Gaussian of the local means
+constexpr double kClear = 2;                // deviations of the edge: what is nearer is a mixture
+constexpr double kLeastShare = 1e-4;        // of a mean over all, where nothing of a side is near
+static double env(const char* n, double v) { const char* t = std::getenv(n); return t ? std::atof(t) : v; }
+const double kHold = env("HOLD", 0.75), kSure = env("SURE", 4);
+const int kTrimmings = int(env("TRIM", 0));
+constexpr double kPull = 1.5;  // f of a shape at the reach: more than intensities have
+
+/// The nodes round a start.
+template <int Dim>
+NodeGrid<Dim> grid_round(const ImageExtent<Dim>& extent, const Simplices<Dim>& start,
+                         double margin_mm, double least_spacing_mm) {
+  Vector<Dim> low = Vector<Dim>::Constant(1e30), high = -low, spacing;
+  for (const auto point : start.points.rowwise()) {
+    const Vector<Dim> index = extent.world_to_index * Vector<Dim>(point.transpose());
+    low = low.cwiseMin(index);
+    high = high.cwiseMax(index);
+  }
+  double content = 1;
+  for (int axis = 0; axis < Dim; ++axis) {
+    spacing[axis] = extent.index_to_world.linear().col(axis).norm();
+    low[axis] = std::max(low[axis] - margin_mm / spacing[axis], 0.0);
+    high[axis] = std::min(high[axis] + margin_mm / spacing[axis], extent.size[axis] - 1.0);
+    content *= std::max(high[axis] - low[axis], 1.0) * spacing[axis];
+  }
+  const double node_mm = std::max({extent.cell_mm(), least_spacing_mm,
+                                   std::pow(content / kMostNodes, 1.0 / Dim)});
+  NodeGrid<Dim> grid;
+  Vector<Dim> step;
+  for (int axis = 0; axis < Dim; ++axis) {
+    const double width = std::max(high[axis] - low[axis], 0.0);
+    const int n_steps = std::max(1, int(std::ceil(width * spacing[axis] / node_mm - 1e-6)));
+    step[axis] = width > 0 ? width / n_steps : 1;
+    grid.size[axis] = n_steps + 1;
+  }
+  grid.node_to_world = extent.index_to_world *
+                       Eigen::Translation<double, Dim>(low) * Eigen::Scaling(step);
+  return grid;
+}
+
+/// Distances [nodes] to the boundary of the flagged ones, half a node beyond the last.
+std::vector<float> depths(const std::array<int, 3>& size, const std::vector<std::uint8_t>& flags) {
+  std::vector<std::uint8_t> others(flags.size());
+  std::transform(flags.begin(), flags.end(), others.begin(),
+                 [](std::uint8_t flag) { return std::uint8_t(!flag); });
+  std::vector<float> out = volume::squared_distances(size, others);
+  for (std::size_t at = 0; at < out.size(); ++at)
+    out[at] = flags[at] ? std::min(std::sqrt(out[at]), 1e6f) - 0.5f : 0.f;
+  return out;
+}
+
+/// The means of the values over the nodes, weighted, under a Gaussian.
+std::vector<float> local_means_of(const std::array<int, 3>& size, const std::vector<float>& values,
+                                  std::vector<float> weights, double deviation) {
+  double sum = 0, total = 0;
+  std::vector<float> weighted(values.size());
+  for (std::size_t at = 0; at < values.size(); ++at) {
+    weighted[at] = weights[at] * values[at];
+    sum += weighted[at];
+    total += weights[at];
+  }
+  const double mean = sum / std::max(total, 1e-300);
+  blur(size, deviation, weighted);
+  blur(size, deviation, weights);
+  for (std::size_t at = 0; at < values.size(); ++at)
+    weighted[at] = float((weighted[at] + kLeastShare * mean) / (weights[at] + kLeastShare));
+  return weighted;
+}
+
+std::vector<std::uint8_t> others(const std::vector<std::uint8_t>& flags) {
+  std::vector<std::uint8_t> out(flags.size());
+  std::transform(flags.begin(), flags.end(), out.begin(),
+                 [](std::uint8_t flag) { return std::uint8_t(!flag); });
+  return out;
+}
+
+/// [nodes], negative inside, without the stairs.
+std::vector<float> signed_distances(const std::array<int, 3>& size,
+                                    const std::vector<std::uint8_t>& inside) {
+  std::vector<float> out = depths(size, others(inside));
+  const std::vector<float> inner = depths(size, inside);
+  for (std::size_t at = 0; at < out.size(); ++at) out[at] -= inner[at];
+  blur(size, 1, out);
+  return out;
+}
+
+struct Intensities {
+  std::array<int, 3> size;
+  std::vector<float> values;
+};
+
+/// The local means inside and outside.
+/// @param clear, deviation  [nodes]
+std::array<std::vector<float>, 2> means_of_sides(const Intensities& I,
+                                                 const std::vector<std::uint8_t>& inside,
+                                                 double clear, double deviation) {
+  if (std::none_of(inside.begin(), inside.end(), [](std::uint8_t flag) { return flag; }))
+    throw UsageError("local-means: the start is too thin to hold a cell of the image");
+  std::array<std::vector<float>, 2> weights = {depths(I.size, inside),
+                                               depths(I.size, others(inside))};
+  for (std::vector<float>& side : weights)
+    for (float& depth : side)
+      depth = depth > 0 ? float(std::pow(std::min(1.0, depth / clear), 4)) : 0.f;
+  std::array<std::vector<float>, 2> means;
+  for (int round = 0; round <= kTrimmings; ++round) {
+    std::array<std::vector<float>, 2> kept = weights;
+    for (std::size_t at = 0; round > 0 && at < I.values.size(); ++at) {
+      const double c = double(means[0][at]) - means[1][at];
+      const double e = (2.0 * I.values[at] - means[0][at] - means[1][at]) * c;
+      if (e != 0) kept[e < 0 ? 0 : 1][at] = 0;
+    }
+    for (int side = 0; side < 2; ++side)
+      means[side] = local_means_of(I.size, I.values, std::move(kept[side]), deviation);
+  }
+  return means;
+}
+
+/// f and its derivatives by the chain rule from those of I, m_1, m_2 and d.
+template <int Dim>
+class LocalMeansField : public Field<Dim> {
+ public:
+  LocalMeansField(std::shared_ptr<const Field<Dim>> I, NodeField<Dim> inside,
+                  NodeField<Dim> outside, NodeField<Dim> distance, double reach_mm, double noise)
+      : I_(std::move(I)),
+        inside_(std::move(inside)),
+        outside_(std::move(outside)),
+        distance_(std::move(distance)),
+        reach_(reach_mm),
+        least_(4 * noise * noise),
+        unsure_(kSure * kSure * noise * noise) {}
+
+  void sample(const Points<Dim>& x, Derivatives order, Samples<Dim>& out) const override {
+    Samples<Dim> a, b, d;
+    I_->sample(x, order, out);
+    inside_.sample(x, order, a);
+    outside_.sample(x, order, b);
+    distance_.sample(x, order, d);
+    using Row = Eigen::Matrix<double, 1, Dim>;
+    using Square = Eigen::Matrix<double, Dim, Dim>;
+    for (Eigen::Index at = 0; at < x.rows(); ++at) {
+      // f = -tanh q + u l + p with q = e c / m, e = 2 I - a - b, c = a - b, m = c^2 + least,
+      // u = k / (c^2 + k), l = kHold z, p = kPull z^5, z = d / reach.
+      const double c = a.value[at] - b.value[at], m = c * c + least_,
+                   e = 2 * out.value[at] - a.value[at] - b.value[at], q = e * c / m,
+                   t = std::tanh(q), s = 1 - t * t, z = d.value[at] / reach_, z3 = z * z * z,
+                   u = unsure_ / (c * c + unsure_);
+      out.value[at] = -t + kHold * z * u + kPull * z3 * z * z;
+      if (order == Derivatives::kNone) continue;
+      const Row dI = out.gradient.row(at), dc = a.gradient.row(at) - b.gradient.row(at),
+                de = 2 * dI - a.gradient.row(at) - b.gradient.row(at),
+                dz = d.gradient.row(at) / reach_, dm = 2 * c * dc,
+                dq = (de * c + e * dc - q * dm) / m;
+      const double u_by_c = -2 * c * u * u / unsure_;
+      out.gradient.row(at) =
+          -s * dq + kHold * (u * dz + z * u_by_c * dc) + 5 * kPull * z3 * z * dz;
+      if (order == Derivatives::kFirst) continue;
+      const auto square = [&](Samples<Dim>& of) {
+        return Eigen::Map<Square>(of.hessian.row(at).data());
+      };
+      const Square hc = square(a) - square(b), he = 2 * square(out) - square(a) - square(b),
+                   hz = square(d) / reach_,
+                   hn = he * c + de.transpose() * dc + dc.transpose() * de + e * hc,
+                   hm = 2 * (dc.transpose() * dc + c * hc),
+                   hq = (hn - q * hm - dq.transpose() * dm - dm.transpose() * dq) / m;
+      const double u_by_cc = (-2 * u * u + 8 * c * c * u * u * u / unsure_) / unsure_;
+      const Square hu = u_by_c * hc + u_by_cc * dc.transpose() * dc;
+      square(out) = -s * hq + 2 * t * s * dq.transpose() * dq +
+                    kHold * (u * hz + u_by_c * (dz.transpose() * dc + dc.transpose() * dz) +
+                             z * hu) +
+                    kPull * (5 * z3 * z * hz + 20 * z3 * dz.transpose() * dz);
+    }
+  }
+
+ private:
+  std::shared_ptr<const Field<Dim>> I_;
+  NodeField<Dim> inside_, outside_, distance_;
+  double reach_, least_, unsure_;
+};
+
+}  // namespace
+
+template <int Dim>
+std::shared_ptr<const Field<Dim>> local_means(const Setting<Dim>& setting,
+                                              std::shared_ptr<const Field<Dim>> I,
+                                              const Simplices<Dim>& start,
+                                              const Simplices<Dim>& shape,
+                                              const LocalMeansOptions& options) {
+  const double clear_mm = kClear * options.edge_mm;
+  const NodeGrid<Dim> grid = grid_round<Dim>(setting.extent(), start,
+                                             2 * (options.reach_mm + clear_mm), options.edge_mm);
+  const double node_mm = std::pow(std::abs(grid.node_to_world.linear().determinant()), 1.0 / Dim);
+  Samples<Dim> values;
+  I->sample(grid.positions(), Derivatives::kNone, values);
+  const std::array<std::vector<float>, 2> means =
+      means_of_sides({grid.size_in_space(), {values.value.begin(), values.value.end()}},
+                     setting.rasterized(shape, grid.size, grid.node_to_world),
+                     std::max(1.0, clear_mm / node_mm), kMeansPerReach * options.reach_mm / node_mm);
+  std::vector<float> distance = signed_distances(
+      grid.size_in_space(), setting.rasterized(start, grid.size, grid.node_to_world));
+  for (float& d : distance) d *= float(node_mm);
+  return std::make_shared<const LocalMeansField<Dim>>(
+      std::move(I), NodeField<Dim>(grid, means[0]), NodeField<Dim>(grid, means[1]),
+      NodeField<Dim>(grid, std::move(distance)), options.reach_mm, options.noise);
+}
+
+template std::shared_ptr<const Field<2>> local_means<2>(const Setting<2>&,
+                                                        std::shared_ptr<const Field<2>>,
+                                                        const Segments&, const Segments&, const LocalMeansOptions&);
+template std::shared_ptr<const Field<3>> local_means<3>(const Setting<3>&,
+                                                        std::shared_ptr<const Field<3>>,
+                                                        const Triangles&, const Triangles&, const LocalMeansOptions&);
+
+}  // namespace surf::segment

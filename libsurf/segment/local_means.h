@@ -1,0 +1,44 @@
+// The region term of a start: what lies just inside of it against what lies just outside.
+#pragma once
+
+#include <memory>
+
+#include "libsurf/segment/setting.h"
+
+namespace surf::segment {
+
+struct LocalMeansOptions {
+  /// How far the shape may be from the start [mm], > 0; local means are over 4/3 of it.
+  double reach_mm = 1;
+  /// Standard deviation of the edges' blur [mm], >= 0, that of the field's own smoothing included:
+  /// what lies nearer than two of it to the shape belongs to neither side.
+  double edge_mm = 0;
+  /// Of the intensities: means that differ by less are not told apart. > 0
+  double noise = 1;
+};
+
+/// f with int_Omega f dx the region term of local means, dimensionless:
+///
+///   f = -tanh(2 (I - (m_1 + m_2) / 2) (m_1 - m_2) / ((m_1 - m_2)^2 + (2 noise)^2)) + 3/2 (d / reach)^5
+///
+/// m_1 and m_2 are the means of I inside and outside a shape under a Gaussian of deviation 4/3
+/// reach round each point; d is the distance to the start, negative inside: within about reach of
+/// it the intensities decide, beyond nothing does. This is the local Chan-Vese model (Lankton and
+/// Tannenbaum, Localizing region-based active contours, 2008), bounded, with statistics that stay
+/// while the shape moves: J is one functional. Fitted to what was found, and minimised again, it
+/// comes to the fixed point of both.
+///
+/// Nodes that look more like the other side's mean do not count, twice: the shape may be a few cells
+/// off. I is the field itself; m_1, m_2 and d are C^2 splines on a grid round the start, as fine as a
+/// cell or as the edges are wide, with at most kMostNodes nodes.
+/// @param start  d is the distance to it
+/// @param shape  m_1 and m_2 are of its sides
+/// @throws UsageError  the start holds no node of that grid: it is too thin
+template <int Dim>
+std::shared_ptr<const Field<Dim>> local_means(const Setting<Dim>& setting,
+                                              std::shared_ptr<const Field<Dim>> I,
+                                              const Simplices<Dim>& start,
+                                              const Simplices<Dim>& shape,
+                                              const LocalMeansOptions& options);
+
+}  // namespace surf::segment

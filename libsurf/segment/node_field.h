@@ -1,0 +1,52 @@
+// Fields from values at the nodes of a grid, in an image or a volume.
+#pragma once
+
+#include <Eigen/Geometry>
+#include <array>
+#include <vector>
+
+#include "libsurf/base/field.h"
+
+namespace surf::segment {
+
+/// Nodes at integer indices 0 <= index < size, first index fastest, and where they are.
+template <int Dim>
+struct NodeGrid {
+  std::array<int, Dim> size;
+  Eigen::Transform<double, Dim, Eigen::Affine> node_to_world;  ///< [mm]
+
+  std::size_t n() const {
+    std::size_t out = 1;
+    for (const int s : size) out *= std::size_t(s);
+    return out;
+  }
+  /// Of all nodes, (n, Dim) [mm].
+  Points<Dim> positions() const;
+  /// size, and 1 for what a plane lacks: the form that grids in space have.
+  std::array<int, 3> size_in_space() const {
+    if constexpr (Dim == 3) return size;
+    else return {size[0], size[1], 1};
+  }
+};
+
+/// The C^2 cubic B-spline approximant of the nodes' values (see volume::TiledField), continued
+/// constantly beyond the outermost nodes.
+template <int Dim>
+class NodeField : public Field<Dim> {
+ public:
+  /// @param values  one for each node
+  NodeField(const NodeGrid<Dim>& grid, std::vector<float> values);
+
+  void sample(const Points<Dim>& x, Derivatives order, Samples<Dim>& out) const override;
+
+ private:
+  NodeGrid<Dim> grid_;
+  Eigen::Transform<double, Dim, Eigen::Affine> world_to_node_;
+  std::vector<float> values_;
+};
+
+/// The values blurred along each axis by three boxes that together are about a Gaussian of this
+/// deviation [nodes]; beyond the grid there is nothing (0). O(nodes).
+void blur(const std::array<int, 3>& size, double deviation, std::vector<float>& values);
+
+}  // namespace surf::segment

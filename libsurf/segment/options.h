@@ -1,0 +1,85 @@
+// What may be asked of a segmentation, the same for curves in an image and surfaces in a volume.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "libsurf/flow/evolution.h"
+#include "libsurf/mesh/hierarchy.h"
+#include "libsurf/mesh/topology.h"
+#include "libsurf/segment/energy_term.h"
+#include "libsurf/volume/image_fields.h"
+
+namespace surf::segment {
+
+/// What stays of the final shape.
+struct ComponentOptions {
+  bool fill_cavities = false;  ///< first: cavities or holes go, with all that lies in them
+  double min_content = 0;      ///< then components of less [mm^Dim], with their cavities
+  mesh::Keep keep = mesh::Keep::kAll;
+
+  std::string error() const;  ///< empty if valid
+};
+
+/// Of one object. Points and lengths are in the world: RAS mm of a volume, mm of an image's plane.
+/// "Cell" is a pixel or voxel.
+template <int Dim>
+struct Options {
+  /// Inside clicks for the short way, segment(); a Segmentation has its own.
+  std::vector<Vector<Dim>> seeds_mm;
+  /// Radius of the seed circles or balls [mm]; none = from the image round the seed.
+  std::optional<double> seed_radius_mm;
+  /// The shape to start from, in place of seed balls or of what would be proposed.
+  std::optional<Simplices<Dim>> initial;
+
+  /// Terms of the energy; empty = automatic: regions are proposed round the clicks
+  /// (region_search.h), and local-means and minimal-surface are fitted to the chosen one
+  /// (stages/fit.h).
+  std::vector<EnergyTerm> energies;
+  /// Gaussian smoothing [mm]; none = from the noise and the width of the edges.
+  std::optional<double> sigma_mm;
+  double selective_sigma_mm = 0, selective_threshold = 0;
+  volume::DerivativeFilter derivative_filter = volume::DerivativeFilter::kBSpline;
+  volume::Interpolation interpolation = volume::Interpolation::kSpline;
+
+  /// Wanted edge length of the result where it is finest [mm]; none = 1.5 cells, or 1.5 times the
+  /// blur of the edges if that is more.
+  std::optional<double> edge_length_mm;
+  /// Space adaptivity (fem/adaptivity.h): edges may be this many times longer where geometry and
+  /// data allow; 1 = uniform.
+  double coarseness = 4;
+  /// epsilon_geom of Alg. 6 [mm]; none = 1 cell, or the blur of the edges if that is more. On the
+  /// ball of 128^3 the surface is then as close (0.028 voxel) as with uniform edges of 1.5 voxels,
+  /// with an eighth of the triangles; half a voxel doubles these and changes nothing else.
+  std::optional<double> geometry_tolerance_mm;
+  /// epsilon_int of Alg. 7 per area or length, for the integrands on the shape; 0 = not used.
+  double integral_tolerance = 0.016;
+  /// What happens where sheets meet.
+  mesh::Topology topology = mesh::Topology::kFree;
+  /// What is thinner is joined or cut [mm]; none = 0.7 of the edge length.
+  std::optional<double> topology_resolution_mm;
+  /// Distance at which sheets are held apart where they may not join [mm]; none = 0.7 of the edge
+  /// length.
+  std::optional<double> sheet_distance_mm;
+  /// After the energy has come to rest: holes where its domain part asks for them (nucleation.h),
+  /// and on from there.
+  bool open_cavities = false;
+  /// Multi-resolution (the continuation of 5.2): level l of n_levels - 1, ..., 0 runs with sigma,
+  /// edge lengths and tolerances 2^l times those of the result, each from the shape of the level
+  /// before. An expanding front may leak through what the blur of a coarse level hides, so 1 is the
+  /// default.
+  int n_levels = 1;
+  /// Of piecewise smooth models in the plane with an L2 or H1 flow: at most so many steps of each
+  /// coarse stage (Alg. 17); 0 = none.
+  int n_coarse_steps = 150;  // thesis 5.2
+  flow::FlowOptions flow;
+  /// Settle the shape on the edges it has found: a last stage with the edge indicator alone. Not
+  /// where the flow keeps the content.
+  bool settle = true;
+  ComponentOptions components;
+
+  std::string error() const;  ///< empty if valid
+};
+
+}  // namespace surf::segment

@@ -1,0 +1,181 @@
+#include "libsurf/segment/recipe.h"
+
+#include <fmt/format.h>
+
+#include "libsurf/base/error.h"
+#include "libsurf/base/file.h"
+#include "libsurf/segment/detail/options_json.h"
+
+namespace surf::segment {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr int kVersion = 1;
+constexpr const char* kKind = "surfseg recipe";
+
+template <int Dim>
+Json point_to_json(const Vector<Dim>& point) {
+  Json out = Json::array();
+  for (const double x : point) out.push_back(x);
+  return out;
+}
+
+template <int Dim>
+Vector<Dim> point_from_json(const Json& json) {
+  const auto numbers = json.get<std::vector<double>>();
+  if (numbers.size() != std::size_t(Dim))
+    throw InputError(fmt::format("a point has {} numbers; expected {}", numbers.size(), Dim));
+  return Eigen::Map<const Vector<Dim>>(numbers.data());
+}
+
+template <int Dim>
+struct ActionToJson {
+  Json operator()(const AddClick<Dim>& a) const {
+    return {{"do", "click"},
+            {"side", a.click.side == Side::kInside ? "inside" : "outside"},
+            {"point_mm", point_to_json<Dim>(a.click.point_mm)}};
+  }
+  Json operator()(const TakeBackClick& a) const {
+    return {{"do", "take back click"}, {"index", a.index}};
+  }
+  Json operator()(const SetOptions<Dim>& a) const {
+    return {{"do", "options"}, {"options", to_json<Dim>(a.options)}};
+  }
+  Json operator()(const Propose&) const { return {{"do", "propose"}}; }
+  Json operator()(const Choose& a) const { return {{"do", "choose"}, {"proposal", a.proposal}}; }
+  Json operator()(const Evolve& a) const {
+    Json out = {{"do", "evolve"}};
+    if (a.stopped_at) out["stopped_at"] = *a.stopped_at;
+    return out;
+  }
+  Json operator()(const Rename& a) const { return {{"do", "rename"}, {"name", a.name}}; }
+  Json operator()(const Recolour& a) const { return {{"do", "recolour"}, {"colour", a.colour}}; }
+};
+
+template <int Dim>
+Action<Dim> action_from_json(const Json& json) {
+  const auto what = json.at("do").get<std::string>();
+  if (what == "click") {
+    const auto side = json.at("side").get<std::string>();
+    if (side != "inside" && side != "outside")
+      throw InputError(fmt::format("side '{}' is neither inside nor outside", side));
+    return AddClick<Dim>{{point_from_json<Dim>(json.at("point_mm")),
+                          side == "inside" ? Side::kInside : Side::kOutside}};
+  }
+  if (what == "take back click") return TakeBackClick{json.at("index").get<std::size_t>()};
+  if (what == "options") return SetOptions<Dim>{options_from_json<Dim>(json.at("options"))};
+  if (what == "propose") return Propose{};
+  if (what == "choose") return Choose{json.at("proposal").get<std::size_t>()};
+  if (what == "evolve") {
+    Evolve out;
+    if (json.contains("stopped_at")) out.stopped_at = json["stopped_at"].get<int>();
+    return out;
+  }
+  if (what == "rename") return Rename{json.at("name").get<std::string>()};
+  if (what == "recolour") return Recolour{json.at("colour").get<Colour>()};
+  throw InputError(fmt::format("'{}' is no action", what));
+}
+
+Json parse(const std::string& text) {
+  Json out;
+  try {
+    out = Json::parse(text);
+  } catch (const Json::exception& error) {
+    throw InputError(fmt::format("recipe: not valid JSON: {}", error.what()));
+  }
+  if (!out.is_object() || out.value("kind", "") != kKind)
+    throw InputError(fmt::format("recipe: not a {}: its \"kind\" is missing", kKind));
+  const int version = out.value("version", 0);
+  if (version > kVersion)
+    throw InputError(fmt::format(
+        "recipe: version {} is newer than this program's {}; update surfseg", version, kVersion));
+  return out;
+}
+
+template <int Dim>
+void check_image(const Json& recipe, const Setting<Dim>& setting) {
+  const int dimension = recipe.value("dimension", 0);
+  if (dimension != Dim)
+    throw InputError(fmt::format("recipe: made for {}; this is {}",
+                                 dimension == 2 ? "an image" : "a volume",
+                                 Dim == 2 ? "an image" : "a volume"));
+  const std::string hash = setting.content_hash();
+  const std::string wanted = recipe.at("image").value("content", "");
+  if (wanted != hash)
+    throw InputError(fmt::format(
+        "recipe: belongs to another image: '{}' with content {}; this one has {}",
+        recipe.at("image").value("path", ""), wanted.substr(0, 12), hash.substr(0, 12)));
+}
+
+}  // namespace
+
+template <int Dim>
+std::string to_recipe(const Segmentation<Dim>& segmentation, const std::string& image_path) {
+  const Setting<Dim>& setting = segmentation.setting();
+  Json out = {{"kind", kKind},
+              {"version", kVersion},
+              {"dimension", Dim},
+              {"image",
+               {{"path", image_path},
+                {"size", setting.extent().size},
+                {"content", setting.content_hash()}}}};
+  out["objects"] = Json::array();
+  for (const int id : segmentation.objects()) {
+    const Object<Dim>& first = segmentation.first(id);
+    Json object = {{"name", first.name}, {"colour", first.colour}};
+    object["history"] = Json::array();
+    for (const Action<Dim>& action : segmentation.history(id))
+      object["history"].push_back(std::visit(ActionToJson<Dim>{}, action));
+    out["objects"].push_back(std::move(object));
+  }
+  return out.dump(1) + "\n";
+}
+
+template <int Dim>
+void write_recipe(const std::string& path, const Segmentation<Dim>& segmentation,
+                  const std::string& image_path) {
+  write_bytes(path, to_recipe<Dim>(segmentation, image_path));
+}
+
+std::string image_of_recipe(const std::string& recipe) {
+  const Json json = parse(recipe);
+  return json.contains("image") ? json["image"].value("path", "") : "";
+}
+
+template <int Dim>
+void replay(const std::string& recipe, Segmentation<Dim>& segmentation,
+            const ProgressOf<Dim>& progress, const std::stop_token& stop) {
+  std::vector<int> added;
+  int n_entry = 0;
+  try {
+    const Json json = parse(recipe);
+    check_image<Dim>(json, segmentation.setting());
+    for (const Json& object : json.at("objects")) {
+      n_entry = 0;
+      added.push_back(segmentation.add_object(object.at("name").get<std::string>(),
+                                              object.at("colour").get<Colour>()));
+      for (const Json& entry : object.at("history")) {
+        ++n_entry;
+        if (stop.stop_requested()) return;
+        segmentation.apply(added.back(), action_from_json<Dim>(entry), progress, stop);
+      }
+    }
+  } catch (const std::exception& error) {
+    for (const int id : added) segmentation.remove_object(id);
+    throw InputError(n_entry == 0 ? std::string(error.what())
+                                  : fmt::format("recipe: object {}, entry {}: {}", added.size(),
+                                                n_entry, error.what()));
+  }
+}
+
+template std::string to_recipe<2>(const Segmentation<2>&, const std::string&);
+template std::string to_recipe<3>(const Segmentation<3>&, const std::string&);
+template void write_recipe<2>(const std::string&, const Segmentation<2>&, const std::string&);
+template void write_recipe<3>(const std::string&, const Segmentation<3>&, const std::string&);
+template void replay<2>(const std::string&, Segmentation<2>&, const ProgressOf<2>&,
+                        const std::stop_token&);
+template void replay<3>(const std::string&, Segmentation<3>&, const ProgressOf<3>&,
+                        const std::stop_token&);
+
+}  // namespace surf::segment

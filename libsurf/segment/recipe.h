@@ -1,0 +1,33 @@
+// The file that repeats a segmentation, to the byte.
+#pragma once
+
+#include <string>
+
+#include "libsurf/segment/segmentation.h"
+
+namespace surf::segment {
+
+/// What has been done to all objects, as JSON text: image (path, size, hash of its content),
+/// version, and for each object its name, colour and history (docs/file-formats.md).
+/// @param image_path  for people and front ends; nothing computes with it
+template <int Dim>
+std::string to_recipe(const Segmentation<Dim>& segmentation, const std::string& image_path = {});
+
+/// Written whole or not at all.
+/// @throws OutputError
+template <int Dim>
+void write_recipe(const std::string& path, const Segmentation<Dim>& segmentation,
+                  const std::string& image_path = {});
+
+/// The image that a recipe's text names, as it was given to to_recipe().
+/// @throws InputError  not a recipe
+std::string image_of_recipe(const std::string& recipe);
+
+/// Does all that the recipe says; objects that are there already stay.
+/// @throws InputError  not a recipe, of a newer version, of another image or dimension, or an entry
+///                     that cannot be done; then nothing has changed
+template <int Dim>
+void replay(const std::string& recipe, Segmentation<Dim>& segmentation,
+            const ProgressOf<Dim>& progress = {}, const std::stop_token& stop = {});
+
+}  // namespace surf::segment

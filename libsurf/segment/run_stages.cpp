@@ -1,0 +1,101 @@
+#include "libsurf/segment/run_stages.h"
+
+#include <fmt/format.h>
+
+#include <map>
+#include <vector>
+
+#include "libsurf/segment/stages/stages.h"
+
+namespace surf::segment {
+namespace {
+
+/// One note for each kind of what went: how many, how large, where the largest is.
+template <int Dim>
+void note_removed(const std::vector<Removed<Dim>>& removed, std::vector<std::string>& notes) {
+  struct Group {
+    int n = 0;
+    double total = 0;
+    const Removed<Dim>* largest = nullptr;
+  };
+  std::map<std::string, Group> groups;
+  for (const Removed<Dim>& part : removed) {
+    Group& group = groups[part.what];
+    ++group.n;
+    group.total += std::abs(part.content);
+    if (!group.largest || std::abs(part.content) > std::abs(group.largest->content))
+      group.largest = &part;
+  }
+  for (const auto& [what, group] : groups) {
+    std::string place;
+    for (const double x : group.largest->center_mm)
+      place += fmt::format("{}{:.4g}", place.empty() ? "" : ", ", x);
+    const std::string largest =
+        fmt::format("{:.4g} mm^{} at ({}) mm", std::abs(group.largest->content), Dim, place);
+    notes.push_back(group.n == 1
+                        ? fmt::format("removed: a {} of {}", what, largest)
+                        : fmt::format("removed: {} times a {}, {:.4g} mm^{} in all, the largest of {}",
+                                      group.n, what, group.total, Dim, largest));
+  }
+}
+
+}  // namespace
+
+template <int Dim>
+void run_proposal(Work<Dim>& work) {
+  propose_stage<Dim>()->run(work);
+}
+
+template <int Dim>
+void run_stages(Work<Dim>& work) {
+  for (const StagePointer<Dim>& stage : plan(work.options, work.start_is_given)) {
+    const Simplices<Dim> before = work.shape;
+    const bool goes_on = stage->run(work);
+    if (!work.reports.empty() && work.reports.back().kind == StageKind::kCorrects &&
+        !work.setting().is_embedded(work.shape)) {
+      work.shape = before;
+      work.notes.push_back(fmt::format("{}: made the {} intersect itself and is taken back",
+                                       work.reports.back().name, work.setting().noun()));
+    }
+    if (!goes_on) break;
+  }
+}
+
+template <int Dim>
+Result<Dim> to_result(Work<Dim> work) {
+  Result<Dim> out;
+  out.stages = std::move(work.reports);
+  const StageReport* main = out.main_stage();
+  if (main) {
+    out.outcome = main->outcome;
+    out.message = main->message;
+  }
+  // A proposal is no result: an evolution that was stopped before its first step has none.
+  if (has_shape(out.outcome)) {
+    Filtered<Dim> filtered =
+        work.setting().filtered(work.shape, work.options.components, work.seeds_mm);
+    out.shape = std::move(filtered.shape);
+    out.removed = std::move(filtered.removed);
+    note_removed<Dim>(out.removed, work.notes);
+  }
+  out.start = std::move(work.start);
+  out.proposals = std::move(work.proposals);
+  out.chosen = work.chosen;
+  out.energies = std::move(work.energies);
+  out.notes = std::move(work.notes);
+  out.sigma_mm = work.sigma_mm;
+  out.edge_length_mm = work.edge_length_mm;
+  out.geometry_tolerance_mm = work.geometry_tolerance_mm;
+  out.seed_radius_mm = work.seed_radius_mm;
+  out.border_share = work.border_share;
+  return out;
+}
+
+template void run_proposal<2>(Work<2>&);
+template void run_proposal<3>(Work<3>&);
+template void run_stages<2>(Work<2>&);
+template void run_stages<3>(Work<3>&);
+template Result<2> to_result<2>(Work<2>);
+template Result<3> to_result<3>(Work<3>);
+
+}  // namespace surf::segment

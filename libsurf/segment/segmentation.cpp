@@ -1,0 +1,346 @@
+#include "libsurf/segment/segmentation.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+
+#include "libsurf/base/error.h"
+#include "libsurf/segment/energy_assembly.h"
+#include "libsurf/segment/run_stages.h"
+
+namespace surf::segment {
+namespace {
+
+// Colours of objects one after the other, told apart by the colour-blind too (Okabe and Ito, 2008).
+constexpr std::array<Colour, 7> kColours = {{{230, 159, 0},
+                                             {86, 180, 233},
+                                             {0, 158, 115},
+                                             {240, 228, 66},
+                                             {0, 114, 178},
+                                             {213, 94, 0},
+                                             {204, 121, 167}}};
+
+template <int Dim>
+std::string words(const Vector<Dim>& point) {
+  std::string out;
+  for (const double x : point) out += fmt::format("{}{:g}", out.empty() ? "" : ", ", x);
+  return out;
+}
+
+template <int Dim>
+std::array<long, Dim> cell_of(const ImageExtent<Dim>& extent, const Vector<Dim>& point_mm) {
+  const Vector<Dim> index = extent.world_to_index * point_mm;
+  std::array<long, Dim> out;
+  for (int axis = 0; axis < Dim; ++axis) out[axis] = std::lround(index[axis]);
+  return out;
+}
+
+template <int Dim>
+void check_click(const ImageExtent<Dim>& extent, const std::vector<Click<Dim>>& clicks,
+                 const Click<Dim>& click) {
+  const char* image = Dim == 3 ? "volume" : "image";
+  const char* cell = Dim == 3 ? "voxel" : "pixel";
+  if (!click.point_mm.allFinite() || !extent.contains(click.point_mm))
+    throw UsageError(fmt::format(
+        "Click::point_mm: ({}) mm is {} ({:.1f}), outside the {} of {} {}s; is it in another "
+        "space?",
+        words<Dim>(click.point_mm), cell,
+        fmt::join(Vector<Dim>(extent.world_to_index * click.point_mm), ", "), image,
+        fmt::join(extent.size, " x "), cell));
+  for (const Click<Dim>& other : clicks)
+    if (other.side != click.side &&
+        cell_of<Dim>(extent, other.point_mm) == cell_of<Dim>(extent, click.point_mm))
+      throw UsageError(fmt::format(
+          "Click::side: ({}) mm is in the same {} as an {} click; take that one back first",
+          words<Dim>(click.point_mm), cell, other.side == Side::kInside ? "inside" : "outside"));
+}
+
+template <int Dim>
+std::vector<Vector<Dim>> points_on(Side side, const std::vector<Click<Dim>>& clicks) {
+  std::vector<Vector<Dim>> out;
+  for (const Click<Dim>& click : clicks)
+    if (click.side == side) out.push_back(click.point_mm);
+  return out;
+}
+
+template <int Dim>
+bool contains(const Setting<Dim>& setting, const Simplices<Dim>& shape, const Vector<Dim>& point) {
+  std::array<int, Dim> one;
+  one.fill(1);
+  const Eigen::Transform<double, Dim, Eigen::Affine> there(
+      Eigen::Translation<double, Dim>(point) * Eigen::Scaling(setting.extent().cell_mm()));
+  return setting.rasterized(shape, one, there).front() != 0;
+}
+
+template <int Dim>
+std::shared_ptr<const Result<Dim>> nothing() {
+  return std::make_shared<const Result<Dim>>();
+}
+
+}  // namespace
+
+template <int Dim>
+Segmentation<Dim>::Segmentation(std::shared_ptr<const Setting<Dim>> setting, std::size_t max_bytes)
+    : fields_(std::move(setting), max_bytes) {}
+
+template <int Dim>
+typename Segmentation<Dim>::History& Segmentation<Dim>::find(Id id) {
+  const auto found = objects_.find(id);
+  if (found == objects_.end())
+    throw UsageError(fmt::format("object {} is unknown; there {}", id,
+                                 objects_.empty()
+                                     ? "is none"
+                                     : fmt::format("are {}", fmt::join(objects(), ", "))));
+  return found->second;
+}
+
+template <int Dim>
+const typename Segmentation<Dim>::History& Segmentation<Dim>::find(Id id) const {
+  return const_cast<Segmentation*>(this)->find(id);
+}
+
+template <int Dim>
+void Segmentation<Dim>::check_name(const std::string& name, Id besides) const {
+  for (const auto& [id, history] : objects_)
+    if (id != besides && history.now().name == name)
+      throw UsageError(fmt::format("Object::name: there is an object '{}' already", name));
+}
+
+template <int Dim>
+typename Segmentation<Dim>::Id Segmentation<Dim>::add_object(
+    const std::string& name, const std::optional<Colour>& colour) {
+  Object<Dim> object;
+  object.name = name.empty() ? fmt::format("object {}", next_) : name;
+  check_name(object.name, 0);
+  object.colour = colour.value_or(kColours[std::size_t(next_ - 1) % kColours.size()]);
+  object.result = nothing<Dim>();
+  objects_[next_].first = std::move(object);
+  return next_++;
+}
+
+template <int Dim>
+void Segmentation<Dim>::remove_object(Id id) {
+  find(id);
+  objects_.erase(id);
+}
+
+template <int Dim>
+std::vector<typename Segmentation<Dim>::Id> Segmentation<Dim>::objects() const {
+  std::vector<Id> out;
+  for (const auto& [id, history] : objects_) out.push_back(id);
+  return out;
+}
+
+template <int Dim>
+const Object<Dim>& Segmentation<Dim>::object(Id id) const {
+  return find(id).now();
+}
+
+template <int Dim>
+void Segmentation<Dim>::record(Id id, Action<Dim> action, Object<Dim> after) {
+  History& history = find(id);
+  history.moments.resize(history.n_done);
+  history.moments.push_back({std::move(action), std::move(after)});
+  ++history.n_done;
+}
+
+template <int Dim>
+void Segmentation<Dim>::add_click(Id id, const Click<Dim>& click) {
+  Object<Dim> after = object(id);
+  check_click<Dim>(setting().extent(), after.clicks, click);
+  after.clicks.push_back(click);
+  record(id, AddClick<Dim>{click}, std::move(after));
+}
+
+template <int Dim>
+void Segmentation<Dim>::take_back_click(Id id, std::size_t index) {
+  Object<Dim> after = object(id);
+  if (index >= after.clicks.size())
+    throw UsageError(fmt::format("click {} is unknown; '{}' has {}, counted from 0", index,
+                                 after.name, after.clicks.size()));
+  after.clicks.erase(after.clicks.begin() + std::ptrdiff_t(index));
+  record(id, TakeBackClick{index}, std::move(after));
+}
+
+template <int Dim>
+void Segmentation<Dim>::set_options(Id id, const Options<Dim>& options) {
+  if (const std::string error = options.error(); !error.empty()) throw UsageError(error);
+  check_terms<Dim>(options.energies);
+  Object<Dim> after = object(id);
+  after.options = options;
+  record(id, SetOptions<Dim>{options}, std::move(after));
+}
+
+template <int Dim>
+void Segmentation<Dim>::rename(Id id, const std::string& name) {
+  if (name.empty()) throw UsageError("Object::name is empty");
+  check_name(name, id);
+  Object<Dim> after = object(id);
+  after.name = name;
+  record(id, Rename{name}, std::move(after));
+}
+
+template <int Dim>
+void Segmentation<Dim>::recolour(Id id, const Colour& colour) {
+  Object<Dim> after = object(id);
+  after.colour = colour;
+  record(id, Recolour{colour}, std::move(after));
+}
+
+template <int Dim>
+Work<Dim> Segmentation<Dim>::work_for(const Object<Dim>& object, const ProgressOf<Dim>& progress,
+                                      const std::stop_token& stop) {
+  return {.fields = fields_,
+          .options = object.options,
+          .seeds_mm = points_on<Dim>(Side::kInside, object.clicks),
+          .progress = progress,
+          .stop = stop};
+}
+
+template <int Dim>
+const Result<Dim>& Segmentation<Dim>::propose(Id id, const ProgressOf<Dim>& progress,
+                                              const std::stop_token& stop) {
+  Object<Dim> after = object(id);
+  Work<Dim> work = work_for(after, progress, stop);
+  if (work.seeds_mm.empty())
+    throw UsageError(fmt::format("'{}' has no inside click to look for it", after.name));
+  run_proposal(work);
+  if (!work.is_stopped()) {
+    after.result = std::make_shared<const Result<Dim>>(to_result(std::move(work)));
+    record(id, Propose{}, std::move(after));
+  }
+  return *object(id).result;
+}
+
+template <int Dim>
+const Result<Dim>& Segmentation<Dim>::choose(Id id, std::size_t proposal) {
+  Object<Dim> after = object(id);
+  if (proposal >= after.result->proposals.size())
+    throw UsageError(fmt::format("proposal {} is unknown; '{}' has {}, counted from 0", proposal,
+                                 after.name, after.result->proposals.size()));
+  Result<Dim> chosen;
+  chosen.proposals = after.result->proposals;
+  chosen.chosen = proposal;
+  chosen.shape = chosen.proposals[proposal].shape;
+  chosen.outcome = Outcome::kProposed;
+  chosen.message = to_string(chosen.proposals[proposal]);
+  after.result = std::make_shared<const Result<Dim>>(std::move(chosen));
+  record(id, Choose{proposal}, std::move(after));
+  return *object(id).result;
+}
+
+/// Whether the present shape has the clicks where they belong.
+template <int Dim>
+bool Segmentation<Dim>::heeds_clicks(const Object<Dim>& object) const {
+  return std::all_of(object.clicks.begin(), object.clicks.end(), [&](const Click<Dim>& click) {
+    return contains<Dim>(setting(), object.result->shape, click.point_mm) ==
+           (click.side == Side::kInside);
+  });
+}
+
+template <int Dim>
+Result<Dim> Segmentation<Dim>::evolved(const Object<Dim>& object, const ProgressOf<Dim>& progress,
+                                       const std::stop_token& stop) {
+  const Result<Dim>& before = *object.result;
+  Work<Dim> work = work_for(object, progress, stop);
+  work.proposals = before.proposals;
+  work.chosen = before.chosen;
+  // What was proposed and chosen is an answer to the clicks; what was evolved has to heed them.
+  const bool goes_on = before.outcome == Outcome::kProposed ||
+                       (has_shape(before.outcome) && heeds_clicks(object));
+  if (goes_on)
+    work.shape = before.shape;
+  else if (object.options.initial)
+    work.shape = *object.options.initial;
+  else if (work.seeds_mm.empty())
+    throw UsageError(
+        fmt::format("'{}' has nothing to start from: no inside click and no initial shape",
+                    object.name));
+  if (!goes_on) work.proposals.clear();
+  work.start_is_given = goes_on || object.options.initial.has_value();
+  run_stages(work);
+  return to_result(std::move(work));
+}
+
+template <int Dim>
+const Result<Dim>& Segmentation<Dim>::evolve(Id id, const ProgressOf<Dim>& progress,
+                                             const std::stop_token& stop) {
+  Object<Dim> after = object(id);
+  int n_calls = 0;
+  const ProgressOf<Dim> counted = [&](const auto& stage, const auto& record, const auto& shape) {
+    n_calls += record.n_elements > 0;
+    return !progress || progress(stage, record, shape);
+  };
+  Result<Dim> result = evolved(after, counted, stop);
+  Evolve action;
+  if (result.outcome == Outcome::kStopped) action.stopped_at = n_calls;
+  after.result = std::make_shared<const Result<Dim>>(std::move(result));
+  record(id, action, std::move(after));
+  return *object(id).result;
+}
+
+template <int Dim>
+bool Segmentation<Dim>::undo(Id id) {
+  History& history = find(id);
+  if (history.n_done == 0) return false;
+  --history.n_done;
+  return true;
+}
+
+template <int Dim>
+bool Segmentation<Dim>::redo(Id id) {
+  History& history = find(id);
+  if (history.n_done == history.moments.size()) return false;
+  ++history.n_done;
+  return true;
+}
+
+template <int Dim>
+std::vector<Action<Dim>> Segmentation<Dim>::history(Id id) const {
+  const History& history = find(id);
+  std::vector<Action<Dim>> out;
+  for (std::size_t n = 0; n < history.n_done; ++n) out.push_back(history.moments[n].action);
+  return out;
+}
+
+template <int Dim>
+void Segmentation<Dim>::apply(Id id, const Action<Dim>& action, const ProgressOf<Dim>& progress,
+                              const std::stop_token& stop) {
+  struct Visitor {
+    Segmentation& s;
+    Id id;
+    const ProgressOf<Dim>& progress;
+    const std::stop_token& stop;
+
+    void operator()(const AddClick<Dim>& a) { s.add_click(id, a.click); }
+    void operator()(const TakeBackClick& a) { s.take_back_click(id, a.index); }
+    void operator()(const SetOptions<Dim>& a) { s.set_options(id, a.options); }
+    void operator()(const Propose&) { s.propose(id, progress, stop); }
+    void operator()(const Choose& a) { s.choose(id, a.proposal); }
+    void operator()(const Rename& a) { s.rename(id, a.name); }
+    void operator()(const Recolour& a) { s.recolour(id, a.colour); }
+    void operator()(const Evolve& a) {
+      int n_calls = 0;
+      s.evolve(
+          id,
+          [&](const auto& stage, const auto& record, const auto& shape) {
+            n_calls += record.n_elements > 0;
+            const bool goes_on = !a.stopped_at || n_calls < *a.stopped_at;
+            return (!progress || progress(stage, record, shape)) && goes_on;
+          },
+          stop);
+    }
+  };
+  std::visit(Visitor{*this, id, progress, stop}, action);
+}
+
+template <int Dim>
+Measures<Dim> Segmentation<Dim>::measures(Id id) const {
+  return setting().measures(object(id).result->shape);
+}
+
+template class Segmentation<2>;
+template class Segmentation<3>;
+
+}  // namespace surf::segment

@@ -1,0 +1,131 @@
+// The centre of the house: one image, what has been computed from it, and the objects in it. See
+// docs/developer.md for the stages behind it.
+#pragma once
+
+#include <map>
+#include <memory>
+#include <optional>
+#include <stop_token>
+#include <string>
+#include <vector>
+
+#include "libsurf/segment/action.h"
+#include "libsurf/segment/fields.h"
+#include "libsurf/segment/result.h"
+
+namespace surf::segment {
+
+/// An object at one moment.
+template <int Dim>
+struct Object {
+  std::string name;
+  Colour colour = {};
+  std::vector<Click<Dim>> clicks;  ///< in the order in which they were made
+  Options<Dim> options;            ///< its seeds_mm are not used: the clicks are
+  /// Proposals, shape and state; never null. Shared by the moments that do not change it.
+  std::shared_ptr<const Result<Dim>> result;
+
+  Outcome state() const { return result->outcome; }
+};
+
+/// A dialogue about one image: clicks make and mend objects. Fields that are computed from the image
+/// are kept for further clicks, within a bound of memory.
+///
+/// Everything that is done to an object is an entry of its history: it can be undone and redone, and
+/// a recipe repeats it, to the byte.
+///
+/// Threads: one at a time may call any function of one segmentation; several segmentations are
+/// independent. Work is done on the calling thread, helped by TBB's. Progress is called on it, under
+/// no lock: it may look at anything but this segmentation. A std::stop_token that any thread may use
+/// stops propose() and evolve() between two steps or windows; what has been reached is kept.
+template <int Dim>
+class Segmentation {
+ public:
+  using Id = int;
+
+  /// @param setting    the image, from make_setting() or curve::make_setting()
+  /// @param max_bytes  of fields that are kept though nobody uses them now
+  explicit Segmentation(std::shared_ptr<const Setting<Dim>> setting,
+                        std::size_t max_bytes = std::size_t(1) << 30);
+
+  const Setting<Dim>& setting() const { return fields_.setting(); }
+
+  /// @param name    empty = "object 1", "object 2", ...
+  /// @param colour  none = the next of a palette
+  /// @throws UsageError  another object has the name
+  Id add_object(const std::string& name = {}, const std::optional<Colour>& colour = {});
+  void remove_object(Id id);
+  /// The object as it was added.
+  const Object<Dim>& first(Id id) const { return find(id).first; }
+  std::vector<Id> objects() const;  ///< in the order in which they were made
+  /// Valid until the object is changed. Here and below: @throws UsageError  there is no such object
+  const Object<Dim>& object(Id id) const;
+
+  /// @throws UsageError  the point is outside the image, or in the same cell as a click of the other
+  ///                     side
+  void add_click(Id id, const Click<Dim>& click);
+  /// @throws UsageError  there is no such click
+  void take_back_click(Id id, std::size_t index);
+  /// @throws UsageError  options.error() is not empty, an energy or a parameter is unknown
+  void set_options(Id id, const Options<Dim>& options);
+  void rename(Id id, const std::string& name);
+  void recolour(Id id, const Colour& colour);
+
+  /// Regions round the clicks, best first; the best one is chosen. None: the state is kNoObject.
+  /// @throws UsageError  there is no inside click
+  const Result<Dim>& propose(Id id, const ProgressOf<Dim>& progress = {},
+                             const std::stop_token& stop = {});
+  /// Its shape becomes that of the object, its state kProposed.
+  /// @throws UsageError  there is no such proposal
+  const Result<Dim>& choose(Id id, std::size_t proposal);
+  /// Minimises the energy of the options from the present shape: a warm start. Where there is none,
+  /// or a click is not heeded by it, from options.initial, or else from what is proposed, or with
+  /// explicit energies from balls round the inside clicks.
+  /// @throws UsageError  there is nothing to start from
+  const Result<Dim>& evolve(Id id, const ProgressOf<Dim>& progress = {},
+                            const std::stop_token& stop = {});
+
+  /// Takes back the last entry of the history; false if there is none. redo() repeats it, from
+  /// memory.
+  bool undo(Id id);
+  bool redo(Id id);
+  /// What has been done so far and is not undone.
+  std::vector<Action<Dim>> history(Id id) const;
+  /// Does what an entry says.
+  void apply(Id id, const Action<Dim>& action, const ProgressOf<Dim>& progress = {},
+             const std::stop_token& stop = {});
+
+  /// The final check and the measures of the present shape.
+  Measures<Dim> measures(Id id) const;
+  /// Of the fields that are kept.
+  std::size_t memory_bytes() const { return fields_.memory_bytes(); }
+
+ private:
+  struct Moment {
+    Action<Dim> action;
+    Object<Dim> after;
+  };
+  struct History {
+    Object<Dim> first;
+    std::vector<Moment> moments;
+    std::size_t n_done = 0;  ///< the rest has been undone
+
+    const Object<Dim>& now() const { return n_done == 0 ? first : moments[n_done - 1].after; }
+  };
+
+  History& find(Id id);
+  const History& find(Id id) const;
+  void record(Id id, Action<Dim> action, Object<Dim> after);
+  void check_name(const std::string& name, Id besides) const;
+  Work<Dim> work_for(const Object<Dim>& object, const ProgressOf<Dim>& progress,
+                     const std::stop_token& stop);
+  bool heeds_clicks(const Object<Dim>& object) const;
+  Result<Dim> evolved(const Object<Dim>& object, const ProgressOf<Dim>& progress,
+                      const std::stop_token& stop);
+
+  Fields<Dim> fields_;
+  std::map<Id, History> objects_;
+  Id next_ = 1;
+};
+
+}  // namespace surf::segment

@@ -1,0 +1,54 @@
+#include "libsurf/segment/stage.h"
+
+#include "libsurf/segment/stages/stages.h"
+
+namespace surf::segment {
+
+std::string to_string(StageKind kind) {
+  switch (kind) {
+    case StageKind::kProposes:
+      return "proposes";
+    case StageKind::kMinimises:
+      return "minimises";
+    case StageKind::kCorrects:
+      break;
+  }
+  return "corrects";
+}
+
+template <int Dim>
+bool Work<Dim>::tell(const std::string& stage, const flow::StepRecord& record,
+                     const std::function<Simplices<Dim>()>& shape_now) {
+  if (progress && !progress(stage, record, shape_now)) has_stopped = true;
+  return !is_stopped();
+}
+
+template <int Dim>
+std::vector<StagePointer<Dim>> plan(const Options<Dim>& options, bool has_start) {
+  const bool is_automatic = options.energies.empty() && !has_start;
+  const bool has_parts = options.n_coarse_steps > 0 &&
+                         options.flow.method == flow::Method::kGradientFlow &&
+                         !options.flow.keeps_content();
+  std::vector<StagePointer<Dim>> out;
+  if (is_automatic) out.push_back(propose_stage<Dim>());
+  out.push_back(options.energies.empty() ? fit_stage<Dim>() : start_stage<Dim>());
+  for (int level = options.n_levels - 1; level > 0; --level)
+    out.push_back(level_stage<Dim>(level));
+  if (coarse_terms<Dim>(options.energies) && has_parts) out.push_back(coarse_stage<Dim>());
+  out.push_back(evolve_stage<Dim>());
+  if (options.open_cavities) out.push_back(cavities_stage<Dim>());
+  if (!options.settle || options.flow.keeps_content()) return out;
+  if (!options.energies.empty()) {
+    if (!settle_on_edges<Dim>(options.energies)) return out;
+    if (!are_fitted<Dim>(options.energies)) out.push_back(settle_stage<Dim>());
+  }
+  out.push_back(offset_stage<Dim>());
+  return out;
+}
+
+template struct Work<2>;
+template struct Work<3>;
+template std::vector<StagePointer<2>> plan<2>(const Options<2>&, bool);
+template std::vector<StagePointer<3>> plan<3>(const Options<3>&, bool);
+
+}  // namespace surf::segment

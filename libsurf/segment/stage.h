@@ -1,0 +1,97 @@
+// The stages of a segmentation: what is done one after the other to one object.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <stop_token>
+#include <string>
+#include <vector>
+
+#include "libsurf/flow/evolution.h"
+#include "libsurf/segment/fields.h"
+#include "libsurf/segment/outcome.h"
+#include "libsurf/segment/proposal.h"
+#include "libsurf/segment/seed_model.h"
+
+namespace surf::segment {
+
+/// What a stage does with the shape.
+enum class StageKind {
+  kProposes,   ///< starts: no energy has been minimised
+  kMinimises,  ///< an energy
+  kCorrects    ///< moves the minimiser on to what it stands for
+};
+
+/// "proposes", ...
+std::string to_string(StageKind kind);
+
+struct StageReport {
+  std::string name;
+  StageKind kind = StageKind::kMinimises;
+  Outcome outcome = Outcome::kConverged;
+  std::string message;                ///< how it ended: one sentence for a person
+  std::vector<EnergyTerm> energies;   ///< that it minimised, every parameter filled in
+  double sigma_mm = 0;                ///< of its fields
+  double edge_length_mm = 0;
+  flow::FlowSummary flow;             ///< of a stage that minimises
+  double seconds = 0;
+};
+
+/// Called on the thread that runs the stages, after every step, with the stage's name and the
+/// shape of this moment; false stops the run with the shape as it is. A stage that proposes counts
+/// in k only.
+template <int Dim>
+using ProgressOf = std::function<bool(const std::string& stage, const flow::StepRecord& record,
+                                      const std::function<Simplices<Dim>()>& shape)>;
+
+/// The object that stages work on: what they were asked, and what they have made so far.
+template <int Dim>
+struct Work {
+  Fields<Dim>& fields;
+  const Options<Dim>& options;
+  std::vector<Vector<Dim>> seeds_mm;  ///< inside clicks
+  ProgressOf<Dim> progress;
+  std::stop_token stop;
+
+  std::vector<Proposal<Dim>> proposals = {};  ///< best first
+  std::size_t chosen = 0;                ///< of the proposals
+  Simplices<Dim> start = {};  ///< that the evolution begins with; the same in all stages after it
+  bool start_is_given = false;  ///< not seed balls
+  Simplices<Dim> shape = {};
+  std::vector<EnergyTerm> energies = {};  ///< of the result, every parameter filled in
+  double sigma_mm = 0, edge_length_mm = 0, geometry_tolerance_mm = 0, seed_radius_mm = 0;
+  SeedModel seed = {};
+  double border_share = 0;  ///< of the length or area on the image's border
+  std::vector<StageReport> reports = {};
+  std::vector<std::string> notes = {};
+
+  const Setting<Dim>& setting() const { return fields.setting(); }
+  double cell_mm() const { return setting().extent().cell_mm(); }
+  /// Whether the caller has asked to stop.
+  bool is_stopped() const { return has_stopped || stop.stop_requested(); }
+  /// Tells the caller; false if the run has to stop.
+  bool tell(const std::string& stage, const flow::StepRecord& record,
+            const std::function<Simplices<Dim>()>& shape_now);
+
+  bool has_stopped = false;  ///< progress() said so
+};
+
+template <int Dim>
+class Stage {
+ public:
+  virtual ~Stage() = default;
+  /// Goes on from work.shape and leaves its own there, with a report.
+  /// @return  false: nothing comes after it
+  virtual bool run(Work<Dim>& work) const = 0;
+};
+
+template <int Dim>
+using StagePointer = std::unique_ptr<const Stage<Dim>>;
+
+/// The stages that the options ask for, in order. A new one is a file in stages/ and a line here.
+/// @param has_start  the evolution goes on from a shape that is there: nothing is proposed
+/// @throws UsageError  an energy is unknown
+template <int Dim>
+std::vector<StagePointer<Dim>> plan(const Options<Dim>& options, bool has_start);
+
+}  // namespace surf::segment

@@ -1,0 +1,44 @@
+#include <fmt/format.h>
+
+#include "libsurf/segment/nucleation.h"
+#include "libsurf/segment/stages/stages.h"
+
+namespace surf::segment {
+namespace {
+
+constexpr int kMostRounds = 3;
+
+template <int Dim>
+class Cavities : public Stage<Dim> {
+ public:
+  bool run(Work<Dim>& work) const override {
+    for (int round = 1; round <= kMostRounds; ++round) {
+      const auto model = work.fields.model(field_options(work.options, work.sigma_mm));
+      const auto energy = make_energy<Dim>(work.energies, context(work, *model));
+      energy->reset({work.shape.points, work.shape.elements});
+      const auto holes = find_holes<Dim>(work.setting(), work.shape, *energy);
+      if (open_holes<Dim>(work.setting(), work.shape, holes, work.edge_length_mm, *energy) == 0)
+        return true;
+      Minimisation<Dim> out;
+      out.name = fmt::format("cavities {}", round);
+      out.terms = work.energies;
+      out.sigma_mm = work.sigma_mm;
+      out.flow = work.options.flow;
+      out.shape = shape_options(work, work.edge_length_mm, work.sigma_mm);
+      if (!minimise(work, out)) return false;
+    }
+    return true;
+  }
+};
+
+}  // namespace
+
+template <int Dim>
+StagePointer<Dim> cavities_stage() {
+  return std::make_unique<Cavities<Dim>>();
+}
+
+template StagePointer<2> cavities_stage<2>();
+template StagePointer<3> cavities_stage<3>();
+
+}  // namespace surf::segment

@@ -1,0 +1,162 @@
+#include <fmt/format.h>
+
+#include <chrono>
+#include <cmath>
+
+#include "libsurf/segment/stages/stages.h"
+
+namespace surf::segment {
+namespace {
+
+// Of a step, by the deviation of the blur: an edge is about three times as wide.
+constexpr double kStepPerBlur = 1.2;
+// As many times that for curves, but for windows: regions compete wherever the curve is, and edges
+// that a node would jump over are looked for. Twelve noisy discs with chan-vese and area take 96
+// steps, not 160; the blob of docs/curves-program.md with minimal-surface 39, not 120.
+constexpr double kLongSteps = 4;
+// Statistics of a start are fitted again to what was found from it, until the shape hardly moves.
+constexpr int kMostFits = 3;
+constexpr double kFitted = 0.005;  // of the content: what changes from one fit to the next
+
+template <int Dim>
+void lengthen_steps(const std::vector<EnergyTerm>& terms, const KindContext<Dim>& kind_context,
+                    mesh::MovingShapeOptions<Dim>& shape) {
+  if (!take_long_steps<Dim>(terms)) return;
+  shape.edge_indicator = edge_field<Dim>(terms, kind_context);
+  shape.path_spacing_mm = shape.max_displacement_mm;
+  shape.max_displacement_mm *= kLongSteps;
+}
+
+/// Adds a further part of one minimisation.
+void append(flow::FlowSummary part, flow::FlowSummary& whole) {
+  if (whole.steps.empty()) whole.initial_energy = part.initial_energy;
+  const int n_before = int(whole.steps.size());
+  for (flow::StepRecord& record : part.steps) {
+    record.k += n_before;
+    whole.steps.push_back(std::move(record));
+  }
+  whole.termination = part.termination;
+  whole.message = std::move(part.message);
+  whole.final_energy = part.final_energy;
+}
+
+}  // namespace
+
+template <int Dim>
+FieldOptions field_options(const Options<Dim>& options, double sigma_mm) {
+  FieldOptions out;
+  out.smoothing.sigma_mm = sigma_mm;
+  out.smoothing.selective_sigma_mm = options.selective_sigma_mm;
+  out.smoothing.selective_threshold = options.selective_threshold;
+  out.filter = options.derivative_filter;
+  out.interpolation = options.interpolation;
+  return out;
+}
+
+template <int Dim>
+KindContext<Dim> context(const Work<Dim>& work, EnergyModel<Dim>& model) {
+  KindContext<Dim> out{.model = model};
+  out.setting = &work.setting();
+  out.seeds_mm = work.seeds_mm;
+  if (out.seeds_mm.empty() && work.start.points.rows() > 0)
+    out.seeds_mm.push_back(work.start.points.colwise().mean().transpose());
+  out.seed = work.seed;
+  out.seed_radius_mm = work.seed_radius_mm;
+  out.initial = work.start_is_given ? &work.start : nullptr;
+  out.shape = work.shape.points.rows() > 0 ? &work.shape : nullptr;
+  return out;
+}
+
+double blur_mm(double sigma_mm, double cell_mm) {
+  return std::sqrt(sigma_mm * sigma_mm + cell_mm * cell_mm / 3);
+}
+
+template <int Dim>
+mesh::MovingShapeOptions<Dim> shape_options(const Work<Dim>& work, double edge_length_mm,
+                                            double sigma_mm) {
+  const Options<Dim>& options = work.options;
+  mesh::MovingShapeOptions<Dim> out;
+  out.edge_length_mm = edge_length_mm;
+  out.coarseness = options.coarseness;
+  out.adaptivity.geometry_tolerance_mm = work.geometry_tolerance_mm;
+  out.adaptivity.integral_tolerance = options.integral_tolerance;
+  out.topology = options.topology;
+  out.topology_resolution_mm = options.topology_resolution_mm.value_or(0);
+  if (options.sheet_distance_mm) out.sheet_distance = *options.sheet_distance_mm / edge_length_mm;
+  out.max_displacement_mm = kStepPerBlur * blur_mm(sigma_mm, work.cell_mm());
+  return out;
+}
+
+template <int Dim>
+Simplices<Dim> in_file_order(const Simplices<Dim>& shape) {
+  std::vector<int> place(std::size_t(shape.points.rows()), -1);
+  Simplices<Dim> out{Points<Dim>(shape.points.rows(), Dim), shape.elements};
+  int n = 0;
+  for (Eigen::Index t = 0; t < out.elements.rows(); ++t)
+    for (int i = 0; i < Dim; ++i) {
+      int& vertex = out.elements(t, i);
+      if (place[vertex] < 0) {
+        place[vertex] = n;
+        out.points.row(n++) = shape.points.row(vertex).template cast<float>().template cast<double>();
+      }
+      vertex = place[vertex];
+    }
+  out.points.conservativeResize(n, Dim);
+  return out;
+}
+
+template <int Dim>
+bool minimise(Work<Dim>& work, const Minimisation<Dim>& minimisation) {
+  const auto begin = std::chrono::steady_clock::now();
+  const auto model = work.fields.model(field_options(work.options, minimisation.sigma_mm));
+  const std::vector<EnergyTerm>& terms = minimisation.terms;
+  mesh::MovingShapeOptions<Dim> options = minimisation.shape;
+  options.adaptivity.integrands = integrands<Dim>(terms, context(work, *model));
+  if (Dim == 2 && minimisation.may_take_long_steps)
+    lengthen_steps<Dim>(terms, context(work, *model), options);
+  StageReport report;
+  report.name = minimisation.name;
+  report.energies = terms;
+  report.sigma_mm = minimisation.sigma_mm;
+  report.edge_length_mm = options.edge_length_mm;
+  const auto shape = work.setting().make_shape(work.shape, options);
+  const auto on_step = [&](const flow::StepRecord& record) {
+    return work.tell(report.name, record, [&] { return shape->simplices(); });
+  };
+  flow::FlowOptions flow = minimisation.flow;
+  for (int fit = 0; fit < kMostFits; ++fit) {
+    const double before = shape->geometry().enclosed();
+    const auto energy = make_energy<Dim>(terms, context(work, *model));
+    flow.max_steps = minimisation.flow.max_steps - int(report.flow.steps.size());
+    append(flow::evolve<Dim>(*shape, *energy, flow, on_step), report.flow);
+    work.shape = shape->simplices();
+    if (outcome_of(report.flow.termination) != Outcome::kConverged || !are_fitted<Dim>(terms))
+      break;
+    if (fit > 0 && std::abs(shape->geometry().enclosed() / before - 1) < kFitted) break;
+  }
+  report.outcome =
+      shape->has_vanished() ? Outcome::kVanished : outcome_of(report.flow.termination);
+  report.message = report.flow.message;
+  report.seconds =
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  work.border_share = shape->border_share();
+  if (shape->is_limited())
+    work.notes.push_back(fmt::format(
+        "{}: the {} is coarser than asked for: at {} elements nothing is refined any more",
+        report.name, work.setting().noun(), options.adaptivity.max_elements));
+  work.reports.push_back(std::move(report));
+  return work.reports.back().outcome == Outcome::kConverged;
+}
+
+template FieldOptions field_options<2>(const Options<2>&, double);
+template FieldOptions field_options<3>(const Options<3>&, double);
+template KindContext<2> context<2>(const Work<2>&, EnergyModel<2>&);
+template KindContext<3> context<3>(const Work<3>&, EnergyModel<3>&);
+template mesh::MovingShapeOptions<2> shape_options<2>(const Work<2>&, double, double);
+template mesh::MovingShapeOptions<3> shape_options<3>(const Work<3>&, double, double);
+template Segments in_file_order<2>(const Segments&);
+template Triangles in_file_order<3>(const Triangles&);
+template bool minimise<2>(Work<2>&, const Minimisation<2>&);
+template bool minimise<3>(Work<3>&, const Minimisation<3>&);
+
+}  // namespace surf::segment

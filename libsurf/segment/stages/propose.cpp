@@ -1,0 +1,63 @@
+#include <chrono>
+
+#include "libsurf/segment/stages/stages.h"
+
+namespace surf::segment {
+namespace {
+
+template <int Dim>
+class Propose : public Stage<Dim> {
+ public:
+  bool run(Work<Dim>& work) const override {
+    const auto begin = std::chrono::steady_clock::now();
+    StageReport report;
+    report.name = "propose";
+    report.kind = StageKind::kProposes;
+    search(work);
+    if (!work.proposals.empty()) {
+      work.shape = work.proposals[work.chosen].shape;
+      report.outcome = Outcome::kProposed;
+      report.message = to_string(work.proposals[work.chosen]);
+    } else {
+      report.outcome = Outcome::kNoObject;
+      report.message =
+          "no region of like intensities round the clicks stands out from what surrounds it";
+    }
+    if (work.is_stopped()) {
+      report.outcome = work.proposals.empty() ? Outcome::kNoObject : Outcome::kStopped;
+      report.message = "interrupted while regions were looked for";
+    }
+    report.seconds =
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    work.reports.push_back(std::move(report));
+    return work.reports.back().outcome == Outcome::kProposed;
+  }
+
+ private:
+  static void search(Work<Dim>& work) {
+    const SearchGrid<Dim>& grid = work.fields.search_grid(
+        field_options(work.options, 0), work.options.sigma_mm);
+    const std::string stage = "propose";
+    work.chosen = 0;
+    work.proposals = segment::propose<Dim>(
+        work.setting(), grid, work.seeds_mm, {},
+        [&](int n_done) {
+          flow::StepRecord record;
+          record.k = n_done;
+          return work.tell(stage, record, [&] { return work.shape; });
+        },
+        work.stop);
+  }
+};
+
+}  // namespace
+
+template <int Dim>
+StagePointer<Dim> propose_stage() {
+  return std::make_unique<Propose<Dim>>();
+}
+
+template StagePointer<2> propose_stage<2>();
+template StagePointer<3> propose_stage<3>();
+
+}  // namespace surf::segment

@@ -1,0 +1,75 @@
+// The stages that there are, one in each file of this folder, and what they share.
+#pragma once
+
+#include "libsurf/segment/energy_assembly.h"
+#include "libsurf/segment/stage.h"
+
+namespace surf::segment {
+
+/// Regions round the clicks, best first; the shape is the boundary of the chosen one.
+template <int Dim>
+StagePointer<Dim> propose_stage();
+/// Chooses smoothing, lengths and the energy of a result from the edges along the proposal.
+template <int Dim>
+StagePointer<Dim> fit_stage();
+/// Seed balls or the initial shape, and the parameters of explicit energies that are not given.
+template <int Dim>
+StagePointer<Dim> start_stage();
+/// The energy with 2^level times the blur and the lengths of the result.
+template <int Dim>
+StagePointer<Dim> level_stage(int level);
+/// The first parts of Alg. 17.
+template <int Dim>
+StagePointer<Dim> coarse_stage();
+/// The energy, to its minimum.
+template <int Dim>
+StagePointer<Dim> evolve_stage();
+/// Holes where the energy asks for them, and on from there.
+template <int Dim>
+StagePointer<Dim> cavities_stage();
+/// On to the edges that have been found, by int H dS alone.
+template <int Dim>
+StagePointer<Dim> settle_stage();
+/// Takes off the bias of the curvature.
+template <int Dim>
+StagePointer<Dim> offset_stage();
+
+/// The fields of this smoothing, as the options ask for them.
+template <int Dim>
+FieldOptions field_options(const Options<Dim>& options, double sigma_mm);
+
+/// What energies may depend on, with the fields of a model.
+template <int Dim>
+KindContext<Dim> context(const Work<Dim>& work, EnergyModel<Dim>& model);
+
+/// Standard deviation of the fields' blur [mm]: the Gaussian's and the spline's.
+double blur_mm(double sigma_mm, double cell_mm);
+
+/// Of the shape of a stage with these fields.
+template <int Dim>
+mesh::MovingShapeOptions<Dim> shape_options(const Work<Dim>& work, double edge_length_mm,
+                                            double sigma_mm);
+
+/// The shape as files keep it: coordinates rounded to floats, points in the order in which elements
+/// use them and none besides. So a start that was written and read again is the same to the bit.
+template <int Dim>
+Simplices<Dim> in_file_order(const Simplices<Dim>& shape);
+
+/// One minimisation from work.shape.
+template <int Dim>
+struct Minimisation {
+  std::string name;
+  std::vector<EnergyTerm> terms;  ///< complete
+  double sigma_mm = 0;
+  flow::FlowOptions flow;
+  mesh::MovingShapeOptions<Dim> shape;
+  /// Curves may take long steps and stop at the edges on their way.
+  bool may_take_long_steps = true;
+};
+
+/// Runs it, and leaves shape and report in `work`.
+/// @return  false: stopped, vanished or ended by an obstacle
+template <int Dim>
+bool minimise(Work<Dim>& work, const Minimisation<Dim>& minimisation);
+
+}  // namespace surf::segment

@@ -1,0 +1,95 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "libsurf/segment/seed_model.h"
+#include "libsurf/segment/stages/stages.h"
+
+namespace surf::segment {
+namespace {
+
+// Of the image's range, since phantoms have no noise: what a curve or surface can grow through.
+constexpr double kLeastDeviation = 1.0 / 256;
+constexpr double kSigma = 0.7, kEdgeLength = 1.5;  // cells
+constexpr double kLeastRadius = 2, kMostRadius = 8;  // cells, of a seed ball
+
+template <int Dim>
+std::string words(const Vector<Dim>& point) {
+  std::string out;
+  for (const double x : point) out += fmt::format("{}{:g}", out.empty() ? "" : ", ", x);
+  return out;
+}
+
+/// Seed balls as one shape of several components; where they may not merge, a ball that would
+/// touch an earlier one is left out.
+template <int Dim>
+Simplices<Dim> seed_balls(Work<Dim>& work) {
+  const double radius = work.seed_radius_mm, edge = std::min(work.edge_length_mm, radius / 2);
+  const double least = work.options.topology == mesh::Topology::kFixed
+                           ? 2 * radius + edge
+                           : edge / 4;  // the same place
+  std::vector<Simplices<Dim>> balls;
+  std::vector<Vector<Dim>> used;
+  for (const Vector<Dim>& seed : work.seeds_mm) {
+    if (std::any_of(used.begin(), used.end(),
+                    [&](const Vector<Dim>& other) { return (other - seed).norm() < least; })) {
+      work.notes.push_back(fmt::format(
+          "the ball round seed ({}) would touch another one and is left out", words<Dim>(seed)));
+      continue;
+    }
+    used.push_back(seed);
+    balls.push_back(work.setting().ball(seed, radius, edge));
+  }
+  return work.setting().joined(balls);
+}
+
+template <int Dim>
+class Start : public Stage<Dim> {
+ public:
+  bool run(Work<Dim>& work) const override {
+    const Options<Dim>& options = work.options;
+    const double cell = work.cell_mm();
+    work.sigma_mm = options.sigma_mm.value_or(kSigma * cell);
+    work.edge_length_mm = options.edge_length_mm.value_or(kEdgeLength * cell);
+    work.geometry_tolerance_mm = options.geometry_tolerance_mm.value_or(cell);
+    const auto model = work.fields.model(field_options(options, work.sigma_mm));
+    if (!work.seeds_mm.empty()) work.seed = seed_model(work, *model);
+    work.seed_radius_mm = options.seed_radius_mm.value_or(
+        std::clamp(0.7 * work.seed.radius_mm, kLeastRadius * cell, kMostRadius * cell));
+    work.shape = work.start_is_given ? in_file_order<Dim>(work.shape) : seed_balls(work);
+    work.start = work.shape;
+    work.energies = completed<Dim>(options.energies, context(work, *model));
+    StageReport report;
+    report.name = "start";
+    report.kind = StageKind::kProposes;
+    report.outcome = work.is_stopped() ? Outcome::kStopped : Outcome::kProposed;
+    report.message = work.is_stopped() ? "interrupted before the first step"
+                     : work.start_is_given
+                         ? "from a given shape"
+                         : fmt::format("from balls of radius {:.3g} mm round {} clicks",
+                                       work.seed_radius_mm, work.seeds_mm.size());
+    work.reports.push_back(std::move(report));
+    return !work.is_stopped();
+  }
+
+ private:
+  static SeedModel seed_model(const Work<Dim>& work, const EnergyModel<Dim>& model) {
+    SeedModel out =
+        estimate_seed_model<Dim>(*model.intensity(), work.seeds_mm, work.setting().extent());
+    const auto [lowest, highest] = work.setting().extent().range;
+    out.deviation = std::max(out.deviation, kLeastDeviation * (double(highest) - lowest));
+    return out;
+  }
+};
+
+}  // namespace
+
+template <int Dim>
+StagePointer<Dim> start_stage() {
+  return std::make_unique<Start<Dim>>();
+}
+
+template StagePointer<2> start_stage<2>();
+template StagePointer<3> start_stage<3>();
+
+}  // namespace surf::segment

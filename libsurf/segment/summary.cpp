@@ -1,0 +1,149 @@
+#include <map>
+#include <nlohmann/json.hpp>
+
+#include "libsurf/segment/finish.h"
+
+namespace surf::segment {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+/// Names of lengths, areas and volumes in this dimension.
+template <int Dim>
+struct Keys {
+  static constexpr const char* content = Dim == 3 ? "volume_mm3" : "area_mm2";
+  static constexpr const char* measure = Dim == 3 ? "area_mm2" : "length_mm";
+  static constexpr const char* elements = Dim == 3 ? "triangles" : "elements";
+  static constexpr const char* manifold = Dim == 3 ? "manifold" : "simple";
+  static constexpr const char* outward = Dim == 3 ? "outward" : "alternating";
+  static constexpr const char* place = Dim == 3 ? "place_ras_mm" : "place_mm";
+  static constexpr const char* center = Dim == 3 ? "center_ras_mm" : "center_mm";
+  static constexpr const char* centroid = Dim == 3 ? "centroid_ras_mm" : "centroid_mm";
+  static constexpr const char* change = Dim == 3 ? "volume_change_mm3" : "area_change_mm2";
+  static constexpr const char* degenerate = Dim == 3 ? "degenerate_triangles" : "degenerate_elements";
+  static constexpr const char* components = Dim == 3 ? "shells" : "regions";
+  static constexpr const char* cavities = Dim == 3 ? "cavities" : "holes";
+};
+
+template <int Dim>
+Json point_to_json(const Vector<Dim>& point) {
+  Json out = Json::array();
+  for (const double x : point) out.push_back(x);
+  return out;
+}
+
+template <int Dim>
+Json part_to_json(const Part<Dim>& part) {
+  Json out = {{Keys<Dim>::content, part.content}, {Keys<Dim>::measure, part.measure}};
+  if (Dim == 3) out["genus"] = part.genus;
+  out[Keys<Dim>::center] = point_to_json<Dim>(part.center_mm);
+  return out;
+}
+
+template <int Dim>
+void add_measures(const Measures<Dim>& measures, Json& out) {
+  using K = Keys<Dim>;
+  out["vertices"] = measures.n_vertices;
+  out[K::elements] = measures.n_elements;
+  out[K::content] = measures.content;
+  out[K::measure] = measures.measure;
+  out[K::centroid] = point_to_json<Dim>(measures.centroid_mm);
+  out["components"] = measures.n_components;
+  out["closed"] = measures.closed;
+  out[K::manifold] = measures.manifold;
+  out[K::outward] = measures.outward;
+  out["self_intersections"] = measures.n_self_intersections;
+  out[K::degenerate] = measures.n_degenerate;
+  if (Dim == 3) {
+    out["min_angle_deg"] = measures.min_angle_deg;
+    out["share_above_25_deg"] = measures.share_above_25_deg;
+  }
+  if (!measures.passed) return;
+  out[K::components] = Json::array();
+  for (const Component<Dim>& component : measures.components) {
+    Json entry = part_to_json<Dim>(component);
+    entry[K::cavities] = Json::array();
+    for (const Part<Dim>& cavity : component.cavities)
+      entry[K::cavities].push_back(part_to_json<Dim>(cavity));
+    out[K::components].push_back(std::move(entry));
+  }
+}
+
+Json texts_of(const std::vector<EnergyTerm>& terms) {
+  Json out = Json::array();
+  for (const EnergyTerm& term : terms) out.push_back(to_string(term));
+  return out;
+}
+
+template <int Dim>
+Json events_of(const Result<Dim>& result) {
+  Json out = Json::array();
+  for (const StageReport& stage : result.stages)
+    for (const auto& step : stage.flow.steps)
+      for (const auto& event : step.events) {
+        Json at = Json::array();
+        for (int axis = 0; axis < Dim; ++axis) at.push_back(event.place[axis]);
+        out.push_back({{"stage", stage.name},
+                       {"step", step.k},
+                       {"kind", event.kind},
+                       {Keys<Dim>::place, at},
+                       {Keys<Dim>::change, event.enclosed_change}});
+      }
+  return out;
+}
+
+Json stage_to_json(const StageReport& stage) {
+  Json out = {{"stage", stage.name},
+              {"kind", to_string(stage.kind)},
+              {"outcome", to_string(stage.outcome)},
+              {"message", stage.message},
+              {"time_s", stage.seconds}};
+  if (stage.kind == StageKind::kProposes) return out;
+  out["energies"] = texts_of(stage.energies);
+  out["sigma_mm"] = stage.sigma_mm;
+  out["edge_length_mm"] = stage.edge_length_mm;
+  out["steps"] = stage.flow.steps.size();
+  out["energy_before"] = stage.flow.initial_energy;
+  out["energy_after"] = stage.flow.final_energy;
+  return out;
+}
+
+}  // namespace
+
+template <int Dim>
+std::string summary_json(const Result<Dim>& result, const Measures<Dim>* measures) {
+  Json out;
+  out["outcome"] = to_string(result.outcome);
+  out["stop_message"] = result.message;
+  out["iterations"] = result.n_steps();
+  if (const StageReport* main = result.main_stage();
+      main && main->kind == StageKind::kMinimises)
+    out["energy"] = main->flow.final_energy;
+  if (measures) add_measures<Dim>(*measures, out);
+  out["border_share"] = result.border_share;
+  for (const Removed<Dim>& part : result.removed)
+    out["removed"].push_back({{"what", part.what},
+                              {"shells", part.n_parts},
+                              {Keys<Dim>::content, part.content},
+                              {Keys<Dim>::center, point_to_json<Dim>(part.center_mm)}});
+  out["topology_events"] = events_of(result);
+  out["notes"] = result.notes;
+  out["chosen"] = {{"sigma_mm", result.sigma_mm},
+                   {"edge_length_mm", result.edge_length_mm},
+                   {"geometry_tolerance_mm", result.geometry_tolerance_mm}};
+  if (result.seed_radius_mm > 0) out["chosen"]["seed_radius_mm"] = result.seed_radius_mm;
+  if (!result.energies.empty()) out["chosen"]["energies"] = texts_of(result.energies);
+  for (const Proposal<Dim>& proposal : result.proposals)
+    out["proposals"].push_back({{"score", proposal.score},
+                                {Keys<Dim>::content, proposal.enclosed},
+                                {"mean", proposal.mean},
+                                {"half_width", proposal.half_width},
+                                {"neck_radius_mm", proposal.neck_radius_mm}});
+  for (const StageReport& stage : result.stages) out["evolution"].push_back(stage_to_json(stage));
+  return out.dump();
+}
+
+template std::string summary_json<2>(const Result<2>&, const Measures<2>*);
+template std::string summary_json<3>(const Result<3>&, const Measures<3>*);
+
+}  // namespace surf::segment
