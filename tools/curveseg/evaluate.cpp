@@ -169,6 +169,7 @@ void add_evaluate_command(CLI::App& app, ExitCode&) {
   command->add_option("--spacing", request->reference.spacing,
                       "Pixel size of a mask in mm, S or SX,SY [what the file states, else 1]");
   command->add_option("--label", request->label, "Label of the object in the mask");
+  request->reference.which.add_to(*command);
   command->add_option("--json", request->json, "Write the scores to this file");
   command->footer(kFooter);
   command->callback([request] {

@@ -6,7 +6,6 @@
 
 #include "libcurve/image/read_image.h"
 #include "libsurf/base/error.h"
-#include "libsurf/volume/read_volume.h"
 #include "tools/common/arguments.h"
 #include "tools/common/energy_term.h"
 
@@ -69,8 +68,7 @@ void ImageArguments::check() const {
   if (!slice.empty()) parse_slice(slice);
   if (!plane.empty()) parse_plane(plane);
   parse_spacing(spacing);
-  if (frame_index < 0)
-    throw UsageError(fmt::format("--frame-index: expected 0 or more; got {}", frame_index));
+  which.check();
   if (page < 0) throw UsageError(fmt::format("--page: expected 0 or more; got {}", page));
 }
 
@@ -81,14 +79,13 @@ surf::curve::Image ImageArguments::read() const {
     if (surf::curve::is_image_file(path))
       return surf::curve::read_image(path, {.spacing_mm = spacing_mm, .page = page});
     // A volume is known by its own reader, whose message is the better one if it is none.
-    surf::volume::read_volume(path, {.frame_index = frame_index, .series_uid = {}});
+    which.read(path);
     throw UsageError(fmt::format(
         "{}: is a volume; choose a slice, such as --slice axial:20, or a --plane", path));
   }
   if (surf::curve::is_image_file(path))
     throw UsageError(fmt::format("--slice, --plane: {} is an image, not a volume", path));
-  const auto volume =
-      surf::volume::read_volume(path, {.frame_index = frame_index, .series_uid = {}});
+  const auto volume = which.read(path);
   if (!slice.empty()) {
     if (spacing_mm)
       throw UsageError(
@@ -123,9 +120,7 @@ void add_image_arguments(CLI::App& command, ImageArguments& a) {
       .add_option("--plane", a.plane,
                   "Oblique plane through a volume: point and normal X,Y,Z,NX,NY,NZ, RAS mm")
       ->group(group);
-  command.add_option("--frame-index", a.frame_index, "Frame of a 4-D volume, from 0")
-      ->capture_default_str()
-      ->group(group);
+  a.which.add_to(command, group);
 }
 
 Eigen::Vector2d parse_plane_point(const std::string& option, const std::string& text,

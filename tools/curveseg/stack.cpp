@@ -13,7 +13,6 @@
 #include "libsurf/base/file.h"
 #include "libsurf/base/threads.h"
 #include "libsurf/fem/geometry.h"
-#include "libsurf/volume/read_volume.h"
 #include "libsurf/volume/write_volume.h"
 #include "tools/common/config.h"
 #include "tools/common/outputs.h"
@@ -39,7 +38,7 @@ using surf::curve::VoxelSlices;
 
 struct Arguments : CurveArguments {
   std::string volume, output, output_space = "lps", mask, plane = "axial";
-  int frame_index = 0;
+  VolumeArguments which;
   int from = 0, to = 0;
 };
 
@@ -64,8 +63,7 @@ class StackCommand {
     std::unique_ptr<surf::ThreadLimit> limit;
     if (arguments_.threads > 0) limit = std::make_unique<surf::ThreadLimit>(arguments_.threads);
     clock_.begin("read");
-    const auto volume = surf::volume::read_volume(
-        arguments_.volume, {.frame_index = arguments_.frame_index, .series_uid = {}});
+    const auto volume = arguments_.which.read(arguments_.volume);
     for (const std::string& note : volume.source().notes) progress_.note("note: " + note);
     const VoxelSlices slices(volume, parse_slice_plane("--slices", arguments_.plane));
     catch_signals();
@@ -98,7 +96,7 @@ class StackCommand {
       throw surf::UsageError(
           fmt::format("--mask: {}: expected a name that ends in .nii.gz, .nii, .mha or .nrrd",
                       arguments_.mask));
-    check_range("--frame-index", arguments_.frame_index, 0, "0 or more");
+    arguments_.which.check();
     if (command_.count("--from") == 0 || command_.count("--to") == 0)
       throw surf::UsageError("--from, --to: the first and the last slice are needed");
     check_curve_arguments(command_, arguments_);
@@ -209,9 +207,7 @@ void add_options(CLI::App& command, Arguments& a) {
       ->check(CLI::IsMember({"axial", "sagittal", "coronal"}))
       ->capture_default_str()
       ->group(group);
-  command.add_option("--frame-index", a.frame_index, "Frame of a 4-D volume, from 0")
-      ->capture_default_str()
-      ->group(group);
+  a.which.add_to(command, group);
   add_curve_options(command, a);
   const std::string output = "Output and running";
   command.add_option("--output-space", a.output_space, "Frame of the file: lps (as Slicer) or ras")

@@ -9,9 +9,9 @@
 #include "libsurf/mesh/measure.h"
 #include "libsurf/mesh/overlap.h"
 #include "libsurf/mesh/verify.h"
-#include "libsurf/volume/read_volume.h"
 #include "tools/common/outputs.h"
 #include "tools/common/report.h"
+#include "tools/common/volume_arguments.h"
 #include "tools/surfseg/commands.h"
 
 namespace surfseg {
@@ -43,6 +43,7 @@ struct Request {
   std::string surface, reference, json;
   std::optional<int> label;
   std::string unstated_space = "lps";
+  VolumeArguments which;
 
   Triangles read(const std::string& path) const {
     return surf::io::read_surface(
@@ -69,7 +70,7 @@ Reference read_reference(const Request& request) {
           fmt::format("--label: {} is a mesh and has no labels", request.reference));
     reference.surface = request.read(request.reference);
   } else {
-    reference.labels = surf::volume::read_volume(request.reference);
+    reference.labels = request.which.read(request.reference);
     reference.surface = surf::mesh::surface_of_label_map(*reference.labels, request.label);
   }
   return reference;
@@ -206,6 +207,7 @@ void add_evaluate_command(CLI::App& app, ExitCode&) {
   command->add_option("--reference", request->reference, "Mesh or label map to compare with")
       ->required();
   command->add_option("--label", request->label, "Label of the object in the label map");
+  request->which.add_to(*command);
   command
       ->add_option("--unstated-space", request->unstated_space,
                    "Space of surface files that state none: ras or lps")

@@ -2,8 +2,8 @@
 #include <memory>
 
 #include "libsurf/volume/orientation.h"
-#include "libsurf/volume/read_volume.h"
 #include "tools/common/report.h"
+#include "tools/common/volume_arguments.h"
 #include "tools/surfseg/commands.h"
 
 namespace surfseg {
@@ -28,7 +28,7 @@ constexpr const char* kFooter =
 struct Request {
   std::string path;
   bool is_json = false;
-  surf::volume::ReadOptions options;
+  VolumeArguments volume;
 };
 
 /// Zero for what prints as -0.
@@ -141,7 +141,7 @@ std::string text_of(const Volume& volume) {
 }
 
 void run(const Request& request) {
-  const Volume volume = surf::volume::read_volume(request.path, request.options);
+  const Volume volume = request.volume.read(request.path);
   const std::string text = request.is_json ? json_of(volume).dump(2) + "\n" : text_of(volume);
   std::fwrite(text.data(), 1, text.size(), stdout);
 }
@@ -154,10 +154,7 @@ void add_info_command(CLI::App& app, ExitCode&) {
   command->add_option("FILE", request->path, "Volume: a file, or a folder of DICOM slices")
       ->required();
   command->add_flag("--json", request->is_json, "Print JSON");
-  command->add_option("--frame-index", request->options.frame_index, "Frame of a 4-D file, from 0")
-      ->capture_default_str();
-  command->add_option("--series-uid", request->options.series_uid,
-                      "Series of a DICOM folder that holds several");
+  request->volume.add_to(*command);
   command->footer(kFooter);
   command->callback([request] { run(*request); });
 }

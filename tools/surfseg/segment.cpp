@@ -15,7 +15,6 @@
 #include "libsurf/mesh/rasterize.h"
 #include "libsurf/mesh/verify.h"
 #include "libsurf/segment/denoised.h"
-#include "libsurf/volume/read_volume.h"
 #include "libsurf/volume/write_volume.h"
 #include "tools/common/arguments.h"
 #include "tools/common/config.h"
@@ -26,6 +25,7 @@
 #include "tools/common/run_report.h"
 #include "tools/common/signals.h"
 #include "tools/common/stage_clock.h"
+#include "tools/common/volume_arguments.h"
 #include "tools/surfseg/commands.h"
 #include "tools/surfseg/initial_surface.h"
 
@@ -47,7 +47,7 @@ bool has_mumford_shah(const std::vector<surf::segment::EnergyTerm>& terms) {
 /// The options as they were typed.
 struct Arguments : RunArguments {
   std::string volume, output;
-  int frame_index = 0;
+  VolumeArguments which;
   std::string space = "ras";
   InitialArguments initial;
   std::string output_space = "lps", mask, denoised;
@@ -88,9 +88,7 @@ class SegmentCommand {
     std::unique_ptr<surf::ThreadLimit> limit;
     if (arguments_.threads > 0) limit = std::make_unique<surf::ThreadLimit>(arguments_.threads);
     clock_.begin("read");
-    surf::volume::ReadOptions read_options;
-    read_options.frame_index = arguments_.frame_index;
-    const surf::volume::Volume volume = surf::volume::read_volume(arguments_.volume, read_options);
+    const surf::volume::Volume volume = arguments_.which.read(arguments_.volume);
     for (const std::string& note : volume.source().notes) progress_.note("note: " + note);
     const surf::segment::SegmentOptions options = segment_options(volume);
     catch_signals();
@@ -164,7 +162,7 @@ class SegmentCommand {
   void check_values() const {
     check_run_arguments(command_, arguments_, kWords);
     check_range("--candidates", arguments_.candidates, 0, "0 or more");
-    check_range("--frame-index", arguments_.frame_index, 0, "0 or more");
+    arguments_.which.check();
     if (arguments_.keep == "seeded" && arguments_.seeds.empty() && !arguments_.initial.is_body())
       throw surf::UsageError("--keep seeded: a --seed in each component to keep is needed");
     for (const std::string& seed : arguments_.seeds) parse_point("--seed", seed);
@@ -297,8 +295,7 @@ void add_options(CLI::App& command, Arguments& a) {
       "VOLUME", a.volume,
       "NIfTI, MetaImage, NRRD, VTI or OpenVDB file, a DICOM folder or one of its files");
   command.add_option("-o,--output", a.output, "Surface to write: .stl, .obj, .ply or .vtp");
-  command.add_option("--frame-index", a.frame_index, "Frame of a 4-D volume, from 0")
-      ->capture_default_str();
+  a.which.add_to(command);
 
   add_start_options(command, a, kWords);
   const std::string start = "Where to start";
