@@ -36,6 +36,7 @@ void apply_config(CLI::App& command, const std::string& path) {
   if (!document.is_object())
     throw surf::UsageError(fmt::format("{}: expected an object of options", path));
   for (const auto& [key, value] : document.items()) {
+    if (key == "description") continue;  // of a preset
     CLI::Option* option = find_option(command, path, key);
     if (option->count() > 0 || value.is_null()) continue;
     if (value.is_array())
@@ -58,6 +59,7 @@ nlohmann::ordered_json dump_config(const CLI::App& command, const std::vector<st
     std::string name =
         option->get_lnames().empty() ? option->get_single_name() : option->get_lnames().front();
     if (std::find(skip.begin(), skip.end(), name) != skip.end()) continue;
+    if (name == "preset") continue;  // what it sets is here itself
     if (option->count() == 0) {
       if (!option->get_default_str().empty()) document[name] = option->get_default_str();
       continue;

@@ -9,6 +9,7 @@
 #include "libsurf/base/error.h"
 #include "tools/common/arguments.h"
 #include "tools/common/energy_term.h"
+#include "tools/common/preset_arguments.h"
 
 namespace surfseg {
 namespace {
@@ -322,6 +323,7 @@ void add_running_options(CLI::App& command, RunArguments& a) {
   command.add_option("--json", a.json, "Summary; it can be fed back as --config")->group(group);
   command.add_option("--config", a.config, "JSON file of options; the command line wins")
       ->group(group);
+  add_preset_option(command, a.preset, group);
   command.add_option("--threads", a.threads, "Threads [all]; the result is the same")->group(group);
   command.add_flag("-q,--quiet", a.quiet, "Print errors only")->group(group);
   command.add_flag("-v,--verbose", a.verbose, "Print every step")->group(group);

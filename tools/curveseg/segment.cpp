@@ -16,6 +16,7 @@
 #include "libsurf/base/threads.h"
 #include "tools/common/config.h"
 #include "tools/common/outputs.h"
+#include "tools/common/preset_arguments.h"
 #include "tools/common/progress.h"
 #include "tools/common/report.h"
 #include "tools/common/run_report.h"
@@ -257,7 +258,7 @@ void add_segment_command(CLI::App& app, ExitCode& exit_code) {
       "written), 6 result fails a guarantee (not written), 130/143 interrupted (last curves "
       "written).");
   command->callback([command, arguments, &exit_code] {
-    if (!arguments->config.empty()) apply_config(*command, arguments->config);
+    apply_files(*command, arguments->config, arguments->preset);
     exit_code = SegmentCommand(*command, *arguments).run();
   });
 }

@@ -16,6 +16,7 @@
 #include "libsurf/volume/write_volume.h"
 #include "tools/common/config.h"
 #include "tools/common/outputs.h"
+#include "tools/common/preset_arguments.h"
 #include "tools/common/progress.h"
 #include "tools/common/report.h"
 #include "tools/common/run_report.h"
@@ -233,7 +234,7 @@ void add_stack_command(CLI::App& app, ExitCode& exit_code) {
       "          --mask cord.nii.gz\n"
       "Contours are in the world. Where the object ends, so does the stack, with a note.");
   command->callback([command, arguments, &exit_code] {
-    if (!arguments->config.empty()) apply_config(*command, arguments->config);
+    apply_files(*command, arguments->config, arguments->preset);
     exit_code = StackCommand(*command, *arguments).run();
   });
 }

@@ -19,6 +19,7 @@
 #include "tools/common/arguments.h"
 #include "tools/common/config.h"
 #include "tools/common/outputs.h"
+#include "tools/common/preset_arguments.h"
 #include "tools/common/progress.h"
 #include "tools/common/report.h"
 #include "tools/common/run_arguments.h"
@@ -365,7 +366,7 @@ void add_segment_command(CLI::App& app, ExitCode& exit_code) {
       "written), 6 result fails a guarantee (not written), 130/143 interrupted (last surface "
       "written).");
   command->callback([command, arguments, &exit_code] {
-    if (!arguments->config.empty()) apply_config(*command, arguments->config);
+    apply_files(*command, arguments->config, arguments->preset);
     if (arguments->volume.empty()) throw surf::UsageError("VOLUME: a volume is missing");
     exit_code = SegmentCommand(*command, *arguments).run();
   });
