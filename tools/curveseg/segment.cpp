@@ -123,7 +123,7 @@ class SegmentCommand {
       throw surf::UsageError(fmt::format(
           "-o: {}: expected a name that ends in .svg, .json, .vtp or .csv", arguments_.output));
     for (const auto& [option, path] :
-         {std::pair{"--mask", arguments_.mask}, {"--overlay", arguments_.overlay}})
+         {std::pair{"--mask", arguments_.mask}, {"--picture", arguments_.overlay}})
       if (!path.empty() && surf::extension(path) != ".png")
         throw surf::UsageError(
             fmt::format("{}: {}: expected a name that ends in .png", option, path));
@@ -139,7 +139,7 @@ class SegmentCommand {
     arguments_.image.check();
     check_outputs({{"-o", arguments_.output},
                    {"--mask", arguments_.mask},
-                   {"--overlay", arguments_.overlay},
+                   {"--picture", arguments_.overlay},
                    {"--denoised", arguments_.denoised},
                    {"--json", arguments_.json}},
                   arguments_.image.path);
@@ -229,7 +229,8 @@ void add_options(CLI::App& command, Arguments& a) {
       ->capture_default_str()
       ->group(output);
   command.add_option("--mask", a.mask, "Mask on the image's pixels: .png")->group(output);
-  command.add_option("--overlay", a.overlay, "Picture of the contours over the image: .png")
+  command
+      .add_option("--picture,--overlay", a.overlay, "Picture of the contours over the image: .png")
       ->group(output);
   command
       .add_option("--denoised", a.denoised,
@@ -252,7 +253,7 @@ void add_segment_command(CLI::App& app, ExitCode& exit_code) {
       "  curveseg segment cells.png --seeds-grid 20px --energy chan-vese -o cells.svg --mask "
       "cells-mask.png\n"
       "  curveseg segment ring.tif --circle 128,128,120px --energy chan-vese --open-cavities \\\n"
-      "          -o ring.json --overlay ring.png\n"
+      "          -o ring.json --picture ring.png\n"
       "  curveseg segment head.nii.gz --slice axial:80 --seed 90,110 -o ventricle.json\n"
       "Exit codes: 0 done, 2 usage, 3 input, 4 output, 5 stopped at the iteration limit (result\n"
       "written), 6 result fails a guarantee (not written), 130/143 interrupted (last curves "

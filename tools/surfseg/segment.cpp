@@ -29,6 +29,7 @@
 #include "tools/common/volume_arguments.h"
 #include "tools/surfseg/commands.h"
 #include "tools/surfseg/initial_surface.h"
+#include "tools/surfseg/slice_picture.h"
 
 namespace surfseg {
 namespace {
@@ -51,7 +52,7 @@ struct Arguments : RunArguments {
   VolumeArguments which;
   std::string space = "ras";
   InitialArguments initial;
-  std::string output_space = "lps", mask, denoised;
+  std::string output_space = "lps", mask, denoised, picture;
   int candidates = 0;
 };
 
@@ -108,7 +109,7 @@ class SegmentCommand {
     clock_.begin("write");
     ExitCode exit_code = exit_code_of<3>(result);
     if (verification.passed())
-      write(volume, result, surface);
+      write(volume, options, result, surface);
     else
       exit_code = kInvalidResult;
     clock_.end();
@@ -132,6 +133,7 @@ class SegmentCommand {
     surfseg::check_outputs({{"-o", arguments_.output},
                             {"--mask", arguments_.mask},
                             {"--denoised", arguments_.denoised},
+                            {"--picture", arguments_.picture},
                             {"--json", arguments_.json}},
                            arguments_.volume);
   }
@@ -146,6 +148,7 @@ class SegmentCommand {
       throw surf::UsageError(
           fmt::format("--mask: {}: expected a name that ends in .nii.gz, .nii, .mha or .nrrd",
                       arguments_.mask));
+    check_picture("--picture", arguments_.picture);
     check_denoised();
   }
 
@@ -203,8 +206,8 @@ class SegmentCommand {
       out.seeds_mm.push_back(*initial.center_ras_mm);
   }
 
-  void write(const surf::volume::Volume& volume, const surf::segment::SegmentResult& result,
-             const surf::Triangles& surface) const {
+  void write(const surf::volume::Volume& volume, const surf::segment::SegmentOptions& segment,
+             const surf::segment::SegmentResult& result, const surf::Triangles& surface) const {
     using surf::io::Space;
     const surf::io::WriteOptions options{arguments_.output_space == "ras" ? Space::kRas
                                                                           : Space::kLps};
@@ -214,6 +217,7 @@ class SegmentCommand {
           arguments_.mask, volume.size(), volume.index_to_world(),
           surf::mesh::rasterize(surface, volume.size(), volume.index_to_world()));
     if (!arguments_.denoised.empty()) write_denoised(volume, result, surface);
+    write_picture(arguments_.picture, surface, volume, segment.seeds_mm);
     const std::filesystem::path path(arguments_.output);
     for (std::size_t i = 1; i < result.candidates.size() && int(i) <= arguments_.candidates; ++i)
       surf::io::write_surface((path.parent_path() / fmt::format("{}-{}{}", path.stem().string(),
@@ -337,6 +341,7 @@ void add_options(CLI::App& command, Arguments& a) {
   command
       .add_option("--mask", a.mask, "Label map on the volume's grid: .nii.gz, .nii, .mha, .nrrd")
       ->group(output);
+  add_picture_option(command, a.picture, output);
   command
       .add_option("--denoised", a.denoised,
                   "Volume approximated smoothly inside and outside the surface, which "
