@@ -12,6 +12,7 @@
 #include "libsurf/io/read_landmarks.h"
 #include "libsurf/mesh/fit_ellipsoid.h"
 #include "tools/common/arguments.h"
+#include "tools/common/idle_options.h"
 #include "tools/curveseg/image_arguments.h"
 
 namespace surfseg::curve_program {
@@ -171,6 +172,12 @@ void check_curve_arguments(const CLI::App& command, const CurveArguments& a) {
         "chan-vese");
   if (a.keep == "seeded" && a.seeds.empty())
     throw UsageError("--keep seeded: a --seed in each component to keep is needed");
+}
+
+std::vector<std::string> idle_curve_options(const CLI::App& command, const CurveArguments& a) {
+  std::vector<std::string> out = idle_options(command, a, a.has_initial() && a.seeds_grid.empty());
+  if (a.dark && a.seeds_grid.empty()) out.push_back("--dark has no effect without --seeds-grid");
+  return out;
 }
 
 surf::curve::CurveOptions curve_options(const CLI::App& command, const CurveArguments& a,

@@ -84,6 +84,8 @@ class SegmentCommand {
     const Image image = arguments_.image.read();
     for (const std::string& note : image.source().notes) progress_.note("note: " + note);
     const auto options = curve_options(command_, arguments_, image);
+    for (const std::string& idle : idle_curve_options(command_, arguments_))
+      progress_.note("note: " + idle);
     catch_signals();
     clock_.begin("segment");
     Frames frames(arguments_.frames, image);

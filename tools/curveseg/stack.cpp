@@ -67,6 +67,8 @@ class StackCommand {
     const auto volume = arguments_.which.read(arguments_.volume);
     for (const std::string& note : volume.source().notes) progress_.note("note: " + note);
     const VoxelSlices slices(volume, parse_slice_plane("--slices", arguments_.plane));
+    for (const std::string& idle : idle_curve_options(command_, arguments_))
+      progress_.note("note: " + idle);
     catch_signals();
     clock_.begin("segment");
     const int step = arguments_.from <= arguments_.to ? 1 : -1;

@@ -18,6 +18,7 @@
 #include "libsurf/volume/write_volume.h"
 #include "tools/common/arguments.h"
 #include "tools/common/config.h"
+#include "tools/common/idle_options.h"
 #include "tools/common/outputs.h"
 #include "tools/common/preset_arguments.h"
 #include "tools/common/progress.h"
@@ -92,6 +93,8 @@ class SegmentCommand {
     clock_.begin("read");
     const surf::volume::Volume volume = arguments_.which.read(arguments_.volume);
     for (const std::string& note : volume.source().notes) progress_.note("note: " + note);
+    for (const std::string& idle : idle_options(command_, arguments_, arguments_.initial.any()))
+      progress_.note("note: " + idle);
     const surf::segment::SegmentOptions options = segment_options(volume);
     catch_signals();
     clock_.begin("segment");
