@@ -3,11 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 
 #include "libcurve/io/contour_file.h"
-#include "libcurve/mesh/hierarchy.h"
 #include "libcurve/mesh/primitives.h"
+#include "libcurve/segment/seed_grid.h"
 #include "libsurf/base/error.h"
 #include "libsurf/io/read_landmarks.h"
 #include "libsurf/mesh/fit_ellipsoid.h"
@@ -32,41 +31,14 @@ std::pair<std::string, std::string> split_circle(const std::string& text) {
   return {text.substr(0, comma), text.substr(comma + 1)};
 }
 
-/// Circles at whose centre the image is brighter, or darker, than its mean: those all over it would
-/// lie as much in the background, and regions that compete might as well take that for the object.
-Segments circles_in_objects(const Image& image, const Segments& circles, bool are_dark) {
-  double mean = 0;
-  for (const float value : image.values()) mean += value / double(image.n_pixels());
-  const auto hierarchy = surf::curve::curve_hierarchy(circles);
-  std::vector<char> keep;
-  for (const auto& component : hierarchy.components) {
-    const Eigen::Vector2d pixel = image.plane_to_pixel() * component.centre;
-    const int i = std::clamp(int(std::lround(pixel[0])), 0, image.size()[0] - 1),
-              j = std::clamp(int(std::lround(pixel[1])), 0, image.size()[1] - 1);
-    keep.push_back((image.value(i, j) > mean) != are_dark);
-  }
-  return surf::curve::kept(circles, hierarchy, keep);
-}
-
 Segments grid_of_seeds(const CurveArguments& a, const Image& image, double edge_length) {
   const double pixel = image.pixel_size();
-  const double spacing = parse_positive_length("--seeds-grid", a.seeds_grid).mm(pixel);
-  const double radius =
-      a.radius.empty() ? 0.3 * spacing : parse_positive_length("--radius", a.radius).mm(pixel);
-  if (radius >= 0.5 * spacing)
-    throw UsageError("--radius: the circles of --seeds-grid would touch; make them smaller");
-  Eigen::AlignedBox2d box;
-  for (const double i : {0.0, image.size()[0] - 1.0})
-    for (const double j : {0.0, image.size()[1] - 1.0})
-      box.extend(image.pixel_to_plane() * Eigen::Vector2d(i, j));
-  Segments out =
-      circles_in_objects(image,
-                         surf::curve::grid_of_circles(box.min(), box.max(), spacing, radius,
-                                                      std::min(edge_length, radius / 2)),
-                         a.dark);
-  if (out.elements.rows() == 0)
-    throw UsageError(fmt::format("--seeds-grid: {} is more than the image", a.seeds_grid));
-  return out;
+  surf::curve::SeedGridOptions options;
+  options.spacing_mm = parse_positive_length("--seeds-grid", a.seeds_grid).mm(pixel);
+  if (!a.radius.empty()) options.radius_mm = parse_positive_length("--radius", a.radius).mm(pixel);
+  options.edge_length_mm = edge_length;
+  options.are_dark = a.dark;
+  return surf::curve::seed_grid(image, options);
 }
 
 /// In the plane of the image, from px, mm or, of a slice, from space.

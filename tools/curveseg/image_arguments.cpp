@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
 #include <optional>
 
 #include "libcurve/image/read_image.h"
@@ -51,6 +52,22 @@ std::optional<Eigen::Vector2d> parse_spacing(const std::string& text) {
   if (!(n[0] > 0 && n[1] > 0))
     throw UsageError(fmt::format("--spacing: a spacing must be positive; got '{}'", text));
   return Eigen::Vector2d(n[0], n[1]);
+}
+
+/// A point given in the world belongs to the slice, not to another one that it would be seen in.
+void check_is_in_slice(const std::string& option, const std::string& text,
+                       const Eigen::Vector3d& in_plane, const std::string& space,
+                       const surf::curve::Image& image) {
+  constexpr double kRounding = 1e-3;  // of the thickness: points are typed with few digits
+  const double away = std::abs(in_plane[2]), half = image.thickness_mm() / 2;
+  if (half == 0 || away <= (1 + kRounding) * half) return;
+  Eigen::Vector3d next = *image.plane_to_ras() * Eigen::Vector3d(in_plane[0], in_plane[1], 0);
+  if (space == "lps") next.head<2>() *= -1;
+  throw UsageError(fmt::format(
+      "{}: {} lies {:.4g} mm off the plane of the slice ({}; {:.4g} mm thick), whose next point is "
+      "{:.6g},{:.6g},{:.6g} {}; choose another slice or point",
+      option, text, away, image.source().format, image.thickness_mm(), next[0], next[1], next[2],
+      space));
 }
 
 }  // namespace
@@ -136,7 +153,9 @@ Eigen::Vector2d parse_plane_point(const std::string& option, const std::string& 
   const Eigen::Vector3d point = parse_point(option, text);
   const Eigen::Vector3d ras =
       to_ras_mm(point, space == "lps" ? Space::kLps : Space::kRas, Eigen::Affine3d::Identity());
-  return (image.plane_to_ras()->inverse() * ras).head<2>();
+  const Eigen::Vector3d in_plane = image.plane_to_ras()->inverse() * ras;
+  check_is_in_slice(option, text, in_plane, space, image);
+  return in_plane.head<2>();
 }
 
 }  // namespace surfseg::curve_program
