@@ -108,10 +108,11 @@ void check_seeds(const Image& image, const std::vector<Vector<2>>& seeds) {
   for (const Vector<2>& seed : seeds) {
     const Vector<2> pixel = image.plane_to_pixel() * seed;
     if (!image.contains(seed))
-      throw UsageError(fmt::format(
-          "--seed: ({:g}, {:g}) mm is pixel ({:.1f}, {:.1f}), outside the image of {} x {} pixels; "
-          "is it in another space (--space)?",
-          seed[0], seed[1], pixel[0], pixel[1], image.size()[0], image.size()[1]));
+      throw UsageError(
+          fmt::format("RunOptions::seeds_mm: ({:g}, {:g}) mm is pixel ({:.1f}, {:.1f}), outside "
+                      "the image of {} "
+                      "x {} pixels; is it in another space?",
+                      seed[0], seed[1], pixel[0], pixel[1], image.size()[0], image.size()[1]));
   }
 }
 
@@ -258,7 +259,7 @@ Image denoised(const Image& image, const CurveOptions& options, const CurveResul
   const auto term = std::find_if(result.energies.begin(), result.energies.end(),
                                  [](const auto& t) { return t.name == "mumford-shah"; });
   if (term == result.energies.end())
-    throw UsageError("a denoised image belongs to --energy mumford-shah, which is not used");
+    throw UsageError("a denoised image belongs to the energy mumford-shah, which is not used");
   volume::SmoothingOptions smoothing;
   smoothing.sigma_mm = result.sigma_mm;
   smoothing.selective_sigma_mm = options.selective_sigma_mm;

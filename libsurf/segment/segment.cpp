@@ -24,8 +24,8 @@ void check_seeds(const volume::Volume& volume, const std::vector<Eigen::Vector3d
     for (int axis = 0; axis < 3; ++axis)
       if (!(index[axis] >= 0 && index[axis] <= volume.size()[axis] - 1))
         throw UsageError(fmt::format(
-            "--seed: ({:g}, {:g}, {:g}) RAS mm is voxel ({:.1f}, {:.1f}, {:.1f}), outside the "
-            "volume of {} x {} x {} voxels; is it in another space (--space)?",
+            "RunOptions::seeds_mm: ({:g}, {:g}, {:g}) RAS mm is voxel ({:.1f}, {:.1f}, {:.1f}), "
+            "outside the volume of {} x {} x {} voxels; is it in another space?",
             seed[0], seed[1], seed[2], index[0], index[1], index[2], volume.size()[0],
             volume.size()[1], volume.size()[2]));
   }

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "libsurf/base/error.h"
+#include "libsurf/base/nearest_name.h"
 #include "tools/common/report.h"
 
 namespace surfseg {
@@ -23,12 +24,20 @@ CLI::Option* find_option(CLI::App& command, const std::string& path, const std::
   CLI::Option* option = command.get_option_no_throw("--" + key);
   if (!option) option = command.get_option_no_throw(key);  // a positional argument
   if (!option || key == "help")
-    throw surf::UsageError(
-        fmt::format("{}: '{}' is not an option of {}", path, key, command.get_name()));
+    throw surf::UsageError(fmt::format("{}: '{}' is not an option of {}{}", path, key,
+                                       command.get_name(),
+                                       surf::did_you_mean(key, option_names(command))));
   return option;
 }
 
 }  // namespace
+
+std::vector<std::string> option_names(const CLI::App& command) {
+  std::vector<std::string> out;
+  for (const CLI::Option* option : command.get_options())
+    for (const std::string& name : option->get_lnames()) out.push_back(name);
+  return out;
+}
 
 void apply_config(CLI::App& command, const std::string& path) {
   nlohmann::ordered_json document = read_json(path);
