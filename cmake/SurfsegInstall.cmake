@@ -23,6 +23,13 @@ else()
           FILES_MATCHING PATTERN "*.h" PATTERN detail EXCLUDE)
 endif()
 
+# Where libsurf/segment/presets.cpp looks for presets; the build folder has them at the same place.
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/data/presets DESTINATION share/surfseg
+        FILES_MATCHING PATTERN "*.json")
+file(MAKE_DIRECTORY ${CMAKE_BINARY_DIR}/share/surfseg)
+file(CREATE_LINK ${PROJECT_SOURCE_DIR}/data/presets ${CMAKE_BINARY_DIR}/share/surfseg/presets
+     SYMBOLIC)
+
 if(SURFSEG_BUILD_TOOLS)
   include(SurfsegManPages)
 endif()

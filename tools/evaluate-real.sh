@@ -81,7 +81,7 @@ preset_of() {  # volume structure
   while IFS=$'\t' read -r volume structure mask seed; do
     preset=$(preset_of "$volume" "$structure")
     [ -z "$preset" ] || row "$volume" "$structure ($preset)" "$mask" "$seed" \
-      --config "$root/data/presets/$preset.json" </dev/null
+      --preset "$preset" </dev/null
   done < <(entries)
 } >"$work/results.md"
 mv "$work/results.md" "$output"

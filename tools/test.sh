@@ -1,7 +1,7 @@
 #!/bin/bash
 # Sets the machine up, builds the release preset and runs the tests.
 #   tools/test.sh         all tests but the slow ones
-#   tools/test.sh --all   the slow ones too
+#   tools/test.sh --all   the slow ones too: hundreds of random evolutions, ten minutes more
 # The last lines are those of ctest; the exit code is 0 only if every test passed.
 set -euo pipefail
 cd "$(dirname "$0")/.."

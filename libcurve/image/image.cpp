@@ -34,7 +34,7 @@ void check_image_size(const std::array<long long, 2>& size, const std::string& p
 
 Image::Image(const std::array<int, 2>& size, const Eigen::Affine2d& pixel_to_plane,
              std::vector<float> values, ImageSource source,
-             const std::optional<Eigen::Affine3d>& plane_to_ras) {
+             const std::optional<Eigen::Affine3d>& plane_to_ras, double thickness_mm) {
   if (source.path.empty()) source.path = "image";
   check_image_size({size[0], size[1]}, source.path);
   if (values.size() != std::size_t(size[0]) * size[1])
@@ -44,8 +44,9 @@ Image::Image(const std::array<int, 2>& size, const Eigen::Affine2d& pixel_to_pla
   const Eigen::Affine2d affine = checked_affine<2>(pixel_to_plane.matrix(), source.path, "pixel");
   const auto [lowest, highest] = std::minmax_element(values.begin(), values.end());
   const std::array<float, 2> range = {*lowest, *highest};
-  data_ = std::make_shared<const Data>(Data{size, affine, affine.inverse(), plane_to_ras,
-                                            std::move(values), range, std::move(source)});
+  data_ =
+      std::make_shared<const Data>(Data{size, affine, affine.inverse(), plane_to_ras, thickness_mm,
+                                        std::move(values), range, std::move(source)});
 }
 
 double Image::pixel_size() const {

@@ -28,17 +28,20 @@ struct ImageSource {
 class Image {
  public:
   /// @param plane_to_ras  (x, y, distance from the plane) [mm] to RAS mm, an isometry
+  /// @param thickness_mm  of the slice; 0 = unknown
   /// @throws InputError  a size < 2, more pixels than memory can hold, another number of values,
   ///                     NaN or Inf, a singular, non-finite or non-affine matrix
   Image(const std::array<int, 2>& size, const Eigen::Affine2d& pixel_to_plane,
         std::vector<float> values, ImageSource source = {},
-        const std::optional<Eigen::Affine3d>& plane_to_ras = {});
+        const std::optional<Eigen::Affine3d>& plane_to_ras = {}, double thickness_mm = 0);
 
   const std::array<int, 2>& size() const { return data_->size; }
   std::size_t n_pixels() const { return data_->values.size(); }
   const Eigen::Affine2d& pixel_to_plane() const { return data_->pixel_to_plane; }
   const Eigen::Affine2d& plane_to_pixel() const { return data_->plane_to_pixel; }
   const std::optional<Eigen::Affine3d>& plane_to_ras() const { return data_->plane_to_ras; }
+  /// What a slice stands for to both sides of its plane together [mm]; 0 = unknown.
+  double thickness_mm() const { return data_->thickness_mm; }
   /// Lengths of the affine's columns [mm].
   Eigen::Vector2d spacing() const { return pixel_to_plane().linear().colwise().norm(); }
   /// Square root of the pixel's area [mm]: the "px" of lengths.
@@ -58,6 +61,7 @@ class Image {
     std::array<int, 2> size;
     Eigen::Affine2d pixel_to_plane, plane_to_pixel;
     std::optional<Eigen::Affine3d> plane_to_ras;
+    double thickness_mm;
     std::vector<float> values;
     std::array<float, 2> range;
     ImageSource source;

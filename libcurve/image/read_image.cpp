@@ -57,14 +57,14 @@ std::vector<float> greys(const Raster& raster) {
   return out;
 }
 
-std::vector<std::string> notes_of(const Raster& raster) {
+std::vector<std::string> notes_of(const Raster& raster, int page) {
   std::vector<std::string> notes;
   if (raster.n_components >= 3)
     notes.push_back("colors are turned into luminance: 0.2126 R + 0.7152 G + 0.0722 B");
   if (raster.n_components == 2 || raster.n_components == 4)
     notes.push_back("transparency is dropped");
   if (raster.n_pages > 1)
-    notes.push_back(fmt::format("the file has {} pages; --page chooses another", raster.n_pages));
+    notes.push_back(fmt::format("the file has {} pages; this is page {}", raster.n_pages, page));
   return notes;
 }
 
@@ -93,7 +93,7 @@ Image read_image(const std::string& path, const ReadImageOptions& options) {
   source.format = name(format);
   source.scalar_type = raster.scalar_type;
   source.spacing_source = options.spacing_mm ? "options" : raster.spacing_mm ? "file" : "unknown";
-  source.notes = notes_of(raster);
+  source.notes = notes_of(raster, options.page);
   const Eigen::Vector2d spacing =
       options.spacing_mm.value_or(raster.spacing_mm.value_or(Eigen::Vector2d(1, 1)));
   return Image(raster.size, pixel_to_plane(spacing), greys(raster), std::move(source));

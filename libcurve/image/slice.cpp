@@ -113,6 +113,9 @@ Image VoxelSlices::slice(int k) const {
   Eigen::Affine2d to_plane = Eigen::Affine2d::Identity();
   to_plane.linear().col(0) = (frame.linear().transpose() * column).head<2>();
   to_plane.linear().col(1) = (frame.linear().transpose() * row).head<2>();
+  // From plane to plane; less than the spacing where the grid is sheared.
+  const double thickness =
+      std::abs(frame.linear().col(2).dot(volume_.index_to_world().linear().col(axis_[2])));
   std::vector<float> values;
   values.reserve(std::size_t(size[0]) * size[1]);
   for (int j = 0; j < size[1]; ++j)
@@ -121,7 +124,7 @@ Image VoxelSlices::slice(int k) const {
       values.push_back(volume_.value(index[0], index[1], index[2]));
     }
   return Image(size, to_plane, std::move(values),
-               source_of(volume_, fmt::format("{} slice {}", view.name, k)), frame);
+               source_of(volume_, fmt::format("{} slice {}", view.name, k)), frame, thickness);
 }
 
 Image oblique_slice(const volume::Volume& volume, const Vector3d& point_ras_mm,
@@ -158,7 +161,7 @@ Image oblique_slice(const volume::Volume& volume, const Vector3d& point_ras_mm,
           static_cast<float>(volume::interpolate(volume, index.cwiseMax(0.0).cwiseMin(last))));
     }
   return Image(size, pixel_to_plane({spacing, spacing}), std::move(values),
-               source_of(volume, "oblique plane"), frame);
+               source_of(volume, "oblique plane"), frame, spacing);
 }
 
 }  // namespace surf::curve

@@ -17,7 +17,8 @@ enum class SlicePlane { kAxial, kSagittal, kCoronal };
 /// slices, right on the left and superior on top in coronal ones, anterior on the left and superior
 /// on top in sagittal ones, as nearly as the volume's axes allow.
 ///
-/// The plane's millimetres are the world's: plane_to_ras() of a slice is an isometry.
+/// The plane's millimetres are the world's: plane_to_ras() of a slice is an isometry. Its thickness
+/// is the distance of neighbours.
 class VoxelSlices {
  public:
   VoxelSlices(const volume::Volume& volume, SlicePlane plane);
@@ -41,8 +42,8 @@ class VoxelSlices {
 
 /// The plane through a point across a normal: square pixels of `spacing_mm` (by default the
 /// volume's voxel size), linear interpolation, as large as the plane's part in the volume. Beyond
-/// the volume the values of its border go on. Rows run as nearly as can be to the patient's
-/// feet, or to the back if the plane is axial.
+/// the volume the values of its border go on. It is as thick as a pixel is wide. Rows run as nearly
+/// as can be to the patient's feet, or to the back if the plane is axial.
 /// @throws UsageError  a normal of length 0, or the plane misses the volume
 Image oblique_slice(const volume::Volume& volume, const Eigen::Vector3d& point_ras_mm,
                     const Eigen::Vector3d& normal, std::optional<double> spacing_mm = {});

@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <string>
 #include <vector>
 
 #include "libsurf/io/picture.h"
@@ -31,6 +32,12 @@ class Lines {
   double half_width_;
   std::vector<float> weights_;
 };
+
+/// Text in letters of five by seven dots, `scale` pixels each, from its top left corner; of
+/// capitals only A, I, L, P, R and S, digits and the point. Others leave a space.
+void draw_text(Picture& picture, int x, int y, const std::string& text, Color color, int scale);
+int text_width(const std::string& text, int scale);
+int text_height(int scale);
 
 /// The 0.5 and 99.5 percentiles: what is shown as black and white. NaN is passed over.
 std::array<double, 2> automatic_window(std::vector<double> values);

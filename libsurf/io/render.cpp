@@ -47,8 +47,8 @@ class DisplayProbe {
     const char* name = std::getenv("DISPLAY");
     if (!display_)
       throw OutputError(fmt::format(
-          "drawing in 3-D needs an X display, and {}; run it under xvfb-run, or give --volume to "
-          "draw slices, which need none",
+          "drawing in 3-D needs an X display, and {}; run it under xvfb-run, or draw slices of the "
+          "volume, which need none",
           name == nullptr ? std::string("DISPLAY is not set")
                           : fmt::format("'{}' cannot be opened", name)));
     int opcode = 0, event = 0, error = 0;

@@ -4,51 +4,37 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <limits>
-#include <vector>
+#include <map>
 
 #include "libsurf/base/error.h"
+#include "libsurf/io/detail/slice_view.h"
 #include "libsurf/io/draw.h"
 #include "libsurf/mesh/measure.h"
-#include "libsurf/volume/interpolate.h"
 #include "libsurf/volume/orientation.h"
 
 namespace surf::io {
 namespace {
 
-constexpr Color kBackground = {0, 0, 0};
-constexpr Color kLetters = {120, 200, 255};
-constexpr int kGap = 6;  // pixels between the slices
-
-/// A slice: the world's axes across and up. World coordinates fall to the right, which puts R
-/// and A on the left, and rise upwards.
-struct View {
-  int across, up, normal;     ///< axes, 0 to 2
-  std::array<char, 4> sides;  ///< letters left, right, top, bottom
-};
-constexpr std::array<View, 3> kViews = {{{0, 1, 2, {'R', 'L', 'A', 'P'}},
-                                         {0, 2, 1, {'R', 'L', 'S', 'I'}},
-                                         {1, 2, 0, {'A', 'P', 'S', 'I'}}}};
-
-/// Five columns by seven rows; a row's bits from the left.
-struct Glyph {
-  char letter;
-  std::array<std::uint8_t, 7> rows;
-};
-constexpr std::array<Glyph, 6> kGlyphs = {{{'R', {0x1E, 0x11, 0x11, 0x1E, 0x14, 0x12, 0x11}},
-                                           {'L', {0x10, 0x10, 0x10, 0x10, 0x10, 0x10, 0x1F}},
-                                           {'A', {0x0E, 0x11, 0x11, 0x1F, 0x11, 0x11, 0x11}},
-                                           {'P', {0x1E, 0x11, 0x11, 0x1E, 0x10, 0x10, 0x10}},
-                                           {'S', {0x0F, 0x10, 0x10, 0x0E, 0x01, 0x01, 0x1E}},
-                                           {'I', {0x0E, 0x04, 0x04, 0x04, 0x04, 0x04, 0x0E}}}};
-
+using detail::kBackground;
+using detail::kViews;
+using detail::MarkStyle;
+using detail::SliceView;
+using detail::View;
 using Box = Eigen::AlignedBox3d;
 
-Box shown_box(const Triangles& surface, const volume::Volume& volume, const Vector<3>& center) {
+constexpr int kGap = 6;              // pixels between slices
+constexpr double kMarkMargin = 0.2;  // of that round the surface
+
+Box box_of(const volume::Volume& volume) {
   const auto [lower, upper] = volume::bounds_ras_mm(volume.index_to_world(), volume.size());
-  const Box whole(lower, upper);
+  return {lower, upper};
+}
+
+/// What is shown: box and margin, as far as the volume goes.
+Box shown_box(const Triangles& surface, const std::vector<Mark>& marks,
+              const volume::Volume& volume, const Vector<3>& center) {
+  const Box whole = box_of(volume);
   if (!whole.contains(center))
     throw UsageError(fmt::format(
         "slices through {:.1f},{:.1f},{:.1f} mm (RAS) miss the volume; are the surface and the "
@@ -57,150 +43,158 @@ Box shown_box(const Triangles& surface, const volume::Volume& volume, const Vect
   Box box(center, center);
   for (const auto point : surface.points.rowwise()) box.extend(Vector<3>(point.transpose()));
   const Vector<3> margin = Vector<3>::Constant(0.5 * box.sizes().maxCoeff());
-  return Box(box.min() - margin, box.max() + margin).intersection(whole);
+  box = Box(box.min() - margin, box.max() + margin);
+  for (const Mark& mark : marks) {
+    box.extend(mark.point_ras_mm - kMarkMargin * margin);
+    box.extend(mark.point_ras_mm + kMarkMargin * margin);
+  }
+  return box.intersection(whole);
 }
 
-/// Pixels of one slice and where they lie in the world.
-class Slice {
- public:
-  Slice(const View& view, const Box& box, const Vector<3>& center, double mm_per_pixel)
-      : view_(view),
-        box_(box),
-        center_(center),
-        mm_per_pixel_(mm_per_pixel),
-        width_(pixels(view.across)),
-        height_(pixels(view.up)) {}
+/// Half the extent of a voxel along a world axis.
+double half_voxel(const volume::Volume& volume, int axis) {
+  return 0.5 * volume.index_to_world().linear().row(axis).cwiseAbs().sum();
+}
 
-  int width() const { return width_; }
-  int height() const { return height_; }
-
-  std::vector<double> sample(const volume::Volume& volume) const {
-    std::vector<double> values;
-    values.reserve(std::size_t(width_) * height_);
-    for (int y = 0; y < height_; ++y)
-      for (int x = 0; x < width_; ++x)
-        values.push_back(volume::interpolate(volume, volume.world_to_index() * world(x, y)));
-    return values;
-  }
-
-  Picture draw(const std::vector<double>& values, const std::array<double, 2>& window,
-               const Triangles& surface) const {
-    Picture picture(width_, height_, kBackground);
-    for (int y = 0; y < height_; ++y)
-      for (int x = 0; x < width_; ++x) {
-        const double value = values[std::size_t(y) * width_ + x];
-        if (std::isnan(value)) continue;
-        const double grey = std::clamp((value - window[0]) / (window[1] - window[0]), 0.0, 1.0);
-        picture.at(x, y).fill(static_cast<std::uint8_t>(std::lround(255 * grey)));
-      }
-    draw_outline(picture, surface);
-    draw_letters(picture);
-    return picture;
-  }
-
- private:
-  int pixels(int axis) const {
-    return std::max(1, static_cast<int>(std::lround(box_.sizes()[axis] / mm_per_pixel_)));
-  }
-
-  Vector<3> world(int x, int y) const {
-    Vector<3> point = center_;
-    point[view_.across] = box_.max()[view_.across] - (x + 0.5) * mm_per_pixel_;
-    point[view_.up] = box_.max()[view_.up] - (y + 0.5) * mm_per_pixel_;
-    return point;
-  }
-
-  /// Picture coordinates of a world point; pixel (x, y) has its centre at (x, y).
-  Eigen::Vector2d project(const Vector<3>& point) const {
-    const double across = box_.max()[view_.across] - point[view_.across];
-    return Eigen::Vector2d(across, box_.max()[view_.up] - point[view_.up]) / mm_per_pixel_ -
-           Eigen::Vector2d(0.5, 0.5);
-  }
-
-  void draw_outline(Picture& picture, const Triangles& surface) const {
-    Lines lines(width_, height_);
-    for (const auto element : surface.elements.rowwise()) {
-      std::array<Eigen::Vector2d, 2> ends;
-      int n_ends = 0;
-      for (int i = 0; i < 3 && n_ends < 2; ++i) {
-        const Vector<3> a = surface.points.row(element[i]);
-        const Vector<3> b = surface.points.row(element[(i + 1) % 3]);
-        const double above_a = a[view_.normal] - center_[view_.normal];
-        const double above_b = b[view_.normal] - center_[view_.normal];
-        if ((above_a < 0) == (above_b < 0)) continue;
-        ends[n_ends++] = project(a + above_a / (above_a - above_b) * (b - a));
-      }
-      if (n_ends == 2) lines.add(ends[0], ends[1]);
-    }
-    lines.draw(picture, kOutline);
-  }
-
-  void draw_letters(Picture& picture) const {
-    constexpr int kScale = 2, kMargin = 4;
-    constexpr int kLetterWidth = 5 * kScale, kLetterHeight = 7 * kScale;
-    const int middle_x = (width_ - kLetterWidth) / 2, middle_y = (height_ - kLetterHeight) / 2;
-    const std::array<std::array<int, 2>, 4> corners = {
-        {{kMargin, middle_y},
-         {width_ - kMargin - kLetterWidth, middle_y},
-         {middle_x, kMargin},
-         {middle_x, height_ - kMargin - kLetterHeight}}};
-    for (std::size_t side = 0; side < corners.size(); ++side)
-      for (const Glyph& glyph : kGlyphs)
-        if (glyph.letter == view_.sides[side])
-          for (int y = 0; y < kLetterHeight; ++y)
-            for (int x = 0; x < kLetterWidth; ++x)
-              if ((glyph.rows[y / kScale] >> (4 - x / kScale) & 1) != 0)
-                picture.blend(corners[side][0] + x, corners[side][1] + y, kLetters, 1);
-  }
-
-  const View& view_;
-  const Box& box_;
-  Vector<3> center_;
-  double mm_per_pixel_;
-  int width_, height_;
-};
-
-void check(const SliceOptions& options) {
+void check(int width, const std::optional<std::array<double, 2>>& window) {
   constexpr int kMinWidth = 100, kMaxWidth = 20000;
-  if (options.width < kMinWidth || options.width > kMaxWidth)
-    throw UsageError(fmt::format("width of the picture: expected {} to {} pixels; got {}",
-                                 kMinWidth, kMaxWidth, options.width));
-  if (options.window && !((*options.window)[0] < (*options.window)[1]))
-    throw UsageError(fmt::format("window {},{}: the first value must be less than the second",
-                                 (*options.window)[0], (*options.window)[1]));
+  if (width < kMinWidth || width > kMaxWidth)
+    throw UsageError(fmt::format("SliceOptions::width: expected {} to {} pixels; got {}", kMinWidth,
+                                 kMaxWidth, width));
+  if (window && !((*window)[0] < (*window)[1]))
+    throw UsageError(
+        fmt::format("SliceOptions::window: the first value must be less than the second; got {},{}",
+                    (*window)[0], (*window)[1]));
+}
+
+/// The slices' pictures in one grey scale.
+std::vector<Picture> draw_all(const std::vector<SliceView>& slices, const volume::Volume& volume,
+                              const std::optional<std::array<double, 2>>& window) {
+  std::vector<std::vector<double>> values;
+  std::vector<double> all;
+  for (const SliceView& slice : slices) {
+    values.push_back(slice.sample(volume));
+    if (!window) all.insert(all.end(), values.back().begin(), values.back().end());
+  }
+  const auto range = window ? *window : automatic_window(std::move(all));
+  std::vector<Picture> out;
+  for (std::size_t i = 0; i < slices.size(); ++i) out.push_back(slices[i].draw(values[i], range));
+  return out;
+}
+
+void check_sheet(const SheetOptions& options) {
+  constexpr int kMostSlices = 400, kLeastPixels = 32;
+  check(options.width, options.window);
+  if (options.n_slices < 1 || options.n_slices > kMostSlices)
+    throw UsageError(fmt::format("SheetOptions::n_slices = {}: expected 1 to {}", options.n_slices,
+                                 kMostSlices));
+  if (options.columns < 1)
+    throw UsageError(fmt::format("SheetOptions::columns = {} violates >= 1", options.columns));
+  if ((options.width + kGap) / options.columns - kGap < kLeastPixels)
+    throw UsageError(
+        fmt::format("SheetOptions::columns = {}: too many for a picture of {} pixels; a slice "
+                    "needs {}",
+                    options.columns, options.width, kLeastPixels));
+}
+
+/// Where slice n of a sheet cuts the axis: in the middle of its share of the surface's extent.
+double place_of(int n, int n_slices, double lower, double upper) {
+  return upper - (n + 0.5) / n_slices * (upper - lower);
+}
+
+/// The marks that lie next to slice n, those before the first and beyond the last one too.
+std::vector<Mark> marks_of_slice(int n, const SheetOptions& options, double lower, double upper) {
+  const int axis = kViews[static_cast<int>(options.plane)].normal;
+  const int n_slices = options.n_slices;
+  std::vector<Mark> out;
+  for (const Mark& mark : options.marks) {
+    const double share =
+        upper > lower ? (upper - mark.point_ras_mm[axis]) / (upper - lower) * n_slices : 0;
+    if (std::clamp(int(std::floor(share)), 0, n_slices - 1) == n) out.push_back(mark);
+  }
+  return out;
 }
 
 }  // namespace
 
 Picture draw_slices(const Triangles& surface, const volume::Volume& volume,
                     const SliceOptions& options) {
-  check(options);
+  check(options.width, options.window);
   const Vector<3> center = options.center_ras_mm.value_or(mesh::centroid(surface));
-  const Box box = shown_box(surface, volume, center);
+  const Box box = shown_box(surface, options.marks, volume, center);
   double total_mm = 0;
   for (const View& view : kViews) total_mm += box.sizes()[view.across];
   const double mm_per_pixel = total_mm / (options.width - 2 * kGap);
 
-  std::vector<Slice> slices;
-  slices.reserve(kViews.size());
-  for (const View& view : kViews) slices.emplace_back(view, box, center, mm_per_pixel);
-  std::vector<std::vector<double>> values;
-  std::vector<double> all;
+  std::vector<SliceView> slices;
   int width = 2 * kGap, height = 0;
-  for (const Slice& slice : slices) {
-    values.push_back(slice.sample(volume));
-    all.insert(all.end(), values.back().begin(), values.back().end());
-    width += slice.width();
-    height = std::max(height, slice.height());
+  for (const View& view : kViews) {
+    slices.emplace_back(view, box, center, mm_per_pixel);
+    width += slices.back().width();
+    height = std::max(height, slices.back().height());
   }
-  const auto window = options.window.value_or(automatic_window(std::move(all)));
+  std::vector<Picture> tiles = draw_all(slices, volume, options.window);
   Picture picture(width, height, kBackground);
   int x = 0;
   for (std::size_t i = 0; i < slices.size(); ++i) {
-    picture.paste(slices[i].draw(values[i], window, surface), x, (height - slices[i].height()) / 2);
+    slices[i].draw_outline(tiles[i], surface);
+    slices[i].draw_marks(tiles[i], options.marks, {half_voxel(volume, kViews[i].normal), true});
+    slices[i].draw_sides(tiles[i]);
+    slices[i].draw_place(tiles[i]);
+    picture.paste(tiles[i], x, (height - slices[i].height()) / 2);
     x += slices[i].width() + kGap;
   }
   return picture;
+}
+
+Picture draw_sheet(const Triangles& surface, const volume::Volume& volume,
+                   const SheetOptions& options) {
+  check_sheet(options);
+  const View& view = kViews[static_cast<int>(options.plane)];
+  Vector<3> center = mesh::centroid(surface);
+  const Box box = shown_box(surface, options.marks, volume, center);
+  const double mm_per_pixel =
+      box.sizes()[view.across] / ((options.width + kGap) / options.columns - kGap);
+  const int n_slices = options.n_slices, rows = (n_slices + options.columns - 1) / options.columns;
+  const Box whole = box_of(volume);
+  const double lower =
+      std::max(surface.points.col(view.normal).minCoeff(), whole.min()[view.normal]);
+  const double upper =
+      std::min(surface.points.col(view.normal).maxCoeff(), whole.max()[view.normal]);
+
+  std::vector<SliceView> slices;
+  for (int n = 0; n < n_slices; ++n) {
+    center[view.normal] = place_of(n, n_slices, lower, upper);
+    slices.emplace_back(view, box, center, mm_per_pixel);
+  }
+  std::vector<Picture> tiles = draw_all(slices, volume, options.window);
+  const int width = slices[0].width() + kGap, height = slices[0].height() + kGap;
+  Picture picture(options.columns * width - kGap, rows * height - kGap, kBackground);
+  for (int n = 0; n < n_slices; ++n) {
+    slices[n].draw_outline(tiles[n], surface);
+    slices[n].draw_marks(tiles[n], marks_of_slice(n, options, lower, upper),
+                         {std::numeric_limits<double>::infinity(), false});
+    if (n == 0) slices[n].draw_sides(tiles[n]);
+    slices[n].draw_place(tiles[n]);
+    picture.paste(tiles[n], n % options.columns * width, n / options.columns * height);
+  }
+  return picture;
+}
+
+std::optional<std::array<double, 2>> ct_window(const std::string& name) {
+  // Level and width [HU] as on the consoles: 40/400, 400/1800, -600/1500, 40/80.
+  static const std::map<std::string, std::array<double, 2>> windows = {{"soft-tissue", {-160, 240}},
+                                                                       {"bone", {-500, 1300}},
+                                                                       {"lung", {-1350, 150}},
+                                                                       {"brain", {0, 80}}};
+  const auto at = windows.find(name);
+  if (at == windows.end()) return std::nullopt;
+  return at->second;
+}
+
+const std::vector<std::string>& ct_windows() {
+  static const std::vector<std::string> names = {"soft-tissue", "bone", "lung", "brain"};
+  return names;
 }
 
 }  // namespace surf::io

@@ -54,4 +54,5 @@ int main(int argc, char** argv) {
   for (const auto& [kind, n] : kinds) fmt::print("  {} {}\n", n, kind);
   print_distribution("compared with their references", differences);
   print_distribution("with events, the largest change by a mend", changes);
+  return n_invalid > 0;
 }

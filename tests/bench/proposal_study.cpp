@@ -156,7 +156,7 @@ int main(int argc, char** argv) {
       if (open != file) {
         study.reset();
         surfaces = std::make_unique<segment::SurfaceSetting>(
-            volume::read_volume(folder + file), volume::DerivativeFilter::kBSpline);
+            volume::read_volume(folder + file));
         study = std::make_unique<Study<3>>(*surfaces, volumes);
         open = file;
       }
@@ -164,7 +164,7 @@ int main(int argc, char** argv) {
       study->row(name, {at[0], at[1], at[2]}, flags_of(volume::read_volume(mask)));
     } else {
       const curve::Image image = curve::read_image(folder + file);
-      const curve::CurveSetting setting(image, {});
+      const curve::CurveSetting setting(image);
       const auto at = entry.at("seed_pixel_xy").get<std::array<double, 2>>();
       const std::vector<float> values = curve::read_image(mask).values();
       Study<2>(setting, images)

@@ -3,7 +3,7 @@
 //
 //   topology_fuzz [RUNS [FIRST [free|fixed|genus0]]]
 //
-// prints a line for each run that breaks a promise, and a summary.
+// prints a line for each run that breaks a promise, and a summary; ends with 1 if there is one.
 #include <fmt/format.h>
 #include <openvdb/openvdb.h>
 #include <openvdb/tools/Composite.h>
@@ -276,4 +276,5 @@ int main(int argc, char** argv) {
         "resolution\n",
         most_left, most_left / std::pow(kResolution, 3));
   for (const auto& [kind, n] : kinds) fmt::print("  {} {}\n", n, kind);
+  return n_bad > 0;
 }

@@ -4,17 +4,10 @@
 #include "libsurf/volume/phantom.h"
 #include "libsurf/volume/read_volume.h"
 #include "libsurf/volume/write_volume.h"
-#include "tests/cli/program.h"
+#include "tests/cli/rows.h"
 
 namespace surfseg::test {
 namespace {
-
-using Words = std::vector<std::string>;
-
-Words joined(Words first, const Words& second) {
-  first.insert(first.end(), second.begin(), second.end());
-  return first;
-}
 
 class Curveseg : public Program {
  protected:
@@ -98,6 +91,8 @@ TEST_F(Curveseg, WritesEveryFormatMasksAndPictures) {
   std::filesystem::create_directories(file("frames"));
   for (const char* name : {"o.svg", "o.json", "o.vtp", "o.csv"})
     must({"segment", "blob.tif", "--seed", "64,64", "-o", name, "--overlay", "o.png", "-q"});
+  must({"segment", "blob.tif", "--seed", "64,64", "-o", "p.csv", "--picture", "p.png", "-q"});
+  EXPECT_EQ(bytes("p.png"), bytes("o.png"));
   run({"segment", "blob.tif", "--circle", "64,64,20px", "--energy", "chan-vese", "-o", "f.json",
        "--max-iterations", "3", "--no-settle", "--frames", "frames", "-q"});
   EXPECT_NE(bytes("o.svg").find("<path"), std::string::npos);
@@ -164,16 +159,12 @@ TEST_F(Curveseg, StackFollowsAnObjectToItsEnd) {
   EXPECT_EQ(labels.value(1, 1, 22), 0);
 }
 
-struct Row {
-  const char* test;
-  Words arguments;
-  int exit_code;
-  const char* piece;  ///< of the message
-};
-void PrintTo(const Row& row, std::ostream* stream) { *stream << row.test; }
-
 Words segment(const Words& wrong) {
   return joined({"segment", "good.tif", "--seed", "8,8", "-o", "out.json"}, wrong);
+}
+Words in_slice(const Words& start) {
+  return joined({"segment", "ball.nii", "--slice", "axial:8", "-o", "out.json", "--space", "ras"},
+                start);
 }
 Words image(const char* name) { return {"segment", name, "--seed", "8,8", "-o", "out.json"}; }
 Words start(const Words& how) {
@@ -231,6 +222,18 @@ const std::vector<Row> kRows = {
      {"segment", "good.tif", "--seed", "99,8", "-o", "out.json"},
      2,
      "16 x 16 pixels"},
+    {"SeedOffTheSlice", in_slice({"--seed", "0,0,5"}), 2,
+     "--seed: 0,0,5 lies 4.933 mm off the plane of the slice (NIfTI-1, axial slice 8; 0.1333 mm "
+     "thick), whose next point is 0,0,0.0666667 ras"},
+    {"SeedOffTheSliceInLps", in_slice({"--seed", "0.2,0.1,-0.1", "--space", "lps"}), 2,
+     "whose next point is 0.2,0.1,0.0666667 lps"},
+    {"CircleOffTheSlice", in_slice({"--circle", "0,0,5,3px", "--energy", "area"}), 2,
+     "--circle: 0,0,5 lies 4.933 mm off the plane"},
+    {"StackSeedOffTheSlice",
+     {"stack", "ball.nii", "--from", "8", "--to", "9", "--space", "ras", "--seed", "0,0,0.5", "-o",
+      "o.vtp"},
+     2,
+     "--seed: 0,0,0.5 lies"},
     {"SeedInRasOfAnImage", segment({"--space", "ras", "--seed", "1,2,3"}), 2, "use px or mm"},
     {"CircleOfTwo", start({"--circle", "8,8"}), 2, "--circle: expected X,Y,RADIUS"},
     {"CircleUnit", start({"--circle", "8,8,3"}), 2, "a length with its unit"},
@@ -259,11 +262,15 @@ const std::vector<Row> kRows = {
     {"ConfigKey", segment({"--config", "key.json"}), 2, "'radios' is not an option of segment"},
     {"NoVerb", {}, 2, "subcommand is required"},
     {"VerbUnknown", {"segmnet"}, 2, "(see curveseg --help)"},
+    {"VerbNearlyKnown", {"stac"}, 2, "did you mean 'stack'?"},
+    {"OptionNearlyKnown", segment({"--circel", "8,8,3px"}), 2, "did you mean '--circle'?"},
+    {"PresetNearlyKnown", segment({"--preset", "kidney"}), 2, "did you mean 'kidney-ct'?"},
+    {"GridTouches", start({"--seeds-grid", "4px", "--radius", "3px"}), 2, "--radius = 3: circles"},
+    {"PictureIsMask", segment({"--picture", "p.png", "--mask", "p.png"}), 2, "too; give"},
 };
 
-class CurvesegBadInput : public Program, public ::testing::WithParamInterface<Row> {};
-INSTANTIATE_TEST_SUITE_P(All, CurvesegBadInput, ::testing::ValuesIn(kRows),
-                         [](const auto& row) { return row.param.test; });
+class CurvesegBadInput : public RowTest {};
+INSTANTIATE_TEST_SUITE_P(All, CurvesegBadInput, ::testing::ValuesIn(kRows), name_of);
 
 TEST_P(CurvesegBadInput, EndsInOneClearLine) {
   must({"phantom", "ring", "--size", "16", "-o", "good.tif"});
@@ -272,22 +279,13 @@ TEST_P(CurvesegBadInput, EndsInOneClearLine) {
       file("ball.nii"),
       surf::volume::make_phantom(
           {.size = {16, 16, 16}, .spacing_mm = {}, .origin_ras_mm = {}, .edge_width_mm = {}}));
-  const auto write_file = [&](const char* name, const std::string& content) {
-    std::ofstream(file(name), std::ios::binary) << content;
-  };
-  write_file("cut.png", bytes("whole.png").substr(0, 60));
-  write_file("text.txt", "no image");
-  write_file("empty.png", "");
-  write_file("broken.json", "{\"type\": \"Polygon\"}");
-  write_file("key.json", "{\"radios\": 3}");
-  write_file("crossed.csv", "polygon,ring,x_mm,y_mm\n0,0,2,2\n0,0,9,9\n0,0,9,2\n0,0,2,8\n");
-  const auto before = files();
-  const Outcome outcome = run(GetParam().arguments);
-  EXPECT_EQ(outcome.exit_code, GetParam().exit_code) << outcome.err;
-  EXPECT_NE(outcome.err.find(GetParam().piece), std::string::npos) << outcome.err;
-  EXPECT_EQ(outcome.err.find("curveseg: error: "), 0u) << outcome.err;
-  EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
-  EXPECT_EQ(files(), before);
+  put("cut.png", bytes("whole.png").substr(0, 60));
+  put("text.txt", "no image");
+  put("empty.png", "");
+  put("broken.json", "{\"type\": \"Polygon\"}");
+  put("key.json", "{\"radios\": 3}");
+  put("crossed.csv", "polygon,ring,x_mm,y_mm\n0,0,2,2\n0,0,9,9\n0,0,9,2\n0,0,2,8\n");
+  expect_refusal("curveseg");
 }
 
 }  // namespace

@@ -20,6 +20,10 @@ if(HAS_PROGRAM)
   if(NOT output STREQUAL "surfseg ${VERSION}\n")
     message(FATAL_ERROR "the installed program says: ${output}")
   endif()
+  run(${prefix}/bin/surfseg segment --preset list)
+  if(NOT output MATCHES "kidney-ct  ")
+    message(FATAL_ERROR "the installed program knows these presets: ${output}")
+  endif()
 endif()
 
 # The tree itself must not be needed: the stranger is a copy outside of it.

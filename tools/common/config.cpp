@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "libsurf/base/error.h"
+#include "libsurf/base/nearest_name.h"
 #include "tools/common/report.h"
 
 namespace surfseg {
@@ -23,12 +24,20 @@ CLI::Option* find_option(CLI::App& command, const std::string& path, const std::
   CLI::Option* option = command.get_option_no_throw("--" + key);
   if (!option) option = command.get_option_no_throw(key);  // a positional argument
   if (!option || key == "help")
-    throw surf::UsageError(
-        fmt::format("{}: '{}' is not an option of {}", path, key, command.get_name()));
+    throw surf::UsageError(fmt::format("{}: '{}' is not an option of {}{}", path, key,
+                                       command.get_name(),
+                                       surf::did_you_mean(key, option_names(command))));
   return option;
 }
 
 }  // namespace
+
+std::vector<std::string> option_names(const CLI::App& command) {
+  std::vector<std::string> out;
+  for (const CLI::Option* option : command.get_options())
+    for (const std::string& name : option->get_lnames()) out.push_back(name);
+  return out;
+}
 
 void apply_config(CLI::App& command, const std::string& path) {
   nlohmann::ordered_json document = read_json(path);
@@ -36,6 +45,7 @@ void apply_config(CLI::App& command, const std::string& path) {
   if (!document.is_object())
     throw surf::UsageError(fmt::format("{}: expected an object of options", path));
   for (const auto& [key, value] : document.items()) {
+    if (key == "description") continue;  // of a preset
     CLI::Option* option = find_option(command, path, key);
     if (option->count() > 0 || value.is_null()) continue;
     if (value.is_array())
@@ -58,6 +68,7 @@ nlohmann::ordered_json dump_config(const CLI::App& command, const std::vector<st
     std::string name =
         option->get_lnames().empty() ? option->get_single_name() : option->get_lnames().front();
     if (std::find(skip.begin(), skip.end(), name) != skip.end()) continue;
+    if (name == "preset") continue;  // what it sets is here itself
     if (option->count() == 0) {
       if (!option->get_default_str().empty()) document[name] = option->get_default_str();
       continue;

@@ -4,8 +4,12 @@
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <vector>
 
 namespace surfseg {
+
+/// The long names of a command's options, without dashes.
+std::vector<std::string> option_names(const CLI::App& command);
 
 /// Gives every option of `command` that the command line did not set the value the document
 /// has for it, as if it had been typed. A summary's "config" object is taken if there is one.

@@ -10,34 +10,79 @@
 
 #include "libsurf/base/error.h"
 #include "libsurf/base/log.h"
+#include "tools/common/signals.h"
+#include "libsurf/base/nearest_name.h"
+#include "tools/common/config.h"
+#include "tools/common/field_names.h"
 
 namespace surfseg {
 namespace {
+
+/// What an option that the verb does not know may have been meant to be.
+std::string suggestion(const CLI::App& verb) {
+  const std::vector<std::string> known = option_names(verb);
+  for (const std::string& word : verb.remaining()) {
+    const std::size_t begin = word.find_first_not_of('-');
+    if (begin == 0 || begin == std::string::npos) continue;
+    const std::string name = word.substr(begin, word.find('=') - begin);
+    if (const auto nearest = surf::nearest_name(name, known))
+      return fmt::format("; did you mean '--{}'?", *nearest);
+  }
+  return "";
+}
 
 /// The parser says of an unknown verb only that one is missing.
 std::string usage_message(const CLI::App& app, const CLI::ParseError& error) {
   const auto verbs = app.get_subcommands();
   if (!verbs.empty())
-    return fmt::format("{} (see {} {} --help)", error.what(), app.get_name(),
-                       verbs.front()->get_name());
+    return fmt::format("{}{} (see {} {} --help)", error.what(), suggestion(*verbs.front()),
+                       app.get_name(), verbs.front()->get_name());
   const std::vector<std::string> rest = app.remaining();
-  if (!rest.empty())
-    return fmt::format("'{}' is neither a command nor an option (see {} --help)", rest.front(),
-                       app.get_name());
-  return fmt::format("{} (see {} --help)", error.what(), app.get_name());
+  if (rest.empty()) return fmt::format("{} (see {} --help)", error.what(), app.get_name());
+  std::vector<std::string> known;
+  for (const CLI::App* verb : app.get_subcommands([](const CLI::App*) { return true; }))
+    known.push_back(verb->get_name());
+  return fmt::format("'{}' is neither a command nor an option{} (see {} --help)", rest.front(),
+                     surf::did_you_mean(rest.front(), known), app.get_name());
+}
+
+/// @param result  "surface" or "contour"
+std::string exit_code_help(const std::string& result) {
+  return fmt::format(
+      "Each subcommand has its own --help.\n\n"
+      "Exit codes:\n"
+      "  0         done\n"
+      "  1         internal error: please report it\n"
+      "  2         wrong option or argument\n"
+      "  3         input that cannot be used\n"
+      "  4         an output could not be written\n"
+      "  5         stopped at a limit; the result was written\n"
+      "  6         the {0} fails a guarantee and was not written\n"
+      "  7         some cases of a batch failed\n"
+      "  8         no object found, or it vanished; nothing was written\n"
+      "  130, 143  interrupted, terminated; the last good {0} was written",
+      result);
 }
 
 }  // namespace
 
-int run_program(CLI::App& app, int argc, char** argv, const ExitCode& exit_code) {
-  const std::string name = app.get_name();
+int run_program(const Program& program, int argc, char** argv) {
+  const std::string name = program.name;
+  ExitCode exit_code = kDone;
+  CLI::App app{program.description, name};
+  app.set_version_flag("--version", name + " " + program.version);
+  app.require_subcommand(1);
+  app.get_formatter()->column_width(34);
+  app.footer(exit_code_help(program.result));
+  for (const auto add_verb : program.verbs) add_verb(app, exit_code);
   surf::set_log_sink([name](surf::LogLevel level, const std::string& message) {
-    if (level == surf::LogLevel::kWarning) fmt::print(stderr, "{}: warning: {}\n", name, message);
+    if (level == surf::LogLevel::kWarning)
+      fmt::print(stderr, "{}: warning: {}\n", name, with_option_names(message, name));
   });
   const auto fail = [&](ExitCode code, std::string message) -> int {
     // One line, whatever a library's exception says.
     std::replace(message.begin(), message.end(), '\n', ' ');
-    fmt::print(stderr, "{}: error: {}\n", name, message);
+    fmt::print(stderr, "{}: error: {}\n", name, with_option_names(message, name));
     return code;
   };
   try {
@@ -56,6 +101,9 @@ int run_program(CLI::App& app, int argc, char** argv, const ExitCode& exit_code)
     return fail(kInput, error.what());
   } catch (const surf::OutputError& error) {
     return fail(kOutput, error.what());
+  } catch (const surf::NoObject& error) {
+    const ExitCode code = signal_exit_code();
+    return fail(code == kDone ? kNoObject : code, error.what());
   } catch (const surf::InvalidMesh& error) {
     return fail(kInvalidResult, error.what());
   } catch (const std::bad_alloc&) {
@@ -63,22 +111,6 @@ int run_program(CLI::App& app, int argc, char** argv, const ExitCode& exit_code)
   } catch (const std::exception& error) {
     return fail(kInternal, error.what());
   }
-}
-
-std::string exit_code_help(const std::string& result) {
-  return fmt::format(
-      "Each subcommand has its own --help.\n\n"
-      "Exit codes:\n"
-      "  0         done\n"
-      "  1         internal error: please report it\n"
-      "  2         wrong option or argument\n"
-      "  3         input that cannot be used\n"
-      "  4         an output could not be written\n"
-      "  5         stopped at a limit; the result was written\n"
-      "  6         the {0} fails a guarantee and was not written\n"
-      "  7         some cases of a batch failed\n"
-      "  130, 143  interrupted, terminated; the last good {0} was written",
-      result);
 }
 
 }  // namespace surfseg

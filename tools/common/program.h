@@ -3,6 +3,7 @@
 
 #include <CLI/CLI.hpp>
 #include <string>
+#include <vector>
 
 #include "tools/common/exit_codes.h"
 
@@ -13,13 +14,16 @@ struct Listing {
   std::string text;
 };
 
+/// What differs from program to program.
+struct Program {
+  std::string name, version, description;
+  std::string result;  ///< what it makes: "surface", "contour"
+  /// Each adds its subcommand; see commands.h.
+  std::vector<void (*)(CLI::App& app, ExitCode& exit_code)> verbs;
+};
+
 /// Parses the command line, whose callbacks run the verbs, and returns the exit code. An error is
 /// one line on stderr that begins with the program's name.
-/// @param exit_code  what verbs set if they end well or at a limit
-int run_program(CLI::App& app, int argc, char** argv, const ExitCode& exit_code);
-
-/// The list of exit codes for the help.
-/// @param result  "surface" or "contour"
-std::string exit_code_help(const std::string& result);
+int run_program(const Program& program, int argc, char** argv);
 
 }  // namespace surfseg

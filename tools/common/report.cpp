@@ -15,6 +15,10 @@ void write_json(const std::string& path, const nlohmann::ordered_json& document)
   surf::write_bytes(path, document.dump(2) + "\n");
 }
 
+void KeyValues::add(const std::string& key, const std::string& value) {
+  text_ += fmt::format("{:<{}} {}\n", key, width_, value);
+}
+
 nlohmann::ordered_json read_json(const std::string& path) {
   std::ifstream stream(path);
   if (!stream)

@@ -10,6 +10,7 @@
 #include "libsurf/segment/energy_assembly.h"
 #include "libsurf/segment/energy_description.h"
 #include "tools/common/arguments.h"
+#include "tools/common/preset_arguments.h"
 #include "tools/common/program.h"
 
 namespace surfseg {
@@ -76,7 +77,7 @@ void check_flow(const CLI::App& command, const RunArguments& a, const RunWords& 
 }
 
 template <int Dim>
-void set_flow(const RunArguments& a, surf::segment::RunOptions<Dim>& out) {
+void set_flow(const RunArguments& a, surf::segment::Options<Dim>& out) {
   using namespace surf::flow;
   out.flow.max_steps = a.max_iterations;
   out.flow.rel_tol = a.tolerance;
@@ -335,6 +336,7 @@ void add_running_options(CLI::App& command, RunArguments& a) {
   command.add_option("--json", a.json, "Summary; it can be fed back as --config")->group(group);
   command.add_option("--config", a.config, "JSON file of options; the command line wins")
       ->group(group);
+  add_preset_option(command, a.preset, group);
   command.add_option("--threads", a.threads, "Threads [all]; the result is the same")->group(group);
   command.add_flag("-q,--quiet", a.quiet, "Print errors only")->group(group);
   command.add_flag("-v,--verbose", a.verbose, "Print every step")->group(group);
@@ -384,7 +386,7 @@ void check_run_arguments(const CLI::App& command, const RunArguments& a, const R
 
 template <int Dim>
 void set_run_options(const CLI::App& command, const RunArguments& a, double cell_mm,
-                     surf::segment::RunOptions<Dim>& out) {
+                     surf::segment::Options<Dim>& out) {
   const auto length = [&](const char* option, const std::string& text) -> std::optional<double> {
     if (text.empty()) return std::nullopt;
     return parse_length(option, text).mm(cell_mm);
@@ -407,12 +409,13 @@ void set_run_options(const CLI::App& command, const RunArguments& a, double cell
   out.energies = a.terms(command);
   out.settle = !a.no_settle;
   out.open_cavities = a.open_cavities;
+  out.components = {a.fill_cavities, a.min_component, a.kept()};
   set_flow<Dim>(a, out);
 }
 
 template void set_run_options<2>(const CLI::App&, const RunArguments&, double,
-                                 surf::segment::RunOptions<2>&);
+                                 surf::segment::Options<2>&);
 template void set_run_options<3>(const CLI::App&, const RunArguments&, double,
-                                 surf::segment::RunOptions<3>&);
+                                 surf::segment::Options<3>&);
 
 }  // namespace surfseg

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "libsurf/mesh/hierarchy.h"
-#include "libsurf/segment/run.h"
+#include "libsurf/segment/options.h"
 #include "tools/common/progress.h"
 
 namespace surfseg {
@@ -47,7 +47,7 @@ struct RunArguments {
   bool fill_cavities = false;
   std::string keep = "all";
   int threads = 0;
-  std::string json, config;
+  std::string json, config, preset;
   bool quiet = false, verbose = false;
 
   Verbosity verbosity() const {
@@ -76,6 +76,6 @@ void check_range(const char* option, int value, int lowest, const char* expected
 /// @param cell_mm  ImageExtent::cell_mm()
 template <int Dim>
 void set_run_options(const CLI::App& command, const RunArguments& a, double cell_mm,
-                     surf::segment::RunOptions<Dim>& out);
+                     surf::segment::Options<Dim>& out);
 
 }  // namespace surfseg

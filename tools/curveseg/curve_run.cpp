@@ -3,15 +3,15 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 
 #include "libcurve/io/contour_file.h"
-#include "libcurve/mesh/hierarchy.h"
 #include "libcurve/mesh/primitives.h"
+#include "libcurve/segment/seed_grid.h"
 #include "libsurf/base/error.h"
 #include "libsurf/io/read_landmarks.h"
 #include "libsurf/mesh/fit_ellipsoid.h"
 #include "tools/common/arguments.h"
+#include "tools/common/idle_options.h"
 #include "tools/curveseg/image_arguments.h"
 
 namespace surfseg::curve_program {
@@ -31,41 +31,14 @@ std::pair<std::string, std::string> split_circle(const std::string& text) {
   return {text.substr(0, comma), text.substr(comma + 1)};
 }
 
-/// Circles at whose centre the image is brighter, or darker, than its mean: those all over it would
-/// lie as much in the background, and regions that compete might as well take that for the object.
-Segments circles_in_objects(const Image& image, const Segments& circles, bool are_dark) {
-  double mean = 0;
-  for (const float value : image.values()) mean += value / double(image.n_pixels());
-  const auto hierarchy = surf::curve::curve_hierarchy(circles);
-  std::vector<char> keep;
-  for (const auto& component : hierarchy.components) {
-    const Eigen::Vector2d pixel = image.plane_to_pixel() * component.centre;
-    const int i = std::clamp(int(std::lround(pixel[0])), 0, image.size()[0] - 1),
-              j = std::clamp(int(std::lround(pixel[1])), 0, image.size()[1] - 1);
-    keep.push_back((image.value(i, j) > mean) != are_dark);
-  }
-  return surf::curve::kept(circles, hierarchy, keep);
-}
-
 Segments grid_of_seeds(const CurveArguments& a, const Image& image, double edge_length) {
   const double pixel = image.pixel_size();
-  const double spacing = parse_positive_length("--seeds-grid", a.seeds_grid).mm(pixel);
-  const double radius =
-      a.radius.empty() ? 0.3 * spacing : parse_positive_length("--radius", a.radius).mm(pixel);
-  if (radius >= 0.5 * spacing)
-    throw UsageError("--radius: the circles of --seeds-grid would touch; make them smaller");
-  Eigen::AlignedBox2d box;
-  for (const double i : {0.0, image.size()[0] - 1.0})
-    for (const double j : {0.0, image.size()[1] - 1.0})
-      box.extend(image.pixel_to_plane() * Eigen::Vector2d(i, j));
-  Segments out =
-      circles_in_objects(image,
-                         surf::curve::grid_of_circles(box.min(), box.max(), spacing, radius,
-                                                      std::min(edge_length, radius / 2)),
-                         a.dark);
-  if (out.elements.rows() == 0)
-    throw UsageError(fmt::format("--seeds-grid: {} is more than the image", a.seeds_grid));
-  return out;
+  surf::curve::SeedGridOptions options;
+  options.spacing_mm = parse_positive_length("--seeds-grid", a.seeds_grid).mm(pixel);
+  if (!a.radius.empty()) options.radius_mm = parse_positive_length("--radius", a.radius).mm(pixel);
+  options.edge_length_mm = edge_length;
+  options.are_dark = a.dark;
+  return surf::curve::seed_grid(image, options);
 }
 
 /// In the plane of the image, from px, mm or, of a slice, from space.
@@ -173,11 +146,17 @@ void check_curve_arguments(const CLI::App& command, const CurveArguments& a) {
     throw UsageError("--keep seeded: a --seed in each component to keep is needed");
 }
 
+std::vector<std::string> idle_curve_options(const CLI::App& command, const CurveArguments& a) {
+  std::vector<std::string> out = idle_options(command, a, a.has_initial() && a.seeds_grid.empty());
+  if (a.dark && a.seeds_grid.empty()) out.push_back("--dark has no effect without --seeds-grid");
+  return out;
+}
+
 surf::curve::CurveOptions curve_options(const CLI::App& command, const CurveArguments& a,
                                         const Image& image) {
   surf::curve::CurveOptions out;
   set_run_options<2>(command, a, image.pixel_size(), out);
-  if (a.sampling == "linear") out.interpolation = surf::curve::Interpolation::kLinear;
+  if (a.sampling == "linear") out.interpolation = surf::volume::Interpolation::kLinear;
   for (const std::string& seed : a.seeds)
     out.seeds_mm.push_back(parse_plane_point("--seed", seed, a.space, image));
   if (a.has_initial())
@@ -188,9 +167,6 @@ surf::curve::CurveOptions curve_options(const CLI::App& command, const CurveArgu
   if (out.seeds_mm.empty() && a.circles.size() == 1)
     out.seeds_mm.push_back(
         parse_plane_point("--circle", split_circle(a.circles[0]).first, a.space, image));
-  out.regions.min_area_mm2 = a.min_component;
-  out.regions.fill_holes = a.fill_cavities;
-  out.regions.keep = a.kept();
   return out;
 }
 

@@ -28,6 +28,9 @@ void add_curve_options(CLI::App& command, CurveArguments& a);
 /// @throws surf::UsageError
 void check_curve_arguments(const CLI::App& command, const CurveArguments& a);
 
+/// What is given and does nothing, see tools/common/idle_options.h.
+std::vector<std::string> idle_curve_options(const CLI::App& command, const CurveArguments& a);
+
 /// Seeds, initial curves and everything else for one image.
 /// @throws surf::UsageError, surf::InputError
 surf::curve::CurveOptions curve_options(const CLI::App& command, const CurveArguments& a,

@@ -134,25 +134,22 @@ ordered_json evaluate(const Request& request) {
 }
 
 std::string text_of(const ordered_json& scores) {
-  std::string text;
-  const auto line = [&](const char* key, const std::string& value) {
-    text += fmt::format("{:<18} {}\n", key, value);
-  };
+  KeyValues lines(18);
   const auto number = [&](const ordered_json& value, const char* unit) {
     return fmt::format("{:.4f}{}", value.get<double>(), unit);
   };
-  line("Dice", number(scores["dice"], ""));
-  line("Jaccard", number(scores["jaccard"], ""));
-  line("area", number(scores["area_mm2"], " mm2"));
-  line("reference area", number(scores["reference_area_mm2"], " mm2"));
+  lines.add("Dice", number(scores["dice"], ""));
+  lines.add("Jaccard", number(scores["jaccard"], ""));
+  lines.add("area", number(scores["area_mm2"], " mm2"));
+  lines.add("reference area", number(scores["reference_area_mm2"], " mm2"));
   if (const auto& distance = scores["distance"]; !distance.is_null()) {
-    line("mean distance", number(distance["mean_mm"], " mm"));
-    line("RMS distance", number(distance["rms_mm"], " mm"));
-    line("95 % distance", number(distance["p95_mm"], " mm"));
-    line("maximum distance", number(distance["max_mm"], " mm"));
+    lines.add("mean distance", number(distance["mean_mm"], " mm"));
+    lines.add("RMS distance", number(distance["rms_mm"], " mm"));
+    lines.add("95 % distance", number(distance["p95_mm"], " mm"));
+    lines.add("maximum distance", number(distance["max_mm"], " mm"));
   }
-  line("verification", scores["verification"]["message"].get<std::string>());
-  return text;
+  lines.add("verification", scores["verification"]["message"].get<std::string>());
+  return lines.text();
 }
 
 }  // namespace
@@ -169,6 +166,7 @@ void add_evaluate_command(CLI::App& app, ExitCode&) {
   command->add_option("--spacing", request->reference.spacing,
                       "Pixel size of a mask in mm, S or SX,SY [what the file states, else 1]");
   command->add_option("--label", request->label, "Label of the object in the mask");
+  request->reference.which.add_to(*command);
   command->add_option("--json", request->json, "Write the scores to this file");
   command->footer(kFooter);
   command->callback([request] {

@@ -2,11 +2,11 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
 #include <optional>
 
 #include "libcurve/image/read_image.h"
 #include "libsurf/base/error.h"
-#include "libsurf/volume/read_volume.h"
 #include "tools/common/arguments.h"
 
 namespace surfseg::curve_program {
@@ -53,6 +53,22 @@ std::optional<Eigen::Vector2d> parse_spacing(const std::string& text) {
   return Eigen::Vector2d(n[0], n[1]);
 }
 
+/// A point given in the world belongs to the slice, not to another one that it would be seen in.
+void check_is_in_slice(const std::string& option, const std::string& text,
+                       const Eigen::Vector3d& in_plane, const std::string& space,
+                       const surf::curve::Image& image) {
+  constexpr double kRounding = 1e-3;  // of the thickness: points are typed with few digits
+  const double away = std::abs(in_plane[2]), half = image.thickness_mm() / 2;
+  if (half == 0 || away <= (1 + kRounding) * half) return;
+  Eigen::Vector3d next = *image.plane_to_ras() * Eigen::Vector3d(in_plane[0], in_plane[1], 0);
+  if (space == "lps") next.head<2>() *= -1;
+  throw UsageError(fmt::format(
+      "{}: {} lies {:.4g} mm off the plane of the slice ({}; {:.4g} mm thick), whose next point is "
+      "{:.6g},{:.6g},{:.6g} {}; choose another slice or point",
+      option, text, away, image.source().format, image.thickness_mm(), next[0], next[1], next[2],
+      space));
+}
+
 }  // namespace
 
 SlicePlane parse_slice_plane(const std::string& option, const std::string& text) {
@@ -68,8 +84,7 @@ void ImageArguments::check() const {
   if (!slice.empty()) parse_slice(slice);
   if (!plane.empty()) parse_plane(plane);
   parse_spacing(spacing);
-  if (frame_index < 0)
-    throw UsageError(fmt::format("--frame-index: expected 0 or more; got {}", frame_index));
+  which.check();
   if (page < 0) throw UsageError(fmt::format("--page: expected 0 or more; got {}", page));
 }
 
@@ -80,14 +95,13 @@ surf::curve::Image ImageArguments::read() const {
     if (surf::curve::is_image_file(path))
       return surf::curve::read_image(path, {.spacing_mm = spacing_mm, .page = page});
     // A volume is known by its own reader, whose message is the better one if it is none.
-    surf::volume::read_volume(path, {.frame_index = frame_index, .series_uid = {}});
+    which.read(path);
     throw UsageError(fmt::format(
         "{}: is a volume; choose a slice, such as --slice axial:20, or a --plane", path));
   }
   if (surf::curve::is_image_file(path))
     throw UsageError(fmt::format("--slice, --plane: {} is an image, not a volume", path));
-  const auto volume =
-      surf::volume::read_volume(path, {.frame_index = frame_index, .series_uid = {}});
+  const auto volume = which.read(path);
   if (!slice.empty()) {
     if (spacing_mm)
       throw UsageError(
@@ -122,9 +136,7 @@ void add_image_arguments(CLI::App& command, ImageArguments& a) {
       .add_option("--plane", a.plane,
                   "Oblique plane through a volume: point and normal X,Y,Z,NX,NY,NZ, RAS mm")
       ->group(group);
-  command.add_option("--frame-index", a.frame_index, "Frame of a 4-D volume, from 0")
-      ->capture_default_str()
-      ->group(group);
+  a.which.add_to(command, group);
 }
 
 Eigen::Vector2d parse_plane_point(const std::string& option, const std::string& text,
@@ -140,7 +152,9 @@ Eigen::Vector2d parse_plane_point(const std::string& option, const std::string& 
   const Eigen::Vector3d point = parse_point(option, text);
   const Eigen::Vector3d ras =
       to_ras_mm(point, space == "lps" ? Space::kLps : Space::kRas, Eigen::Affine3d::Identity());
-  return (image.plane_to_ras()->inverse() * ras).head<2>();
+  const Eigen::Vector3d in_plane = image.plane_to_ras()->inverse() * ras;
+  check_is_in_slice(option, text, in_plane, space, image);
+  return in_plane.head<2>();
 }
 
 }  // namespace surfseg::curve_program

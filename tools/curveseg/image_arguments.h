@@ -6,13 +6,15 @@
 
 #include "libcurve/image/image.h"
 #include "libcurve/image/slice.h"
+#include "tools/common/volume_arguments.h"
 
 namespace surfseg::curve_program {
 
 /// The options as they were typed.
 struct ImageArguments {
   std::string path, spacing, slice, plane;
-  int page = 0, frame_index = 0;
+  VolumeArguments which;
+  int page = 0;
 
   /// What can be found wrong before the file is read.
   /// @throws surf::UsageError
@@ -30,7 +32,7 @@ surf::curve::SlicePlane parse_slice_plane(const std::string& option, const std::
 
 /// A point of an image's plane [mm] from "X,Y" in px or mm, or, of a slice, "X,Y,Z" in ras or lps,
 /// which is projected along the plane's normal.
-/// @throws surf::UsageError
+/// @throws surf::UsageError  malformed, or farther than half the slice's thickness from its plane
 Eigen::Vector2d parse_plane_point(const std::string& option, const std::string& text,
                                   const std::string& space, const surf::curve::Image& image);
 

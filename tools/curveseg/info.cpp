@@ -3,6 +3,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "tools/common/report.h"
 #include "tools/curveseg/commands.h"
 #include "tools/curveseg/image_arguments.h"
 
@@ -38,27 +39,24 @@ ordered_json json_of(const Image& image) {
 
 std::string text_of(const Image& image) {
   const auto& source = image.source();
-  std::string text;
-  const auto line = [&](const char* key, const std::string& value) {
-    text += fmt::format("{:<12} {}\n", key, value);
-  };
-  line("path", source.path);
-  line("format", source.format);
-  line("type", source.scalar_type);
-  line("size", fmt::format("{} x {}", image.size()[0], image.size()[1]));
-  line("spacing",
-       fmt::format("{:.6g} x {:.6g} mm (from {})", image.spacing()[0], image.spacing()[1],
-                   source.spacing_source == "unknown" ? "nothing: pixels count as 1 mm"
-                                                      : source.spacing_source));
+  KeyValues lines(12);
+  lines.add("path", source.path);
+  lines.add("format", source.format);
+  lines.add("type", source.scalar_type);
+  lines.add("size", fmt::format("{} x {}", image.size()[0], image.size()[1]));
+  lines.add("spacing",
+            fmt::format("{:.6g} x {:.6g} mm (from {})", image.spacing()[0], image.spacing()[1],
+                        source.spacing_source == "unknown" ? "nothing: pixels count as 1 mm"
+                                                           : source.spacing_source));
   if (image.plane_to_ras())
     for (int row = 0; row < 3; ++row) {
       const Eigen::Vector4d v = image.plane_to_ras()->matrix().row(row);
-      line(row == 0 ? "mm to RAS" : "",
-           fmt::format("{:12.6f} {:12.6f} {:12.6f} {:12.6f}", v[0], v[1], v[2], v[3]));
+      lines.add(row == 0 ? "mm to RAS" : "",
+                fmt::format("{:12.6f} {:12.6f} {:12.6f} {:12.6f}", v[0], v[1], v[2], v[3]));
     }
-  line("intensity", fmt::format("{:.6g}..{:.6g}", image.range()[0], image.range()[1]));
-  for (const std::string& note : source.notes) line("note", note);
-  return text;
+  lines.add("intensity", fmt::format("{:.6g}..{:.6g}", image.range()[0], image.range()[1]));
+  for (const std::string& note : source.notes) lines.add("note", note);
+  return lines.text();
 }
 
 }  // namespace

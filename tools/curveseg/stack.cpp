@@ -1,25 +1,24 @@
 // curveseg stack: contours of consecutive slices of a volume, each started from the last one's.
+#include "libcurve/segment/stack.h"
+
 #include <fmt/format.h>
 
-#include <cstdlib>
 #include <memory>
 
 #include "libcurve/image/slice.h"
 #include "libcurve/io/contour_file.h"
-#include "libcurve/mesh/rasterize.h"
 #include "libcurve/mesh/verify.h"
-#include "libcurve/segment/segment.h"
 #include "libsurf/base/error.h"
 #include "libsurf/base/file.h"
 #include "libsurf/base/threads.h"
 #include "libsurf/fem/geometry.h"
-#include "libsurf/volume/read_volume.h"
 #include "libsurf/volume/write_volume.h"
 #include "tools/common/config.h"
 #include "tools/common/outputs.h"
+#include "tools/common/preset_arguments.h"
 #include "tools/common/progress.h"
 #include "tools/common/report.h"
-#include "tools/common/run_report.h"
+#include "tools/common/segment_command.h"
 #include "tools/common/signals.h"
 #include "tools/common/stage_clock.h"
 #include "tools/curveseg/commands.h"
@@ -30,29 +29,13 @@ namespace surfseg::curve_program {
 namespace {
 
 using nlohmann::ordered_json;
-using surf::Segments;
-using surf::curve::CurveOptions;
-using surf::curve::CurveResult;
-using surf::curve::Image;
-using surf::curve::SliceContours;
 using surf::curve::VoxelSlices;
 
 struct Arguments : CurveArguments {
   std::string volume, output, output_space = "lps", mask, plane = "axial";
-  int frame_index = 0;
+  VolumeArguments which;
   int from = 0, to = 0;
 };
-
-/// Curves of one slice in the plane of another one.
-Segments carried(const Segments& curves, const Eigen::Affine3d& from, const Eigen::Affine3d& to) {
-  Segments out = curves;
-  const Eigen::Affine3d map = to.inverse() * from;
-  for (auto point : out.points.rowwise()) {
-    const Eigen::Vector3d in(point[0], point[1], 0);
-    point = (map * in).head<2>().transpose();
-  }
-  return out;
-}
 
 class StackCommand {
  public:
@@ -64,23 +47,34 @@ class StackCommand {
     std::unique_ptr<surf::ThreadLimit> limit;
     if (arguments_.threads > 0) limit = std::make_unique<surf::ThreadLimit>(arguments_.threads);
     clock_.begin("read");
-    const auto volume = surf::volume::read_volume(
-        arguments_.volume, {.frame_index = arguments_.frame_index, .series_uid = {}});
+    const auto volume = arguments_.which.read(arguments_.volume);
     for (const std::string& note : volume.source().notes) progress_.note("note: " + note);
     const VoxelSlices slices(volume, parse_slice_plane("--slices", arguments_.plane));
+    for (const std::string& idle : idle_curve_options(command_, arguments_))
+      progress_.note("note: " + idle);
     catch_signals();
     clock_.begin("segment");
-    const int step = arguments_.from <= arguments_.to ? 1 : -1;
-    for (int k = arguments_.from; k != arguments_.to + step && go_on_; k += step) add(slices, k);
+    const surf::curve::Image first = slices.slice(arguments_.from);
+    result_ = surf::curve::segment_stack(
+        slices, arguments_.from, arguments_.to, curve_options(command_, arguments_, first),
+        [&](int k, const std::string& stage, const surf::flow::StepRecord& record) {
+          progress_.step(step_line<2>(fmt::format("slice {} {}", k, stage), record,
+                                      clock_.total_seconds()));
+          return signal_exit_code() == kDone;
+        });
+    exit_code_ = signal_exit_code() != kDone ? signal_exit_code()
+                 : result_.n_limited > 0     ? kStoppedAtLimit
+                                             : kDone;
     clock_.begin("write");
-    if (stack_.empty())
-      throw surf::InvalidMesh(fmt::format("{}: not written: {}", arguments_.output,
-                                          notes_.empty() ? "no slice" : notes_.back()));
+    if (result_.slices.empty())
+      throw surf::InvalidMesh(
+          fmt::format("{}: not written: {}", arguments_.output,
+                      result_.notes.empty() ? "no slice" : result_.notes.back()));
     write(slices);
     clock_.end();
     if (!arguments_.json.empty()) write_json(arguments_.json, summarise());
-    for (const std::string& note : notes_) progress_.note("note: " + note);
-    progress_.note(fmt::format("{}: {} slices, {:.2f} s", arguments_.output, stack_.size(),
+    for (const std::string& note : result_.notes) progress_.note("note: " + note);
+    progress_.note(fmt::format("{}: {} slices, {:.2f} s", arguments_.output, result_.slices.size(),
                                clock_.total_seconds()));
     return exit_code_;
   }
@@ -98,7 +92,7 @@ class StackCommand {
       throw surf::UsageError(
           fmt::format("--mask: {}: expected a name that ends in .nii.gz, .nii, .mha or .nrrd",
                       arguments_.mask));
-    check_range("--frame-index", arguments_.frame_index, 0, "0 or more");
+    arguments_.which.check();
     if (command_.count("--from") == 0 || command_.count("--to") == 0)
       throw surf::UsageError("--from, --to: the first and the last slice are needed");
     check_curve_arguments(command_, arguments_);
@@ -107,70 +101,28 @@ class StackCommand {
         arguments_.volume);
   }
 
-  /// The first slice starts as the options say, the others from the one before, with the energy
-  /// that was chosen on the first.
-  CurveOptions options_for(const Image& image) const {
-    CurveOptions options = curve_options(command_, arguments_, image);
-    if (stack_.empty()) return options;
-    options.seeds_mm.clear();
-    if (options.regions.keep == surf::mesh::Keep::kSeeded)
-      options.regions.keep = surf::mesh::Keep::kAll;
-    options.initial =
-        carried(stack_.back().curves, stack_.back().plane_to_ras, *image.plane_to_ras());
-    options.energies = energies_;
-    return options;
-  }
-
-  void add(const VoxelSlices& slices, int k) {
-    const Image image = slices.slice(k);
-    const CurveResult result = surf::curve::segment(
-        image, options_for(image),
-        [&](const std::string& stage, const surf::flow::StepRecord& record, const auto&) {
-          progress_.step(step_line(fmt::format("slice {} {}", k, stage), record, "elements", "area",
-                                   "mm^2", clock_.total_seconds()));
-          return signal_exit_code() == kDone;
-        });
-    if (const ExitCode code = exit_code_of<2>(result); code != kDone) exit_code_ = code;
-    if (signal_exit_code() != kDone) go_on_ = false;
-    const auto verification = surf::curve::verify(result.shape);
-    const bool has_vanished = !result.stages.empty() && result.main_stage().flow.termination ==
-                                                            surf::flow::Termination::kObstacle;
-    if (has_vanished || !verification.passed()) {
-      notes_.push_back(
-          fmt::format("slice {}: {}; the stack ends before it", k,
-                      has_vanished ? result.main_stage().flow.message : verification.message()));
-      go_on_ = false;
-      return;
-    }
-    if (energies_.empty()) energies_ = result.energies;
-    records_.push_back(
-        {{"slice", k},
-         {"area_mm2",
-          surf::fem::Geometry<2>(result.shape.points, result.shape.elements).enclosed()},
-         {"components", verification.n_components},
-         {"elements", verification.n_elements}});
-    stack_.push_back({k, result.shape, *image.plane_to_ras()});
-  }
-
   void write(const VoxelSlices& slices) const {
     surf::curve::write_stack(
-        arguments_.output, stack_,
+        arguments_.output, result_.slices,
         arguments_.output_space == "ras" ? surf::io::Space::kRas : surf::io::Space::kLps);
-    if (arguments_.mask.empty()) return;
-    const auto& volume = slices.volume();
-    const auto& size = volume.size();
-    std::vector<std::uint8_t> labels(volume.n_voxels(), 0);
-    for (const SliceContours& slice : stack_) {
-      const Image image = slices.slice(slice.slice);
-      const auto mask = surf::curve::rasterize(slice.curves, image.size(), image.pixel_to_plane());
-      for (int j = 0; j < image.size()[1]; ++j)
-        for (int i = 0; i < image.size()[0]; ++i) {
-          const auto v = slices.voxel(i, j, slice.slice);
-          labels[(std::size_t(v[2]) * size[1] + v[1]) * size[0] + v[0]] =
-              mask[std::size_t(j) * image.size()[0] + i];
-        }
+    if (!arguments_.mask.empty())
+      surf::volume::write_label_map(arguments_.mask, slices.volume().size(),
+                                    slices.volume().index_to_world(),
+                                    surf::curve::rasterized(result_.slices, slices));
+  }
+
+  ordered_json records() const {
+    ordered_json out = ordered_json::array();
+    for (const auto& slice : result_.slices) {
+      const auto verification = surf::curve::verify(slice.curves);
+      out.push_back(
+          {{"slice", slice.slice},
+           {"area_mm2",
+            surf::fem::Geometry<2>(slice.curves.points, slice.curves.elements).enclosed()},
+           {"components", verification.n_components},
+           {"elements", verification.n_elements}});
     }
-    surf::volume::write_label_map(arguments_.mask, size, volume.index_to_world(), labels);
+    return out;
   }
 
   ordered_json summarise() const {
@@ -178,8 +130,8 @@ class StackCommand {
     out["curveseg"] = SURFSEG_VERSION;
     out["config"] = dump_config(command_, {"help", "config", "json"});
     out["exit_code"] = int(exit_code_);
-    out["slices"] = records_;
-    out["notes"] = notes_;
+    out["slices"] = records();
+    out["notes"] = result_.notes;
     out["stages"] = clock_.stages();
     out["time_s"] = clock_.total_seconds();
     out["peak_memory_mb"] = peak_memory_mb();
@@ -191,11 +143,7 @@ class StackCommand {
   ProgressLine progress_;
   StageClock clock_;
   ExitCode exit_code_ = kDone;
-  bool go_on_ = true;
-  std::vector<SliceContours> stack_;
-  std::vector<surf::segment::EnergyTerm> energies_;
-  std::vector<std::string> notes_;
-  ordered_json records_ = ordered_json::array();
+  surf::curve::StackResult result_;
 };
 
 void add_options(CLI::App& command, Arguments& a) {
@@ -209,9 +157,7 @@ void add_options(CLI::App& command, Arguments& a) {
       ->check(CLI::IsMember({"axial", "sagittal", "coronal"}))
       ->capture_default_str()
       ->group(group);
-  command.add_option("--frame-index", a.frame_index, "Frame of a 4-D volume, from 0")
-      ->capture_default_str()
-      ->group(group);
+  a.which.add_to(command, group);
   add_curve_options(command, a);
   const std::string output = "Output and running";
   command.add_option("--output-space", a.output_space, "Frame of the file: lps (as Slicer) or ras")
@@ -237,7 +183,7 @@ void add_stack_command(CLI::App& app, ExitCode& exit_code) {
       "          --mask cord.nii.gz\n"
       "Contours are in the world. Where the object ends, so does the stack, with a note.");
   command->callback([command, arguments, &exit_code] {
-    if (!arguments->config.empty()) apply_config(*command, arguments->config);
+    apply_files(*command, arguments->config, arguments->preset);
     exit_code = StackCommand(*command, *arguments).run();
   });
 }

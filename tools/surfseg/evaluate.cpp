@@ -9,9 +9,9 @@
 #include "libsurf/mesh/measure.h"
 #include "libsurf/mesh/overlap.h"
 #include "libsurf/mesh/verify.h"
-#include "libsurf/volume/read_volume.h"
 #include "tools/common/outputs.h"
 #include "tools/common/report.h"
+#include "tools/common/volume_arguments.h"
 #include "tools/surfseg/commands.h"
 
 namespace surfseg {
@@ -43,6 +43,7 @@ struct Request {
   std::string surface, reference, json;
   std::optional<int> label;
   std::string unstated_space = "lps";
+  VolumeArguments which;
 
   Triangles read(const std::string& path) const {
     return surf::io::read_surface(
@@ -69,7 +70,7 @@ Reference read_reference(const Request& request) {
           fmt::format("--label: {} is a mesh and has no labels", request.reference));
     reference.surface = request.read(request.reference);
   } else {
-    reference.labels = surf::volume::read_volume(request.reference);
+    reference.labels = request.which.read(request.reference);
     reference.surface = surf::mesh::surface_of_label_map(*reference.labels, request.label);
   }
   return reference;
@@ -155,37 +156,34 @@ ordered_json evaluate(const Request& request) {
 }
 
 std::string text_of(const ordered_json& scores) {
-  std::string text;
-  const auto line = [&](const char* key, const std::string& value) {
-    text += fmt::format("{:<18} {}\n", key, value);
-  };
+  KeyValues lines(18);
   const auto number = [](const ordered_json& value, const char* format) {
     return fmt::format(fmt::runtime(format), value.get<double>());
   };
   const ordered_json &distance = scores["distance"], &quality = scores["quality"];
   if (scores["dice"].is_null()) {
-    line("overlap", "none: a surface is open or not oriented and encloses no volume");
+    lines.add("overlap", "none: a surface is open or not oriented and encloses no volume");
   } else {
-    line("Dice", number(scores["dice"], "{:.4f}"));
-    line("Jaccard", number(scores["jaccard"], "{:.4f}"));
-    line("volume", number(scores["volume_mm3"], "{:.1f} mm3") +
-                       number(scores["volume_difference_percent"], " ({:+.2f} %)"));
-    line("reference volume", number(scores["reference_volume_mm3"], "{:.1f} mm3"));
+    lines.add("Dice", number(scores["dice"], "{:.4f}"));
+    lines.add("Jaccard", number(scores["jaccard"], "{:.4f}"));
+    lines.add("volume", number(scores["volume_mm3"], "{:.1f} mm3") +
+                            number(scores["volume_difference_percent"], " ({:+.2f} %)"));
+    lines.add("reference volume", number(scores["reference_volume_mm3"], "{:.1f} mm3"));
   }
-  line("mean distance", number(distance["mean_mm"], "{:.4f} mm"));
-  line("RMS distance", number(distance["rms_mm"], "{:.4f} mm"));
-  line("95 % distance", number(distance["p95_mm"], "{:.4f} mm"));
-  line("maximum distance", number(distance["max_mm"], "{:.4f} mm"));
-  line("verification", quality["message"].get<std::string>());
-  line("area", number(quality["area_mm2"], "{:.1f} mm2"));
-  line("angles", number(quality["min_angle_deg"], "{:.1f}") +
-                     number(quality["max_angle_deg"], "..{:.1f} deg, ") +
-                     fmt::format("{:.1f} % of the triangles with all angles >= 25 deg",
-                                 100 * quality["share_above_25_deg"].get<double>()));
-  line("edges", number(quality["min_edge_mm"], "{:.4g}") +
-                    number(quality["max_edge_mm"], "..{:.4g} mm, mean ") +
-                    number(quality["mean_edge_mm"], "{:.4g} mm"));
-  return text;
+  lines.add("mean distance", number(distance["mean_mm"], "{:.4f} mm"));
+  lines.add("RMS distance", number(distance["rms_mm"], "{:.4f} mm"));
+  lines.add("95 % distance", number(distance["p95_mm"], "{:.4f} mm"));
+  lines.add("maximum distance", number(distance["max_mm"], "{:.4f} mm"));
+  lines.add("verification", quality["message"].get<std::string>());
+  lines.add("area", number(quality["area_mm2"], "{:.1f} mm2"));
+  lines.add("angles", number(quality["min_angle_deg"], "{:.1f}") +
+                          number(quality["max_angle_deg"], "..{:.1f} deg, ") +
+                          fmt::format("{:.1f} % of the triangles with all angles >= 25 deg",
+                                      100 * quality["share_above_25_deg"].get<double>()));
+  lines.add("edges", number(quality["min_edge_mm"], "{:.4g}") +
+                         number(quality["max_edge_mm"], "..{:.4g} mm, mean ") +
+                         number(quality["mean_edge_mm"], "{:.4g} mm"));
+  return lines.text();
 }
 
 void run(const Request& request) {
@@ -206,6 +204,7 @@ void add_evaluate_command(CLI::App& app, ExitCode&) {
   command->add_option("--reference", request->reference, "Mesh or label map to compare with")
       ->required();
   command->add_option("--label", request->label, "Label of the object in the label map");
+  request->which.add_to(*command);
   command
       ->add_option("--unstated-space", request->unstated_space,
                    "Space of surface files that state none: ras or lps")

@@ -2,8 +2,8 @@
 #include <memory>
 
 #include "libsurf/volume/orientation.h"
-#include "libsurf/volume/read_volume.h"
 #include "tools/common/report.h"
+#include "tools/common/volume_arguments.h"
 #include "tools/surfseg/commands.h"
 
 namespace surfseg {
@@ -28,7 +28,7 @@ constexpr const char* kFooter =
 struct Request {
   std::string path;
   bool is_json = false;
-  surf::volume::ReadOptions options;
+  VolumeArguments volume;
 };
 
 /// Zero for what prints as -0.
@@ -105,43 +105,43 @@ std::string text_of(const Volume& volume) {
   const surf::volume::Source& source = volume.source();
   const auto& size = volume.size();
   const Eigen::Vector3d spacing = volume.spacing();
-  std::string text;
-  const auto line = [&](const char* key, const std::string& value) {
-    text += fmt::format("{:<12} {}\n", key, value);
-  };
-  line("path", source.path);
-  line("format", source.format);
-  line("type", source.scalar_type);
-  line("size", fmt::format("{} x {} x {}", size[0], size[1], size[2]));
+  KeyValues lines(12);
+  lines.add("path", source.path);
+  lines.add("format", source.format);
+  lines.add("type", source.scalar_type);
+  lines.add("size", fmt::format("{} x {} x {}", size[0], size[1], size[2]));
   if (source.n_frames > 1)
-    line("frames", fmt::format("{}, read frame {}", source.n_frames, source.frame));
-  line("spacing", fmt::format("{:.6g} x {:.6g} x {:.6g} mm", spacing[0], spacing[1], spacing[2]));
-  line("orientation", fmt::format("{} (from {})", describe(orientation_of(volume.index_to_world())),
-                                  source.orientation_source));
+    lines.add("frames", fmt::format("{}, read frame {}", source.n_frames, source.frame));
+  lines.add("spacing",
+            fmt::format("{:.6g} x {:.6g} x {:.6g} mm", spacing[0], spacing[1], spacing[2]));
+  lines.add("orientation",
+            fmt::format("{} (from {})", describe(orientation_of(volume.index_to_world())),
+                        source.orientation_source));
   const Eigen::Matrix4d matrix = volume.index_to_world().matrix().unaryExpr(&unsigned_zero);
   for (int row = 0; row < 4; ++row)
-    line(row == 0 ? "affine" : "",
-         fmt::format("{:12.6f} {:12.6f} {:12.6f} {:12.6f}", matrix(row, 0), matrix(row, 1),
-                     matrix(row, 2), matrix(row, 3)));
+    lines.add(row == 0 ? "affine" : "",
+              fmt::format("{:12.6f} {:12.6f} {:12.6f} {:12.6f}", matrix(row, 0), matrix(row, 1),
+                          matrix(row, 2), matrix(row, 3)));
   const Extent extent = extent_of(volume);
   const auto range = [&](const char* key, const Box& box) {
     const Eigen::Vector3d a = box.lower.unaryExpr(&unsigned_zero),
                           b = box.upper.unaryExpr(&unsigned_zero),
                           c = box.center.unaryExpr(&unsigned_zero);
-    line(key, fmt::format("{:.3f}..{:.3f}, {:.3f}..{:.3f}, {:.3f}..{:.3f}; centre {:.3f}, {:.3f}, "
+    lines.add(key,
+              fmt::format("{:.3f}..{:.3f}, {:.3f}..{:.3f}, {:.3f}..{:.3f}; centre {:.3f}, {:.3f}, "
                           "{:.3f}",
                           a[0], b[0], a[1], b[1], a[2], b[2], c[0], c[1], c[2]));
   };
   range("RAS mm", extent.ras);
   range("LPS mm", extent.lps);
   range("voxels", extent.voxels);
-  line("intensity", fmt::format("{:.6g}..{:.6g}", volume.range()[0], volume.range()[1]));
-  for (const std::string& note : source.notes) line("note", note);
-  return text;
+  lines.add("intensity", fmt::format("{:.6g}..{:.6g}", volume.range()[0], volume.range()[1]));
+  for (const std::string& note : source.notes) lines.add("note", note);
+  return lines.text();
 }
 
 void run(const Request& request) {
-  const Volume volume = surf::volume::read_volume(request.path, request.options);
+  const Volume volume = request.volume.read(request.path);
   const std::string text = request.is_json ? json_of(volume).dump(2) + "\n" : text_of(volume);
   std::fwrite(text.data(), 1, text.size(), stdout);
 }
@@ -154,10 +154,7 @@ void add_info_command(CLI::App& app, ExitCode&) {
   command->add_option("FILE", request->path, "Volume: a file, or a folder of DICOM slices")
       ->required();
   command->add_flag("--json", request->is_json, "Print JSON");
-  command->add_option("--frame-index", request->options.frame_index, "Frame of a 4-D file, from 0")
-      ->capture_default_str();
-  command->add_option("--series-uid", request->options.series_uid,
-                      "Series of a DICOM folder that holds several");
+  request->volume.add_to(*command);
   command->footer(kFooter);
   command->callback([request] { run(*request); });
 }

@@ -2,8 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/LU>
-#include <algorithm>
 #include <array>
 #include <sstream>
 #include <vector>
@@ -11,10 +9,7 @@
 #include "libsurf/base/error.h"
 #include "libsurf/io/read_landmarks.h"
 #include "libsurf/io/read_surface.h"
-#include "libsurf/mesh/fit_ellipsoid.h"
 #include "libsurf/mesh/from_label_map.h"
-#include "libsurf/mesh/primitives.h"
-#include "libsurf/mesh/verify.h"
 #include "libsurf/volume/read_volume.h"
 
 namespace surfseg {
@@ -73,7 +68,7 @@ std::array<Vector3d, 2> parse_box(const std::string& text) {
 /// Unit vectors along the axes of the space, in RAS.
 Matrix3d axes_of(Space space, const surf::volume::Volume& volume) {
   if (space == Space::kLps) return Vector3d(-1, -1, 1).asDiagonal();
-  if (space == Space::kIjk) return volume.index_to_world().linear().colwise().normalized();
+  if (space == Space::kIjk) return surf::segment::voxel_axes(volume);
   return Matrix3d::Identity();
 }
 
@@ -82,28 +77,17 @@ InitialSurface make_round(const Round& round, Space space, const surf::volume::V
   const Vector3d center = to_ras_mm(round.center, space, volume.index_to_world());
   std::vector<double> radii_mm;
   for (const Length& radius : round.radii) radii_mm.push_back(radius.mm(volume.voxel_size()));
-  const double edge =
-      std::min(edge_length_mm, *std::min_element(radii_mm.begin(), radii_mm.end()) / 2);
-  if (radii_mm.size() == 1) return {surf::mesh::ball(center, radii_mm[0], edge), center};
-  const Matrix3d axes =
-      axes_of(space, volume) * Vector3d(radii_mm[0], radii_mm[1], radii_mm[2]).asDiagonal();
-  return {surf::mesh::ellipsoid(center, axes, edge), center};
+  if (radii_mm.size() == 1) return surf::segment::initial_ball(center, radii_mm[0], edge_length_mm);
+  const Vector3d radii(radii_mm[0], radii_mm[1], radii_mm[2]);
+  return surf::segment::initial_ellipsoid(center, axes_of(space, volume) * radii.asDiagonal(),
+                                          edge_length_mm);
 }
 
 InitialSurface make_box(const std::array<Vector3d, 2>& corners, Space space,
                         const surf::volume::Volume& volume, double edge_length_mm) {
-  const Matrix3d axes = axes_of(space, volume);
-  const Matrix3d to_axes = axes.inverse();
-  const Vector3d a = to_axes * to_ras_mm(corners[0], space, volume.index_to_world());
-  const Vector3d b = to_axes * to_ras_mm(corners[1], space, volume.index_to_world());
-  const Vector3d sides = (a - b).cwiseAbs();
-  InitialSurface out{
-      surf::mesh::box(a.cwiseMin(b), a.cwiseMax(b), std::min(edge_length_mm, sides.minCoeff() / 2)),
-      Vector3d(axes * (a + b) / 2)};
-  out.surface.points = (out.surface.points * axes.transpose()).eval();
-  if (axes.determinant() < 0)  // mirrored voxels turn the triangles over
-    out.surface.elements.col(1).swap(out.surface.elements.col(2));
-  return out;
+  return surf::segment::initial_box(to_ras_mm(corners[0], space, volume.index_to_world()),
+                                    to_ras_mm(corners[1], space, volume.index_to_world()),
+                                    axes_of(space, volume), edge_length_mm);
 }
 
 InitialSurface make_fitted(const std::string& path, Space space, const surf::volume::Volume& volume,
@@ -116,32 +100,13 @@ InitialSurface make_fitted(const std::string& path, Space space, const surf::vol
   if (!landmarks.is_ras)
     for (auto point : points.rowwise())
       point = to_ras_mm(point.transpose(), space, volume.index_to_world()).transpose().eval();
-  const auto fit = surf::mesh::fit_ellipsoid<3>(points);
-  const double edge = std::min(edge_length_mm, fit.axes.colwise().norm().minCoeff() / 2);
-  return {surf::mesh::ellipsoid(fit.center, fit.axes, edge), fit.center};
+  return surf::segment::fitted_ellipsoid(points, edge_length_mm);
 }
 
 surf::Triangles read(const InitialArguments& arguments) {
-  const surf::Triangles surface =
-      surf::io::is_readable_surface(arguments.file)
-          ? surf::io::read_surface(arguments.file)
-          : surf::mesh::surface_of_label_map(surf::volume::read_volume(arguments.file),
-                                             arguments.label);
-  const surf::mesh::Verification verification = surf::mesh::verify(surface);
-  if (!verification.passed())
-    throw surf::InputError(fmt::format("--initial: {}: cannot start from this surface: {}",
-                                       arguments.file, verification.message()));
-  return surface;
-}
-
-void check_is_in_volume(const surf::Triangles& surface, const surf::volume::Volume& volume) {
-  const Eigen::Array3d last(volume.size()[0] - 1, volume.size()[1] - 1, volume.size()[2] - 1);
-  for (const auto point : surface.points.rowwise()) {
-    const Eigen::Array3d index = (volume.world_to_index() * point.transpose()).array();
-    if ((index >= 0).all() && (index <= last).all()) return;
-  }
-  throw surf::InputError(
-      "--initial: no vertex of the initial surface lies in the volume; is it in another space?");
+  if (surf::io::is_readable_surface(arguments.file)) return surf::io::read_surface(arguments.file);
+  return surf::mesh::surface_of_label_map(surf::volume::read_volume(arguments.file),
+                                          arguments.label);
 }
 
 }  // namespace
@@ -172,7 +137,12 @@ InitialSurface make_initial_surface(const InitialArguments& arguments, Space spa
     out = make_fitted(arguments.landmarks, space, volume, edge_length_mm);
   else
     out.surface = read(arguments);
-  check_is_in_volume(out.surface, volume);
+  try {
+    surf::segment::check_initial(out.surface, volume);
+  } catch (const surf::InputError& error) {
+    throw surf::InputError(fmt::format("--initial: {}{}{}", arguments.file,
+                                       arguments.file.empty() ? "" : ": ", error.what()));
+  }
   return out;
 }
 

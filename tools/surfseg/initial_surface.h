@@ -1,10 +1,9 @@
 // Where an evolution starts if not from balls round the seeds: a file, or a body given by numbers.
 #pragma once
 
-#include <optional>
 #include <string>
 
-#include "libsurf/base/types.h"
+#include "libsurf/segment/initial_surface.h"
 #include "libsurf/volume/volume.h"
 #include "tools/common/arguments.h"
 
@@ -24,10 +23,7 @@ struct InitialArguments {
   void check() const;
 };
 
-struct InitialSurface {
-  surf::Triangles surface;                       ///< RAS mm
-  std::optional<Eigen::Vector3d> center_ras_mm;  ///< of a body
-};
+using surf::segment::InitialSurface;
 
 /// The initial surface; points are in `space`, and the axes of an ellipsoid or box are those of
 /// the space: the voxels' own for ijk. Landmarks give the ellipsoid next to them; those of a plain

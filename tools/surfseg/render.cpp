@@ -5,12 +5,13 @@
 #include <optional>
 
 #include "libsurf/base/error.h"
-#include "libsurf/base/file.h"
 #include "libsurf/io/read_surface.h"
 #include "libsurf/io/slices.h"
-#include "libsurf/volume/read_volume.h"
 #include "tools/common/arguments.h"
+#include "tools/common/outputs.h"
+#include "tools/common/volume_arguments.h"
 #include "tools/surfseg/commands.h"
+#include "tools/surfseg/slice_picture.h"
 
 namespace surfseg {
 namespace {
@@ -18,50 +19,145 @@ namespace {
 constexpr const char* kFooter =
     "Without --volume: the surface from two sides, from the patient's front right above and from\n"
     "the left. This needs an X display; where there is none, use xvfb-run.\n\n"
-    "With --volume: an axial, a coronal and a sagittal slice with the surface's outline, the\n"
-    "patient's right on the left; no display needed. R, L, A, P, S and I mark right, left,\n"
-    "anterior, posterior, superior and inferior.\n\n"
+    "With --volume: an axial, a coronal and a sagittal slice with the surface's outline, or a\n"
+    "--sheet of slices along one axis; the patient's right on the left; no display needed. R, L,\n"
+    "A, P, S and I mark right, left, anterior, posterior, superior and inferior, and S12.5 a "
+    "slice\n"
+    "12.5 mm superior of the origin. A --seed is a green cross where it lies in the slice, else a\n"
+    "ring; an --outside point is pink.\n\n"
+    "Windows for CT in HU: soft-tissue -160..240, bone -500..1300, lung -1350..150, brain "
+    "0..80.\n\n"
     "Examples:\n"
     "  surfseg render brain.stl --volume head.nii.gz -o slices.png\n"
+    "  surfseg render kidney.stl --volume ct/ --window soft-tissue --sheet 4x3 -o sheet.png\n"
+    "  surfseg render lung.ply --volume ct/ --window lung --seed 90,0,-40 -o lung.png\n"
     "  xvfb-run -a surfseg render brain.stl -o brain.png";
 
 struct Request {
-  std::string surface, volume, output, unstated_space = "lps", space = "ras";
-  std::optional<std::string> at;
-  std::vector<double> window;
-  int frame_index = 0, width = 1500;
+  std::string surface, volume, output, unstated_space = "lps", space = "ras", axis = "axial";
+  std::optional<std::string> at, window, sheet;
+  std::vector<std::string> seeds, outside;
+  VolumeArguments which;
+  int width = 1500;
   bool has_edges = false;
+
+  bool has_slice_options() const {
+    return at || window || sheet || !seeds.empty() || !outside.empty();
+  }
 };
 
-surf::io::Picture draw_slices(const Request& request, const surf::Triangles& surface) {
-  surf::volume::ReadOptions read_options;
-  read_options.frame_index = request.frame_index;
-  const surf::volume::Volume volume = surf::volume::read_volume(request.volume, read_options);
+surf::io::SlicePlane plane_of(const std::string& axis) {
+  using surf::io::SlicePlane;
+  return axis == "coronal"    ? SlicePlane::kCoronal
+         : axis == "sagittal" ? SlicePlane::kSagittal
+                              : SlicePlane::kAxial;
+}
+
+std::vector<surf::io::Mark> marks_of(const Request& request, const surf::volume::Volume& volume) {
+  const Space space = parse_space("--space", request.space);
+  std::vector<surf::io::Mark> out;
+  for (const std::string& seed : request.seeds)
+    out.push_back({to_ras_mm(parse_point("--seed", seed), space, volume.index_to_world()), true});
+  for (const std::string& point : request.outside)
+    out.push_back(
+        {to_ras_mm(parse_point("--outside", point), space, volume.index_to_world()), false});
+  return out;
+}
+
+surf::io::Picture draw_sheet(const Request& request, const surf::Triangles& surface,
+                             const surf::volume::Volume& volume) {
+  surf::io::SheetOptions options;
+  const SheetSize size = parse_sheet("--sheet", *request.sheet);
+  options.n_slices = size.n_slices;
+  options.columns = size.columns;
+  options.plane = plane_of(request.axis);
+  options.width = request.width;
+  if (request.window) options.window = parse_window("--window", *request.window);
+  options.marks = marks_of(request, volume);
+  return surf::io::draw_sheet(surface, volume, options);
+}
+
+surf::io::Picture draw_slices(const Request& request, const surf::Triangles& surface,
+                              const surf::volume::Volume& volume) {
   surf::io::SliceOptions options;
   options.width = request.width;
   if (request.at)
     options.center_ras_mm =
         to_ras_mm(parse_point("--at", *request.at), parse_space("--space", request.space),
                   volume.index_to_world());
-  if (!request.window.empty()) options.window = {request.window[0], request.window[1]};
+  if (request.window) options.window = parse_window("--window", *request.window);
+  options.marks = marks_of(request, volume);
   return surf::io::draw_slices(surface, volume, options);
 }
 
-void run(const Request& request) {
-  if (surf::extension(request.output) != ".png")
-    throw surf::UsageError(fmt::format("--output: '{}' must end in .png", request.output));
-  if (request.volume.empty() && (request.at || !request.window.empty()))
-    throw surf::UsageError("--at, --window: they belong to slices; give --volume too");
+/// What can be found wrong before the files are read.
+void check(const Request& request) {
+  check_picture("--output", request.output);
+  if (request.volume.empty() && request.has_slice_options())
+    throw surf::UsageError(
+        "--at, --window, --sheet, --seed, --outside: they belong to slices; give --volume too");
   if (!request.volume.empty() && request.has_edges)
     throw surf::UsageError("--edges: it belongs to the surface alone; leave out --volume");
+  if (request.sheet && request.at)
+    throw surf::UsageError(
+        "--at: it belongs to three slices; a --sheet is spread over the surface");
+  if (request.window) parse_window("--window", *request.window);
+  if (request.sheet) parse_sheet("--sheet", *request.sheet);
+  for (const std::string& seed : request.seeds) parse_point("--seed", seed);
+  for (const std::string& point : request.outside) parse_point("--outside", point);
+  request.which.check();
+  check_outputs({{"--output", request.output}}, request.volume);
+}
+
+void run(const Request& request) {
+  check(request);
   const surf::Triangles surface = surf::io::read_surface(
       request.surface,
       {request.unstated_space == "ras" ? surf::io::Space::kRas : surf::io::Space::kLps});
-  surf::io::write_png(
-      request.output,
-      request.volume.empty()
-          ? surf::io::render_surface(surface, {request.width, request.width / 2, request.has_edges})
-          : draw_slices(request, surface));
+  if (request.volume.empty())
+    return surf::io::write_png(
+        request.output,
+        surf::io::render_surface(surface, {request.width, request.width / 2, request.has_edges}));
+  const surf::volume::Volume volume = request.which.read(request.volume);
+  surf::io::write_png(request.output, request.sheet ? draw_sheet(request, surface, volume)
+                                                    : draw_slices(request, surface, volume));
+}
+
+void add_slice_options(CLI::App& command, Request& request) {
+  const std::string group = "Slices";
+  command.add_option("--volume", request.volume, "Draw slices of this volume with the outline")
+      ->group(group);
+  request.which.add_to(command, group);
+  command
+      .add_option("--at", request.at,
+                  "Point X,Y,Z the slices pass through [the surface's centroid]")
+      ->group(group);
+  command
+      .add_option("--sheet", request.sheet,
+                  "Sheet of slices instead, spread evenly over the surface: N or COLUMNSxROWS")
+      ->group(group);
+  command.add_option("--axis", request.axis, "Of the --sheet: axial, coronal or sagittal slices")
+      ->check(CLI::IsMember({"axial", "coronal", "sagittal"}))
+      ->capture_default_str()
+      ->group(group);
+  command
+      .add_option("--window", request.window,
+                  "Values shown as black and white: soft-tissue, bone, lung or brain of a CT, or "
+                  "LOW,HIGH [from the values shown]")
+      ->group(group);
+  command.add_option("--seed", request.seeds, "Point X,Y,Z inside to show; repeat for more")
+      ->take_all()
+      ->allow_extra_args(false)
+      ->group(group);
+  command.add_option("--outside", request.outside, "Point outside to show; repeat for more")
+      ->take_all()
+      ->allow_extra_args(false)
+      ->group(group);
+  command
+      .add_option("--space", request.space, "Space of the points: ras or lps in mm, or ijk voxels")
+      ->check(CLI::IsMember({"ras", "lps", "ijk"}))
+      ->capture_default_str()
+      ->group(group);
 }
 
 }  // namespace
@@ -71,27 +167,15 @@ void add_render_command(CLI::App& app, ExitCode&) {
   CLI::App* command = app.add_subcommand("render", "Draw a surface, alone or over its volume.");
   command->add_option("SURFACE", request->surface, "Surface: .stl, .obj, .ply or .vtp")->required();
   command->add_option("-o,--output", request->output, "Picture to write: .png")->required();
-  command->add_option("--volume", request->volume, "Draw slices of this volume with the outline");
-  command->add_option("--frame-index", request->frame_index, "Frame of a 4-D volume, from 0")
-      ->capture_default_str();
-  command->add_option("--at", request->at,
-                      "Point X,Y,Z the slices pass through [the surface's centroid]");
-  command->add_option("--space", request->space, "Space of --at: ras or lps in mm, or ijk voxels")
-      ->check(CLI::IsMember({"ras", "lps", "ijk"}))
-      ->capture_default_str();
-  command
-      ->add_option("--window", request->window,
-                   "Values shown as black and white: LOW,HIGH [from the values shown]")
-      ->expected(2)
-      ->delimiter(',');
   command->add_option("--width", request->width, "Width of the picture in pixels")
       ->capture_default_str();
-  command->add_flag("--edges", request->has_edges, "Draw the edges of the triangles");
+  command->add_flag("--edges", request->has_edges, "Draw the edges of the triangles, in 3-D");
   command
       ->add_option("--unstated-space", request->unstated_space,
                    "Space of surface files that state none: ras or lps")
       ->check(CLI::IsMember({"ras", "lps"}))
       ->capture_default_str();
+  add_slice_options(*command, *request);
   command->footer(kFooter);
   command->callback([request] { run(*request); });
 }

@@ -59,17 +59,14 @@ class Start : public Stage<Dim> {
     work.shape = work.start_is_given ? in_file_order<Dim>(work.shape) : seed_balls(work);
     work.start = work.shape;
     work.energies = completed<Dim>(options.energies, context(work, *model));
+    if (!work.is_stopped()) return true;
     StageReport report;
     report.name = "start";
     report.kind = StageKind::kProposes;
-    report.outcome = work.is_stopped() ? Outcome::kStopped : Outcome::kProposed;
-    report.message = work.is_stopped() ? "interrupted before the first step"
-                     : work.start_is_given
-                         ? "from a given shape"
-                         : fmt::format("from balls of radius {:.3g} mm round {} clicks",
-                                       work.seed_radius_mm, work.seeds_mm.size());
+    report.outcome = Outcome::kStopped;
+    report.message = "interrupted before the first step";
     work.reports.push_back(std::move(report));
-    return !work.is_stopped();
+    return false;
   }
 
  private:

@@ -252,8 +252,10 @@ std::vector<FileHeader> choose_series(Series series, const std::optional<std::st
     return std::move(found->second);
   }
   if (series.size() > 1)
-    throw InputError(fmt::format("{}: holds {} series; name a file of one or its UID:{}", path,
-                                 series.size(), list(series)));
+    throw InputError(
+        fmt::format("{}: holds {} series; give a file of one, or its UID as "
+                    "ReadOptions::series_uid:{}",
+                    path, series.size(), list(series)));
   return std::move(series.begin()->second);
 }
 

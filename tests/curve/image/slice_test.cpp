@@ -54,6 +54,19 @@ TEST(VoxelSlices, PixelsLieWhereTheirVoxelsDo) {
     }
 }
 
+TEST(VoxelSlices, AreAsThickAsNeighboursAreApart) {
+  for (const Eigen::Matrix3d& grid : grids())
+    for (const auto plane : {SlicePlane::kAxial, SlicePlane::kSagittal, SlicePlane::kCoronal}) {
+      const VoxelSlices slices(volume_of(grid), plane);
+      const Image image = slices.slice(2);
+      const Eigen::Vector3d next = slices.slice(3).plane_to_ras()->translation();
+      EXPECT_NEAR(std::abs((image.plane_to_ras()->inverse() * next)[2]), image.thickness_mm(),
+                  1e-12);
+    }
+  const auto oblique = oblique_slice(volume_of(Eigen::Matrix3d::Identity()), {-8, 7, 5}, {1, 1, 1});
+  EXPECT_DOUBLE_EQ(oblique.thickness_mm(), oblique.pixel_size());
+}
+
 TEST(VoxelSlices, AreSeenAsRadiologistsDo) {
   const VoxelSlices axial(volume_of(Eigen::Matrix3d::Identity()), SlicePlane::kAxial);
   EXPECT_EQ(axial.n_slices(), 7);

@@ -18,9 +18,9 @@ using segment::EnergyTerm;
 struct Scene {
   PhantomOptions phantom{.size = {64, 64}, .noise = 0.05};
   Image image = make_phantom(phantom);
-  CurveSetting setting{image, {}};
+  CurveSetting setting{image};
   std::unique_ptr<segment::EnergyModel<2>> model =
-      setting.make_model({.sigma_mm = image.pixel_size()});
+      setting.make_model({.smoothing = {.sigma_mm = image.pixel_size()}});
   segment::KindContext<2> context{
       .model = *model,
       .seeds_mm = {phantom.unit_to_plane() * Vector<2>(0, 0)},

@@ -113,7 +113,7 @@ TEST(CurveSegment, OptionsAreChecked) {
   options.topology = mesh::Topology::kGenus0;
   EXPECT_THROW(segment(image, options), UsageError);
   options.topology = mesh::Topology::kFree;
-  options.regions.min_area_mm2 = -1;
+  options.components.min_content = -1;
   EXPECT_THROW(segment(image, options), UsageError);
 }
 

@@ -3,7 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "libsurf/base/error.h"
 #include "libsurf/mesh/primitives.h"
@@ -77,6 +79,100 @@ TEST(Slices, WindowMapsItsEndsToBlackAndWhite) {
     EXPECT_TRUE(is_grey(color));
     EXPECT_NEAR(color[0], expected, 1) << low << ".." << high;
   }
+}
+
+bool is_inside_mark(const Color& color) { return color[1] > 200 && color[0] < 160; }
+bool is_outside_mark(const Color& color) {
+  return color[0] > 200 && color[1] < 160 && color[2] > 160;
+}
+
+/// Bounds of the pixels of a kind in a part of the picture: left, right, top, bottom.
+template <class Kind>
+std::array<int, 4> bounds(const Picture& picture, int begin, int end, const Kind& is_of_kind) {
+  std::array<int, 4> out = {picture.width(), -1, picture.height(), -1};
+  for (int y = 0; y < picture.height(); ++y)
+    for (int x = begin; x < std::min(end, picture.width()); ++x)
+      if (is_of_kind(picture.at(x, y)))
+        out = {std::min(out[0], x), std::max(out[1], x), std::min(out[2], y), std::max(out[3], y)};
+  return out;
+}
+
+TEST(Slices, MarkIsACrossWhereItLiesInTheSliceAndARingElsewhere) {
+  const Triangles ball = mesh::ball({0, 0, 0}, 10, 1);
+  SliceOptions options;
+  options.width = 1212;  // 10 pixels per mm
+  options.marks = {{Vector<3>(5, -4, 0), true}, {Vector<3>(-15, 8, 2), false}};
+  const Picture picture = draw_slices(ball, ball_volume(), options);
+  // The axial slice shows x = 20 to -20 mm from left to right and y = 20 to -20 downwards.
+  const auto inside = bounds(picture, 0, 400, is_inside_mark);
+  EXPECT_NEAR(0.5 * (inside[0] + inside[1]), 150, 2);
+  EXPECT_NEAR(0.5 * (inside[2] + inside[3]), 240, 2);
+  EXPECT_GE(inside[1] - inside[0], 13);  // a cross
+  const auto outside = bounds(picture, 0, 400, is_outside_mark);
+  EXPECT_NEAR(0.5 * (outside[0] + outside[1]), 350, 2);
+  EXPECT_NEAR(0.5 * (outside[2] + outside[3]), 120, 2);
+  EXPECT_LE(outside[1] - outside[0], 11);  // a ring: 2 mm off the slice
+}
+
+TEST(Slices, MarkFarFromTheSurfaceIsShown) {
+  SliceOptions options;
+  options.width = 1200;
+  options.marks = {{Vector<3>(-28, 0, 0), false}};
+  const Picture picture = draw_slices(mesh::ball({0, 0, 0}, 5, 1), ball_volume(), options);
+  EXPECT_GE(bounds(picture, 0, picture.width(), is_outside_mark)[1], 0);
+}
+
+TEST(Sheet, ShowsSoManySlicesEvenlySpreadFromTheTopDown) {
+  const Triangles ball = mesh::ball({0, 0, 0}, 10, 0.5);
+  SheetOptions options;
+  options.n_slices = 5;
+  options.columns = 3;
+  options.width = 3 * 400 + 2 * 6;
+  const Picture picture = draw_sheet(ball, ball_volume(), options);
+  EXPECT_EQ(picture.width(), 1212);
+  EXPECT_EQ(picture.height(), 2 * 400 + 6);
+  for (int n = 0; n < 5; ++n) {
+    const double z = 10 - (n + 0.5) / 5 * 20, diameter = 2 * std::sqrt(100 - z * z);
+    const int left = n % 3 * 406, middle = n / 3 * 406 + 200;
+    const auto [first, last] = outline_span(picture, middle, left, left + 400);
+    EXPECT_NEAR(last - first, 10 * diameter, 4) << n;
+  }
+  // There is no sixth one.
+  EXPECT_EQ(picture.at(2 * 406 + 200, 606), (Color{0, 0, 0}));
+}
+
+TEST(Sheet, PutsAMarkIntoTheNextSliceAndNoOther) {
+  for (const auto& [plane, axis] :
+       {std::pair{SlicePlane::kAxial, 2}, {SlicePlane::kCoronal, 1}, {SlicePlane::kSagittal, 0}}) {
+    SheetOptions options;
+    options.plane = plane;
+    options.n_slices = options.columns = 4;
+    options.width = 4 * 200 + 3 * 6;
+    options.marks = {{2.0 * Vector<3>::Unit(axis), true}};  // in the slice from 5 to 0 mm
+    const Picture picture = draw_sheet(mesh::ball({0, 0, 0}, 10, 1), ball_volume(), options);
+    for (int n = 0; n < 4; ++n)
+      EXPECT_EQ(bounds(picture, n * 206, n * 206 + 200, is_inside_mark)[1] >= 0, n == 1) << n;
+  }
+}
+
+TEST(Sheet, RefusesNoSlicesTooManyAndTooSmallOnes) {
+  const Triangles ball = mesh::ball({0, 0, 0}, 10, 2);
+  const volume::Volume volume = ball_volume();
+  for (const auto& [n_slices, columns, width] :
+       {std::array<int, 3>{0, 1, 500}, {401, 20, 2000}, {4, 0, 500}, {50, 50, 1000}, {4, 2, 50}}) {
+    SheetOptions options;
+    options.n_slices = n_slices;
+    options.columns = columns;
+    options.width = width;
+    EXPECT_THROW(draw_sheet(ball, volume, options), UsageError) << n_slices << " " << columns;
+  }
+}
+
+TEST(CtWindow, IsLevelAndWidthOfTheConsoles) {
+  EXPECT_EQ(ct_window("soft-tissue"), (std::array<double, 2>{-160, 240}));
+  EXPECT_EQ(ct_window("lung"), (std::array<double, 2>{-1350, 150}));
+  EXPECT_EQ(ct_window("liver"), std::nullopt);
+  for (const std::string& name : ct_windows()) EXPECT_TRUE(ct_window(name)) << name;
 }
 
 TEST(Slices, RefuseASurfaceElsewhereAndAnEmptyWindow) {

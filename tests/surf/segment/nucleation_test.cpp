@@ -27,7 +27,7 @@ volume::Volume shell() {
 struct Scene {
   volume::Volume image = shell();
   ImageModel model{image, {.sigma_mm = 0.03}, volume::DerivativeFilter::kBSpline};
-  SurfaceSetting setting{image, volume::DerivativeFilter::kBSpline};
+  SurfaceSetting setting{image};
   Triangles surface = mesh::ball({0, 0, 0}, 0.6, 0.08);
 
   std::unique_ptr<energy::EnergySum<3>> energy(const std::vector<EnergyTerm>& terms) {

@@ -109,9 +109,9 @@ TEST(Segment, FindsTheBallFromItsSeedAlone) {
     run.seeds_mm = {Vector3d(0.15, -0.1, 0.2)};
     const SegmentResult result = segment(volume::make_phantom(options), run);
     expect_found(result, options, kBallTolerance, fmt::format("automatic, noise {}", noise));
-    EXPECT_FALSE(result.candidates.empty());
-    for (std::size_t i = 1; i < result.candidates.size(); ++i)
-      EXPECT_GE(result.candidates[i - 1].score, result.candidates[i].score);
+    EXPECT_FALSE(result.proposals.empty());
+    for (std::size_t i = 1; i < result.proposals.size(); ++i)
+      EXPECT_GE(result.proposals[i - 1].score, result.proposals[i].score);
   }
 }
 
@@ -137,20 +137,21 @@ TEST(Segment, FindsWhatTheVolumeCutsOffFromItsSeedAlone) {
       EXPECT_TRUE(check.passed()) << check.message();
       EXPECT_GE(check.min_angle_deg, 15);
       EXPECT_NEAR(mesh::volume_mm3(result.shape) / (share * ball), 1, settle ? 0.08 : 0.2);
-      ASSERT_FALSE(result.candidates.empty());
-      for (const auto& candidate : result.candidates)
-        EXPECT_TRUE(mesh::verify(candidate.shape).passed());
+      ASSERT_FALSE(result.proposals.empty());
+      for (const auto& proposal : result.proposals)
+        EXPECT_TRUE(mesh::verify(proposal.shape).passed());
     }
   }
 }
 
-TEST(Segment, SaysWhatASearchDoesNotUse) {
-  const auto options = phantom(PhantomKind::kBall);
+TEST(Segment, FitsItsEnergyToAnInitialSurface) {
+  const auto options = phantom(PhantomKind::kBall, 0.1);
   SegmentOptions run;
-  run.seeds_mm = {Vector3d::Zero()};
-  run.seed_radius_mm = 0.2;
-  run.topology = mesh::Topology::kFixed;
-  EXPECT_EQ(segment(volume::make_phantom(options), run).notes.size(), 2u);
+  run.initial = mesh::ball(Vector3d::Zero(), 0.55, 0.08);
+  const SegmentResult result = segment(volume::make_phantom(options), run);
+  expect_found(result, options, kBallTolerance, "fitted to an initial ball");
+  EXPECT_EQ(result.outcome, Outcome::kConverged);
+  EXPECT_TRUE(result.proposals.empty());
 }
 
 TEST(Segment, GrowsTwoBallsFromTwoSeeds) {
@@ -260,9 +261,6 @@ TEST(Segment, RefusesOptionsThatAreWrong) {
   outside.seeds_mm = {Vector3d(5, 0, 0)};
   EXPECT_THROW(segment(volume, outside), UsageError);
   EXPECT_THROW(segment(volume, {}), UsageError);
-  SegmentOptions no_energy;
-  no_energy.initial = mesh::ball(Vector3d::Zero(), 0.5, 0.1);
-  EXPECT_THROW(segment(volume, no_energy), UsageError);
   SegmentOptions negative = minimal_surface(PhantomKind::kBall);
   negative.seed_radius_mm = -1;
   EXPECT_THROW(segment(volume, negative), UsageError);
@@ -297,11 +295,11 @@ TEST(Segment, LevelsEndAtTheSameSurfaceWithFewerStepsOnTheLast) {
   const volume::Volume image = volume::make_phantom(scene);
   const SegmentResult one = segment(image, from_outside(1));
   const SegmentResult two = segment(image, from_outside(2));
-  ASSERT_EQ(two.stages.size(), 3u);  // a level, the last, and the settling
+  ASSERT_EQ(two.stages.size(), 4u);  // a level, the last, the settling and the offset
   EXPECT_EQ(two.stages[0].name, "level 1");
   EXPECT_EQ(two.stages[0].edge_length_mm, 2 * two.edge_length_mm);
-  EXPECT_EQ(two.main_stage().name, "evolve");
-  EXPECT_LT(two.main_stage().flow.steps.size(), one.main_stage().flow.steps.size());
+  EXPECT_EQ(two.main_stage()->name, "evolve");
+  EXPECT_LT(two.last().steps.size(), one.last().steps.size());
   expect_found(one, scene, 0.2, "box, 1 level");
   expect_found(two, scene, 0.2, "box, 2 levels");
   const double voxel = image.voxel_size();

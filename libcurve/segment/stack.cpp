@@ -1,0 +1,82 @@
+#include "libcurve/segment/stack.h"
+
+#include <fmt/format.h>
+
+#include "libcurve/mesh/rasterize.h"
+#include "libcurve/mesh/verify.h"
+
+namespace surf::curve {
+namespace {
+
+/// Curves of one slice in the plane of another one.
+Segments carried(const Segments& curves, const Eigen::Affine3d& from, const Eigen::Affine3d& to) {
+  Segments out = curves;
+  const Eigen::Affine3d map = to.inverse() * from;
+  for (auto point : out.points.rowwise()) {
+    const Eigen::Vector3d in(point[0], point[1], 0);
+    point = (map * in).head<2>().transpose();
+  }
+  return out;
+}
+
+/// The options of a slice behind the first one.
+CurveOptions continued(CurveOptions options, const StackResult& result, const Image& image) {
+  options.seeds_mm.clear();
+  if (options.components.keep == mesh::Keep::kSeeded) options.components.keep = mesh::Keep::kAll;
+  const SliceContours& before = result.slices.back();
+  options.initial = carried(before.curves, before.plane_to_ras, *image.plane_to_ras());
+  options.energies = result.energies;
+  return options;
+}
+
+/// Why there is no contour in a slice; empty if there is.
+std::string missing(const CurveResult& result) {
+  if (!segment::has_shape(result.outcome)) return result.message;
+  const auto verification = verify(result.shape);
+  return verification.passed() ? "" : verification.message();
+}
+
+}  // namespace
+
+StackResult segment_stack(const VoxelSlices& slices, int first, int last,
+                          const CurveOptions& options, const StackProgress& progress) {
+  StackResult out;
+  bool go_on = true;
+  const int step = first <= last ? 1 : -1;
+  for (int k = first; k != last + step && go_on; k += step) {
+    const Image image = slices.slice(k);
+    const CurveResult result =
+        segment(image, out.slices.empty() ? options : continued(options, out, image),
+                [&](const std::string& stage, const flow::StepRecord& record, const auto&) {
+                  go_on = !progress || progress(k, stage, record);
+                  return go_on;
+                });
+    if (result.outcome == segment::Outcome::kAtLimit) ++out.n_limited;
+    if (const std::string why = missing(result); !why.empty()) {
+      out.notes.push_back(fmt::format("slice {}: {}; the stack ends before it", k, why));
+      break;
+    }
+    if (out.energies.empty()) out.energies = result.energies;
+    out.slices.push_back({k, result.shape, *image.plane_to_ras()});
+  }
+  return out;
+}
+
+std::vector<std::uint8_t> rasterized(const std::vector<SliceContours>& stack,
+                                     const VoxelSlices& slices) {
+  const auto& size = slices.volume().size();
+  std::vector<std::uint8_t> labels(slices.volume().n_voxels(), 0);
+  for (const SliceContours& contours : stack) {
+    const Image image = slices.slice(contours.slice);
+    const auto mask = rasterize(contours.curves, image.size(), image.pixel_to_plane());
+    for (int j = 0; j < image.size()[1]; ++j)
+      for (int i = 0; i < image.size()[0]; ++i) {
+        const auto v = slices.voxel(i, j, contours.slice);
+        labels[(std::size_t(v[2]) * size[1] + v[1]) * size[0] + v[0]] =
+            mask[std::size_t(j) * image.size()[0] + i];
+      }
+  }
+  return labels;
+}
+
+}  // namespace surf::curve

@@ -1,0 +1,45 @@
+// A DICOM folder of several series: every verb that reads volumes says what there is, and takes
+// --series-uid.
+#include "tests/cli/rows.h"
+#include "tests/surf/volume/dicom_files.h"
+
+namespace surfseg::test {
+namespace {
+
+class Series : public RowTest {
+ protected:
+  Series() {
+    surf::volume::Grid grid;
+    grid.size = {8, 8, 8};
+    grid.index_to_world = surf::volume::affine(Eigen::Matrix3d::Identity(), {-4, -4, -4});
+    surf::volume::write_series(file("both"), grid, "1.2.3.4");
+    surf::volume::write_series(file("both"), grid, "1.2.3.5");
+    must({"phantom", "ball", "--size", "8", "--spacing", "1", "-o", "ball.nii"});
+  }
+};
+
+const std::vector<Row> kRows = {
+    {"Info", {"info", "both"}, 0, ""},
+    {"Segment",
+     {"segment", "both", "--initial-ball", "0,0,0,2mm", "--energy", "area", "-q", "-o", "a.ply",
+      "--volume", "keep"},
+     0,
+     ""},
+    {"Render", {"render", "ball.ply", "--volume", "both", "-o", "a.png"}, 0, ""},
+    {"Evaluate", {"evaluate", "ball.ply", "--reference", "both"}, 0, ""}};
+
+TEST_P(Series, AreListedAndOneIsChosen) {
+  must({"segment", "ball.nii", "--initial-ball", "0,0,0,2mm", "--energy", "area", "--volume",
+        "keep", "-q", "-o", "ball.ply"});
+  const Outcome which = run(GetParam().arguments);
+  EXPECT_EQ(which.exit_code, 3);
+  EXPECT_NE(which.err.find("holds 2 series; give a file of one, or its UID as --series-uid: "
+                           "1.2.3.4 (CT phantom, 8 files); 1.2.3.5"),
+            std::string::npos)
+      << which.err;
+  must(joined(GetParam().arguments, {"--series-uid", "1.2.3.5"}));
+}
+INSTANTIATE_TEST_SUITE_P(All, Series, ::testing::ValuesIn(kRows), name_of);
+
+}  // namespace
+}  // namespace surfseg::test

@@ -1,0 +1,82 @@
+// What the segment commands of both programs do: read, segment, finish, write, tell.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "libsurf/segment/finish.h"
+#include "libsurf/segment/segment.h"
+#include "tools/common/exit_codes.h"
+#include "tools/common/progress.h"
+#include "tools/common/run_arguments.h"
+#include "tools/common/stage_clock.h"
+
+namespace surfseg {
+
+/// A seed in a volume (Dim = 3) or an image (Dim = 2) in, a verified shape out.
+template <int Dim>
+class SegmentCommand {
+ public:
+  using Shape = surf::Simplices<Dim>;
+  using Result = surf::segment::Result<Dim>;
+
+  /// @param arguments  of the command; both are kept
+  SegmentCommand(const CLI::App& command, const RunArguments& arguments);
+  virtual ~SegmentCommand() = default;
+
+  /// @throws surf::Error  as documented for the exit codes; what could be written was
+  ExitCode run();
+
+ protected:
+  struct Input {
+    std::shared_ptr<const surf::segment::Setting<Dim>> setting;
+    surf::segment::Options<Dim> options;
+  };
+
+  /// What can be found wrong before the work is done.
+  virtual void check() const = 0;
+  /// Reads the image. Notes go to progress().
+  virtual Input read() = 0;
+  /// Options that have no effect as they are combined.
+  virtual std::vector<std::string> idle_options() const = 0;
+  /// After every step.
+  virtual void show([[maybe_unused]] const std::function<Shape()>& shape) {}
+  virtual std::string output() const = 0;
+  /// The key of the program's version in the summary.
+  virtual const char* program() const = 0;
+  /// Writes everything that was asked for.
+  virtual void write(const Input& input, const Result& result,
+                     const surf::segment::Finished<Dim>& finished) const = 0;
+  /// "1656 triangles, 28.005 ml, ..."
+  virtual std::string describe(const surf::segment::Measures<Dim>& measures) const = 0;
+
+  const CLI::App& command() const { return command_; }
+  ProgressLine& progress() { return progress_; }
+
+ private:
+  Result segment(const Input& input);
+  void summarise(const Result& result, const surf::segment::Measures<Dim>* measures,
+                 ExitCode exit_code);
+
+  const CLI::App& command_;
+  const RunArguments& arguments_;
+  ProgressLine progress_;
+  StageClock clock_;
+};
+
+/// "evolve  step 12  J ...  tau ...  triangles ...  volume ... mm^3"
+template <int Dim>
+std::string step_line(const std::string& stage, const surf::flow::StepRecord& record,
+                      double seconds);
+
+/// A signal's code, else that of the outcome.
+ExitCode exit_code_of(surf::segment::Outcome outcome);
+
+/// "converged after 12 steps: ..."
+template <int Dim>
+std::string conclusion_of(const surf::segment::Result<Dim>& result);
+
+}  // namespace surfseg

@@ -1,0 +1,33 @@
+#include "tools/common/volume_arguments.h"
+
+#include <fmt/format.h>
+
+#include "libsurf/base/error.h"
+#include "libsurf/volume/read_volume.h"
+
+namespace surfseg {
+
+void VolumeArguments::add_to(CLI::App& command, const std::string& group) {
+  command.add_option("--frame-index", frame_index, "Frame of a 4-D volume, from 0")
+      ->capture_default_str()
+      ->group(group);
+  command
+      .add_option("--series-uid", series_uid,
+                  "Series of a DICOM folder that holds several, by its SeriesInstanceUID")
+      ->group(group);
+}
+
+void VolumeArguments::check() const {
+  if (frame_index < 0)
+    throw surf::UsageError(fmt::format("--frame-index: expected 0 or more; got {}", frame_index));
+}
+
+surf::volume::Volume VolumeArguments::read(const std::string& path) const {
+  check();
+  surf::volume::ReadOptions options;
+  options.frame_index = frame_index;
+  if (!series_uid.empty()) options.series_uid = series_uid;
+  return surf::volume::read_volume(path, options);
+}
+
+}  // namespace surfseg

@@ -1,0 +1,23 @@
+// Which frame and series of a volume's file: the options of every verb that reads volumes.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <string>
+
+#include "libsurf/volume/volume.h"
+
+namespace surfseg {
+
+struct VolumeArguments {
+  int frame_index = 0;
+  std::string series_uid;
+
+  void add_to(CLI::App& command, const std::string& group = "Options");
+  /// What can be found wrong before the file is read.
+  /// @throws surf::UsageError
+  void check() const;
+  /// @throws surf::UsageError, surf::InputError
+  surf::volume::Volume read(const std::string& path) const;
+};
+
+}  // namespace surfseg

@@ -1,0 +1,35 @@
+// Pictures of slices: their options, and the one that segment makes.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <array>
+#include <string>
+#include <vector>
+
+#include "libsurf/io/slices.h"
+
+namespace surfseg {
+
+/// "soft-tissue", ... or "LOW,HIGH".
+/// @throws surf::UsageError
+std::array<double, 2> parse_window(const std::string& option, const std::string& text);
+
+struct SheetSize {
+  int n_slices, columns;
+};
+/// "N" slices, in as many columns as rows or one more, or "COLUMNSxROWS".
+/// @throws surf::UsageError
+SheetSize parse_sheet(const std::string& option, const std::string& text);
+
+void add_picture_option(CLI::App& command, std::string& picture, const std::string& group);
+
+/// @throws surf::UsageError  a name that does not end in .png
+void check_picture(const std::string& option, const std::string& picture);
+
+/// Writes draw_slices() of the surface with the seeds; nothing if `picture` is empty.
+/// @throws surf::OutputError
+void write_picture(const std::string& picture, const surf::Triangles& surface,
+                   const surf::volume::Volume& volume,
+                   const std::vector<surf::Vector<3>>& seeds_ras_mm);
+
+}  // namespace surfseg
