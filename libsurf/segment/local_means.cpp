@@ -13,9 +13,9 @@ namespace {
 
 constexpr double kMostNodes = 3e6;
 constexpr double kMeansPerReach = 4.0 / 3;  // deviation of the Gaussian of the local means
-constexpr double kClear = 2;                // deviations of the edge: what is nearer is a mixture
-constexpr double kLeastShare = 1e-4;        // of a mean over all, where nothing of a side is near
 static double env(const char* n, double v) { const char* t = std::getenv(n); return t ? std::atof(t) : v; }
+const double kClear = env("CLEARW", 2);                // deviations of the edge: what is nearer is a mixture
+constexpr double kLeastShare = 1e-4;        // of a mean over all, where nothing of a side is near
 const double kHold = env("HOLD", 0.75), kSure = env("SURE", 4);
 const int kTrimmings = int(env("TRIM", 0));
 constexpr double kPull = 1.5;  // f of a shape at the reach: more than intensities have
@@ -114,7 +114,11 @@ std::array<std::vector<float>, 2> means_of_sides(const Intensities& I,
                                                depths(I.size, others(inside))};
   for (std::vector<float>& side : weights)
     for (float& depth : side)
-      depth = depth > 0 ? float(std::pow(std::min(1.0, depth / clear), 4)) : 0.f;
+      depth = depth > 0 ? float(std::pow(std::min(1.0, depth / clear), 4) *
+                                std::exp(-0.5 * std::pow(std::max(0.0, depth - clear) /
+                                                             (env("SHELL_W", 0.5) * deviation),
+                                                         2)))
+                        : 0.f;
   std::array<std::vector<float>, 2> means;
   for (int round = 0; round <= kTrimmings; ++round) {
     std::array<std::vector<float>, 2> kept = weights;

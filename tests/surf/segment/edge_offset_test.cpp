@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "libsurf/energy/boundary_integral.h"
 #include "libsurf/mesh/primitives.h"
 
 namespace surf::segment {
@@ -49,32 +50,44 @@ double minimiser(const Valley& H) {
   return low;
 }
 
+Points<3> moved(const Triangles& surface, double blur_mm, double limit_mm) {
+  energy::BoundaryIntegral<3> energy(std::make_shared<const Valley>(kRadius, kWidth));
+  return moved_to_edge<3>(surface, energy, blur_mm, limit_mm);
+}
+
 Eigen::VectorXd radii(const Points<3>& X) { return X.rowwise().norm(); }
 
 TEST(MovedToEdge, TakesTheBiasOfTheMinimalSurfaceOffABall) {
-  const Valley H(kRadius, kWidth);
-  const double r = minimiser(H);
+  const double r = minimiser(Valley(kRadius, kWidth));
   const double bias = kRadius - r;
   ASSERT_GT(bias, 0.03);
   const Triangles surface = mesh::ball(Eigen::Vector3d::Zero(), r, 2);
-  const Points<3> moved = moved_to_edge<3>(surface, H, 1);
   // What is left is of second order in the bias over the width.
-  EXPECT_LT((radii(moved).array() - kRadius).abs().maxCoeff(), 0.15 * bias);
+  EXPECT_LT((radii(moved(surface, 0, 1)).array() - kRadius).abs().maxCoeff(), 0.15 * bias);
+}
+
+// A blur of deviation s moves the level of a ball's edge by s^2 / R.
+TEST(MovedToEdge, TakesTheBiasOfTheBlurOffABall) {
+  constexpr double kBlur = 1.5;
+  const Triangles surface =
+      mesh::ball(Eigen::Vector3d::Zero(), minimiser(Valley(kRadius, kWidth)), 2);
+  const double further =
+      (radii(moved(surface, kBlur, 1)) - radii(moved(surface, 0, 1))).mean();
+  EXPECT_NEAR(further, kBlur * kBlur / kRadius, 0.02 * kBlur * kBlur / kRadius);
 }
 
 TEST(MovedToEdge, MovesNoFurtherThanTheLimit) {
-  const Valley H(kRadius, kWidth);
-  const Triangles surface = mesh::ball(Eigen::Vector3d::Zero(), minimiser(H), 2);
+  const Triangles surface =
+      mesh::ball(Eigen::Vector3d::Zero(), minimiser(Valley(kRadius, kWidth)), 2);
   constexpr double kLimit = 0.01;
-  const Points<3> moved = moved_to_edge<3>(surface, H, kLimit);
-  EXPECT_LE((moved - surface.points).rowwise().norm().maxCoeff(), kLimit * (1 + 1e-6));
-  EXPECT_GT((moved - surface.points).rowwise().norm().maxCoeff(), 0.9 * kLimit);
+  const Eigen::VectorXd moves = (moved(surface, 0, kLimit) - surface.points).rowwise().norm();
+  EXPECT_LE(moves.maxCoeff(), kLimit * (1 + 1e-6));
+  EXPECT_GT(moves.maxCoeff(), 0.9 * kLimit);
 }
 
 TEST(MovedToEdge, LeavesASurfaceWhereThereIsNoValley) {
-  const Valley H(kRadius, kWidth);
   const Triangles surface = mesh::ball(Eigen::Vector3d::Zero(), kRadius - 2.5 * kWidth, 2);
-  EXPECT_LT((moved_to_edge<3>(surface, H, 1) - surface.points).norm(), 1e-12);
+  EXPECT_LT((moved(surface, 0, 1) - surface.points).norm(), 1e-12);
 }
 
 }  // namespace

@@ -1,0 +1,59 @@
+#include "libsurf/segment/edges_along.h"
+
+#include <gtest/gtest.h>
+
+#include "libsurf/mesh/primitives.h"
+#include "libsurf/segment/segment.h"
+#include "libsurf/volume/phantom.h"
+
+namespace surf::segment {
+namespace {
+
+EdgesAlong edges_of(int size, double noise, double radius = 0.6) {
+  volume::PhantomOptions options;
+  options.size = {size, size, size};
+  options.noise = noise;
+  Fields<3> fields(make_setting(volume::make_phantom(options)));
+  const double voxel = 2.0 / (size - 1);
+  return edges_along<3>(fields, {}, mesh::ball(Vector<3>::Zero(), radius, 2 * voxel), 4 * voxel);
+}
+
+// The phantom's edge has the slope 20 per mm: that of a step blurred by 0.02 mm.
+constexpr double kBlur = 0.02;
+
+TEST(EdgesAlong, HaveTheSameWidthHoweverFinelyTheyAreSampled) {
+  EXPECT_NEAR(edges_of(96, 0).blur_mm, kBlur, 0.2 * kBlur);
+  EXPECT_NEAR(edges_of(160, 0).blur_mm, kBlur, 0.15 * kBlur);
+}
+
+TEST(EdgesAlong, AreFoundBesideTheShapeToo) {
+  EXPECT_NEAR(edges_of(128, 0, 0.6 - 2 * 2.0 / 127).blur_mm, kBlur, 0.2 * kBlur);
+}
+
+TEST(EdgesAlong, AskForMoreSmoothingUnderNoise) {
+  const EdgesAlong clean = edges_of(96, 0), noisy = edges_of(96, 0.2);
+  EXPECT_GT(noisy.sigma_mm, clean.sigma_mm);
+  EXPECT_GT(noisy.noise, 100 * clean.noise);
+}
+
+TEST(EdgesAlong, ScaleWithTheIntensities) {
+  volume::PhantomOptions options;
+  options.size = {48, 48, 48};
+  options.noise = 0.1;
+  const volume::Volume one = volume::make_phantom(options);
+  std::vector<float> values(one.n_voxels());
+  one.copy_box({0, 0, 0}, one.size(), values.data());
+  for (float& value : values) value = 1000 * value - 300;
+  const volume::Volume other(one.size(), one.index_to_world(), values);
+  const Triangles shape = mesh::ball(Vector<3>::Zero(), 0.6, 0.08);
+  Fields<3> a(make_setting(one)), b(make_setting(other));
+  const EdgesAlong first = edges_along<3>(a, {}, shape, 0.1),
+                   second = edges_along<3>(b, {}, shape, 0.1);
+  EXPECT_NEAR(second.blur_mm, first.blur_mm, 1e-3 * first.blur_mm);
+  EXPECT_EQ(second.sigma_mm, first.sigma_mm);
+  EXPECT_NEAR(second.slope, 1000 * first.slope, first.slope);
+  EXPECT_NEAR(second.noise, 1000 * first.noise, first.noise);
+}
+
+}  // namespace
+}  // namespace surf::segment

@@ -1,0 +1,86 @@
+#include "libsurf/segment/local_means.h"
+
+#include <gtest/gtest.h>
+
+#include "libsurf/base/error.h"
+#include "libsurf/mesh/primitives.h"
+#include "libsurf/segment/segment.h"
+#include "libsurf/volume/phantom.h"
+
+namespace surf::segment {
+namespace {
+
+constexpr int kSize = 40;
+constexpr double kVoxel = 2.0 / (kSize - 1), kRadius = 0.6;
+
+struct Scene {
+  std::shared_ptr<const Setting<3>> setting;
+  std::shared_ptr<const Field<3>> I;
+  std::shared_ptr<const Field<3>> f;
+
+  /// @param radius  of the start
+  explicit Scene(double radius, double noise = 0.01) {
+    volume::PhantomOptions options;
+    options.size = {kSize, kSize, kSize};
+    setting = make_setting(volume::make_phantom(options));
+    I = setting->make_model({.smoothing = {.sigma_mm = 0.4 * kVoxel}})->intensity();
+    const Triangles start = mesh::ball(Vector<3>::Zero(), radius, kVoxel);
+    f = local_means<3>(*setting, I, start, start, {3 * kVoxel, kVoxel, noise});
+  }
+
+  double at(double r) const {
+    Points<3> x(1, 3);
+    x << r / std::sqrt(3.0), r / std::sqrt(3.0), r / std::sqrt(3.0);
+    Samples<3> samples;
+    f->sample(x, Derivatives::kNone, samples);
+    return samples.value[0];
+  }
+};
+
+TEST(LocalMeans, ChangeSignWhereTheIntensityIsBetweenBothMeans) {
+  // Starts a voxel off on either side.
+  for (const double radius : {kRadius - kVoxel, kRadius + kVoxel}) {
+    const Scene scene(radius);
+    EXPECT_LT(scene.at(kRadius - 0.3 * kVoxel), 0);
+    EXPECT_GT(scene.at(kRadius + 0.3 * kVoxel), 0);
+  }
+}
+
+TEST(LocalMeans, KeepTheShapeWithinReachOfItsStart) {
+  const Scene scene(kRadius - 6 * kVoxel);  // the edge is twice the reach away
+  EXPECT_GT(scene.at(kRadius - kVoxel), 0);
+  EXPECT_LT(scene.at(0.1), -1);
+}
+
+TEST(LocalMeans, HaveTheDerivativesOfTheirValues) {
+  const Scene scene(kRadius - kVoxel, 0.2);
+  constexpr double kStep = 1e-5;
+  for (const Vector<3>& place : {Vector<3>(0.3, 0.35, 0.33), Vector<3>(-0.55, 0.1, 0.2)}) {
+    Points<3> x(7, 3);
+    x.rowwise() = place.transpose();
+    for (int axis = 0; axis < 3; ++axis) {
+      x(1 + 2 * axis, axis) += kStep;
+      x(2 + 2 * axis, axis) -= kStep;
+    }
+    Samples<3> s;
+    scene.f->sample(x, Derivatives::kSecond, s);
+    for (int axis = 0; axis < 3; ++axis) {
+      const double slope = (s.value[1 + 2 * axis] - s.value[2 + 2 * axis]) / (2 * kStep);
+      EXPECT_NEAR(s.gradient(0, axis), slope, 1e-5 * (1 + std::abs(slope)));
+      const auto second =
+          ((s.gradient.row(1 + 2 * axis) - s.gradient.row(2 + 2 * axis)) / (2 * kStep)).eval();
+      EXPECT_LT((s.hessian.row(0).segment(3 * axis, 3) - second).norm(),
+                1e-4 * (1 + second.norm()));
+    }
+  }
+}
+
+TEST(LocalMeans, RefuseAStartBetweenTheNodes) {
+  const Scene scene(kRadius);
+  const Triangles dot = mesh::ball({0.3 * kVoxel, 0.3 * kVoxel, 0.3 * kVoxel}, 0.1 * kVoxel,
+                                   0.05 * kVoxel);
+  EXPECT_THROW(local_means<3>(*scene.setting, scene.I, dot, dot, {kVoxel, 0, 0.01}), UsageError);
+}
+
+}  // namespace
+}  // namespace surf::segment

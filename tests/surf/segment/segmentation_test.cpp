@@ -1,0 +1,252 @@
+#include "libsurf/segment/segmentation.h"
+
+#include <gtest/gtest.h>
+
+#include "libsurf/base/error.h"
+#include "libsurf/mesh/measure.h"
+#include "libsurf/segment/finish.h"
+#include "libsurf/segment/recipe.h"
+#include "libsurf/segment/segment.h"
+#include "libsurf/volume/phantom.h"
+
+namespace surf::segment {
+namespace {
+
+constexpr int kSize = 40;
+
+volume::Volume phantom(volume::PhantomKind kind = volume::PhantomKind::kBall, double noise = 0) {
+  volume::PhantomOptions options;
+  options.kind = kind;
+  options.size = {kSize, kSize, kSize};
+  options.noise = noise;
+  return volume::make_phantom(options);
+}
+
+Segmentation<3> ball() { return Segmentation<3>(make_setting(phantom())); }
+
+Click<3> inside(double x, double y = 0, double z = 0) { return {{x, y, z}, Side::kInside}; }
+Click<3> outside(double x, double y = 0, double z = 0) { return {{x, y, z}, Side::kOutside}; }
+
+TEST(Segmentation, GoesFromAClickToASurface) {
+  Segmentation<3> s = ball();
+  const int object = s.add_object("ball");
+  EXPECT_EQ(s.object(object).state(), Outcome::kEmpty);
+  s.add_click(object, inside(0.1));
+  EXPECT_EQ(s.propose(object).outcome, Outcome::kProposed);
+  const Result<3>& result = s.evolve(object);
+  EXPECT_EQ(result.outcome, Outcome::kConverged);
+  EXPECT_NEAR(s.measures(object).content, 4 * std::numbers::pi / 3 * std::pow(0.6, 3), 0.01);
+  EXPECT_TRUE(s.measures(object).passed);
+}
+
+TEST(Segmentation, NamesTheEnergyThatItMinimised) {
+  Segmentation<3> s = ball();
+  const int object = s.add_object();
+  s.add_click(object, inside(0));
+  const Result<3>& result = s.evolve(object);
+  ASSERT_EQ(result.energies.size(), 3u);
+  EXPECT_EQ(result.energies[0].name, "local-means");
+  EXPECT_EQ(result.main_stage()->name, "evolve");
+  EXPECT_EQ(result.main_stage()->energies, result.energies);
+}
+
+// The stated energy from the start that was used, lengths as they were chosen.
+TEST(Segmentation, GivesTheSameBytesByTheStatedEnergyFromItsStart) {
+  const volume::Volume volume = phantom(volume::PhantomKind::kBall, 0.1);
+  SegmentOptions automatic;
+  automatic.seeds_mm = {Vector<3>::Zero()};
+  const SegmentResult first = segment(volume, automatic);
+  SegmentOptions stated;
+  stated.seeds_mm = automatic.seeds_mm;
+  stated.initial = first.start;
+  stated.energies = first.energies;
+  stated.sigma_mm = first.sigma_mm;
+  stated.edge_length_mm = first.edge_length_mm;
+  stated.geometry_tolerance_mm = first.geometry_tolerance_mm;
+  const SegmentResult second = segment(volume, stated);
+  EXPECT_EQ(second.shape.points, first.shape.points);
+  EXPECT_EQ(second.shape.elements, first.shape.elements);
+}
+
+TEST(Segmentation, EndsAtTheLimitOfStepsInEveryMode) {
+  for (const bool has_energy : {false, true}) {
+    SegmentOptions options;
+    options.seeds_mm = {Vector<3>::Zero()};
+    options.flow.max_steps = 2;
+    if (has_energy) options.energies = {{"minimal-surface", 1, {}}};
+    const SegmentResult result = segment(phantom(), options);
+    EXPECT_EQ(result.outcome, Outcome::kAtLimit);
+    EXPECT_EQ(result.last().steps.size(), 2u);
+    EXPECT_TRUE(make_setting(phantom())->measures(result.shape).passed);
+  }
+}
+
+TEST(Segmentation, FindsNoObjectInAConstantVolume) {
+  const volume::Volume volume({16, 16, 16}, Eigen::Affine3d::Identity(),
+                              std::vector<float>(16 * 16 * 16, 7.f));
+  Segmentation<3> s(make_setting(volume));
+  const int object = s.add_object();
+  s.add_click(object, inside(8, 8, 8));
+  const Result<3>& result = s.evolve(object);
+  EXPECT_EQ(result.outcome, Outcome::kNoObject);
+  EXPECT_EQ(result.shape.elements.rows(), 0);
+  EXPECT_THROW(finish<3>(s.setting(), result, ".stl"), NoObject);
+}
+
+TEST(Segmentation, SaysThatAnObjectVanished) {
+  SegmentOptions options;
+  options.seeds_mm = {Vector<3>::Zero()};
+  options.energies = {{"minimal-surface", 1, {{"gamma", 5}, {"lambda", 7}}}};
+  const SegmentResult result = segment(phantom(), options);
+  EXPECT_EQ(result.outcome, Outcome::kVanished);
+  EXPECT_EQ(result.shape.elements.rows(), 0);
+}
+
+TEST(Segmentation, StopsOnRequestWithTheSurfaceSoFar) {
+  Segmentation<3> s = ball();
+  const int object = s.add_object();
+  s.add_click(object, inside(0));
+  std::stop_source source;
+  const Result<3>& result = s.evolve(
+      object,
+      [&](const std::string&, const flow::StepRecord& record, const auto&) {
+        if (record.n_elements > 0 && record.k == 2) source.request_stop();
+        return true;
+      },
+      source.get_token());
+  EXPECT_EQ(result.outcome, Outcome::kStopped);
+  EXPECT_EQ(result.last().steps.size(), 2u);
+  EXPECT_TRUE(s.measures(object).passed);
+}
+
+TEST(Segmentation, GoesOnFromTheShapeThatIsThere) {
+  Segmentation<3> s = ball();
+  const int object = s.add_object();
+  s.add_click(object, inside(0));
+  const double first = s.evolve(object).n_steps();
+  s.add_click(object, inside(0.3));
+  const Result<3>& second = s.evolve(object);
+  EXPECT_EQ(second.stages.front().name, "fit");  // nothing was proposed
+  EXPECT_LE(second.n_steps(), first);
+}
+
+TEST(Segmentation, LooksForTheObjectAnewWhereAClickIsNotHeeded) {
+  Segmentation<3> s(make_setting(phantom(volume::PhantomKind::kSeparateBalls)));
+  const int object = s.add_object();
+  s.add_click(object, inside(-0.5));
+  s.evolve(object);
+  EXPECT_EQ(s.measures(object).n_components, 1);
+  s.add_click(object, inside(0.5));
+  EXPECT_EQ(s.evolve(object).stages.front().name, "propose");
+  EXPECT_EQ(s.measures(object).n_components, 2);
+}
+
+TEST(Segmentation, TakesAnotherProposal) {
+  Segmentation<3> s(make_setting(phantom(volume::PhantomKind::kShell)));
+  const int object = s.add_object();
+  s.add_click(object, inside(0.45));
+  const auto n = s.propose(object).proposals.size();
+  ASSERT_GT(n, 0u);
+  EXPECT_THROW(s.choose(object, n), UsageError);
+  const Result<3>& chosen = s.choose(object, n - 1);
+  EXPECT_EQ(chosen.outcome, Outcome::kProposed);
+  EXPECT_EQ(chosen.chosen, n - 1);
+  EXPECT_EQ(s.evolve(object).outcome, Outcome::kConverged);
+}
+
+TEST(Segmentation, UndoesAndRedoesWithoutComputing) {
+  Segmentation<3> s = ball();
+  const int object = s.add_object();
+  EXPECT_FALSE(s.undo(object));
+  s.add_click(object, inside(0));
+  s.evolve(object);
+  const auto shape = s.object(object).result;
+  s.add_click(object, outside(0.9));
+  EXPECT_TRUE(s.undo(object));
+  EXPECT_EQ(s.object(object).clicks.size(), 1u);
+  EXPECT_TRUE(s.undo(object));
+  EXPECT_EQ(s.object(object).state(), Outcome::kEmpty);
+  EXPECT_TRUE(s.redo(object));
+  EXPECT_EQ(s.object(object).result, shape);
+  s.take_back_click(object, 0);  // what was undone is gone
+  EXPECT_FALSE(s.redo(object));
+}
+
+TEST(Segmentation, RefusesWhatCannotBe) {
+  Segmentation<3> s = ball();
+  EXPECT_THROW(s.object(7), UsageError);
+  const int object = s.add_object("a");
+  EXPECT_THROW(s.add_object("a"), UsageError);
+  EXPECT_THROW(s.add_click(object, inside(5)), UsageError);
+  s.add_click(object, inside(0));
+  EXPECT_THROW(s.add_click(object, outside(0.01)), UsageError);
+  EXPECT_THROW(s.take_back_click(object, 1), UsageError);
+  Options<3> wrong;
+  wrong.coarseness = 0;
+  EXPECT_THROW(s.set_options(object, wrong), UsageError);
+  EXPECT_EQ(s.object(object).clicks.size(), 1u);
+  const int empty = s.add_object("b");
+  EXPECT_THROW(s.propose(empty), UsageError);
+  EXPECT_THROW(s.evolve(empty), UsageError);
+}
+
+TEST(Segmentation, KeepsItsFieldsWithinABound) {
+  Segmentation<3> s(make_setting(phantom()), 0);
+  const int object = s.add_object();
+  s.add_click(object, inside(0));
+  const Points<3> first = s.evolve(object).shape.points;
+  Segmentation<3> roomy = ball();
+  const int other = roomy.add_object();
+  roomy.add_click(other, inside(0));
+  EXPECT_EQ(roomy.evolve(other).shape.points, first);
+  EXPECT_GT(roomy.memory_bytes(), s.memory_bytes());
+}
+
+TEST(Recipe, RepeatsADialogueToTheByte) {
+  Segmentation<3> s(make_setting(phantom(volume::PhantomKind::kSeparateBalls, 0.05)));
+  const int object = s.add_object("two balls");
+  s.add_click(object, inside(-0.5));
+  s.evolve(object);
+  s.add_click(object, outside(0, 0.9));
+  s.undo(object);
+  s.add_click(object, inside(0.5));
+  Options<3> options;
+  options.coarseness = 2;
+  options.flow.rel_tol = 3e-4;
+  s.set_options(object, options);
+  int n_steps = 0;
+  s.evolve(object, [&](const std::string&, const flow::StepRecord& record, const auto&) {
+    n_steps += record.n_elements > 0;
+    return n_steps < 3;
+  });
+  const std::string recipe = to_recipe<3>(s, "balls.nii.gz");
+  EXPECT_EQ(image_of_recipe(recipe), "balls.nii.gz");
+
+  Segmentation<3> again(make_setting(phantom(volume::PhantomKind::kSeparateBalls, 0.05)));
+  replay<3>(recipe, again);
+  ASSERT_EQ(again.objects().size(), 1u);
+  EXPECT_EQ(again.object(again.objects()[0]).result->shape.points,
+            s.object(object).result->shape.points);
+  EXPECT_EQ(to_recipe<3>(again, "balls.nii.gz"), recipe);
+}
+
+TEST(Recipe, IsRefusedWhereItDoesNotBelong) {
+  Segmentation<3> s = ball();
+  const int object = s.add_object("ball");
+  s.add_click(object, inside(0));
+  const std::string recipe = to_recipe<3>(s);
+  Segmentation<3> other(make_setting(phantom(volume::PhantomKind::kBox)));
+  EXPECT_THROW(replay<3>(recipe, other), InputError);
+  std::string newer = recipe;
+  newer.replace(newer.find("\"version\": 1"), 12, "\"version\": 9");
+  std::string broken = recipe;
+  broken.replace(broken.find("inside"), 6, "beside");
+  for (const std::string& text : {newer, broken, std::string("{}"), std::string("not JSON")}) {
+    Segmentation<3> fresh = ball();
+    EXPECT_THROW(replay<3>(text, fresh), InputError);
+    EXPECT_TRUE(fresh.objects().empty());
+  }
+}
+
+}  // namespace
+}  // namespace surf::segment
