@@ -15,6 +15,7 @@
 #include "libcurve/segment/detail/curve_setting.h"
 #include "libsurf/base/error.h"
 #include "libsurf/segment/contrast.h"
+#include "libsurf/segment/energy_assembly.h"
 
 namespace surf::curve {
 namespace {
@@ -35,13 +36,12 @@ Points<2> pixel_box(const Image& image) {
 
 std::unique_ptr<MumfordShah> mumford_shah(const Image& image,
                                           std::shared_ptr<const Field<2>> intensity,
-                                          const segment::EnergyTerm& term) {
+                                          const segment::PiecewiseSmooth& parameters) {
   MumfordShahOptions options;
-  options.mu = segment::parameter(term, "mu");
-  options.gamma = segment::parameter(term, "gamma");
-  options.contrast = segment::parameter(term, "contrast");
-  if (term.parameters.contains("data-tolerance"))
-    options.data_tolerance = segment::parameter(term, "data-tolerance");
+  options.mu = parameters.mu;
+  options.gamma = parameters.gamma;
+  options.contrast = parameters.contrast;
+  options.data_tolerance = parameters.data_tolerance.value_or(options.data_tolerance);
   options.outer = pixel_box(image);
   options.pixel_mm = image.pixel_size();
   return std::make_unique<MumfordShah>(std::move(intensity), options);
@@ -57,12 +57,21 @@ class ImageModel : public EnergyModel<2> {
 
   std::shared_ptr<const Field<2>> intensity() const override { return intensity_; }
   double contrast() const override { return segment::two_class_contrast(image_.values()); }
+  std::optional<energy::Antiderivative<2>> antiderivative() const override {
+    if (options_.interpolation != Interpolation::kSpline) return {};
+    return energy::Antiderivative<2>{image_.pixel_to_plane().linear().col(0),
+                                     intensity_antiderivative(image_, options_)};
+  }
+  std::unique_ptr<energy::ShapeEnergy<2>> mumford_shah(
+      const segment::PiecewiseSmooth& parameters) const override {
+    return curve::mumford_shah(image_, intensity_, parameters);
+  }
 
  protected:
   std::shared_ptr<const Field<2>> make_edge_indicator(double lambda) const override {
     return curve::edge_indicator(image_, options_, lambda);
   }
-  energy::ImageTotals totals() const override {
+  energy::ImageTotals sum_up() const override {
     double sum = 0, squares = 0;
     for (const float value : image_.values()) {
       sum += value;
@@ -70,15 +79,6 @@ class ImageModel : public EnergyModel<2> {
     }
     const double pixel = image_.pixel_size() * image_.pixel_size();
     return {pixel * double(image_.n_pixels()), pixel * sum, pixel * squares};
-  }
-  std::unique_ptr<energy::ShapeEnergy<2>> make_mumford_shah(
-      const segment::EnergyTerm& term) const override {
-    return mumford_shah(image_, intensity_, term);
-  }
-  std::optional<energy::Antiderivative<2>> antiderivative() const override {
-    if (options_.interpolation != Interpolation::kSpline) return {};
-    return energy::Antiderivative<2>{image_.pixel_to_plane().linear().col(0),
-                                     intensity_antiderivative(image_, options_)};
   }
 
  private:
@@ -255,9 +255,8 @@ std::string CurveOptions::error() const {
 }
 
 Image denoised(const Image& image, const CurveOptions& options, const CurveResult& result) {
-  const auto term = std::find_if(result.energies.begin(), result.energies.end(),
-                                 [](const auto& t) { return t.name == "mumford-shah"; });
-  if (term == result.energies.end())
+  const auto parameters = segment::piecewise_smooth<2>(result.energies);
+  if (!parameters)
     throw UsageError("a denoised image belongs to --energy mumford-shah, which is not used");
   volume::SmoothingOptions smoothing;
   smoothing.sigma_mm = result.sigma_mm;
@@ -265,7 +264,7 @@ Image denoised(const Image& image, const CurveOptions& options, const CurveResul
   smoothing.selective_threshold = options.selective_threshold;
   const auto energy = mumford_shah(
       image, intensity_field(image, {smoothing, options.derivative_filter, options.interpolation}),
-      *term);
+      *parameters);
   energy->reset({result.shape.points, result.shape.elements});
   Points<2> pixels(Eigen::Index(image.n_pixels()), 2);
   for (int j = 0; j < image.size()[1]; ++j)
@@ -282,7 +281,7 @@ Image denoised(const Image& image, const CurveOptions& options, const CurveResul
 CurveResult segment(const Image& image, const CurveOptions& options,
                     const CurveProgress& progress) {
   if (const std::string error = options.error(); !error.empty()) throw UsageError(error);
-  segment::check_terms(options.energies);
+  segment::check_terms<2>(options.energies);
   check_seeds(image, options.seeds_mm);
   const CurveSetting setting(
       image, {.filter = options.derivative_filter, .interpolation = options.interpolation});

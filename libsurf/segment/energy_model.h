@@ -1,4 +1,4 @@
-// Energies by name for one image or volume.
+// The fields of one image or volume, from which energies are made.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -6,13 +6,10 @@
 #include <cmath>
 #include <map>
 #include <memory>
-#include <span>
-#include <vector>
+#include <optional>
 
-#include "libsurf/energy/anisotropic_density.h"
 #include "libsurf/energy/chan_vese.h"
-#include "libsurf/energy/energy_sum.h"
-#include "libsurf/segment/energy_term.h"
+#include "libsurf/energy/shape_energy.h"
 
 namespace surf::segment {
 
@@ -35,7 +32,16 @@ struct ImageExtent {
   }
 };
 
-/// The fields of one image and the energies made from them. Fields are shared by all energies.
+/// The parameters of (5.4).
+struct PiecewiseSmooth {
+  double mu = 1;        ///< [mm^2]
+  double gamma = 0;     ///< [mm]
+  double contrast = 1;  ///< [intensity]
+  std::optional<double> data_tolerance = {};
+};
+
+/// The fields of one image with one blur, and what has been computed from them: shared by all
+/// energies. Not thread-safe; the fields are.
 template <int Dim>
 class EnergyModel {
  public:
@@ -44,42 +50,33 @@ class EnergyModel {
 
   const ImageExtent<Dim>& extent() const { return extent_; }
   virtual std::shared_ptr<const Field<Dim>> intensity() const = 0;
+  /// 1 / (1 + |grad I|^2 / lambda^2); the same one for the same lambda.
   std::shared_ptr<const Field<Dim>> edge_indicator(double lambda);
+  /// Of the intensity, where it is cheap to have.
+  virtual std::optional<energy::Antiderivative<Dim>> antiderivative() const { return {}; }
 
-  /// The fields that are integrated over the shape, or whose integral over the domain it bounds,
-  /// dimensionless and of order 1: what its resolution has to follow. Those of chan-vese and
-  /// region-competition, whose statistics change with every step, are not among them. Not
-  /// thread-safe.
-  std::vector<std::shared_ptr<const Field<Dim>>> integrands(std::span<const EnergyTerm> terms);
-  /// @param terms  every parameter filled in
-  std::unique_ptr<energy::EnergySum<Dim>> energy(std::span<const EnergyTerm> terms);
+  /// Sums over the whole image as it is; those of the smoothed one lack the variance that the
+  /// smoothing takes off.
+  const energy::ImageTotals& totals();
+  const energy::ImageTotals& smoothed_totals();
   /// The distance of object and background in intensity, > 0: what (I - u)^2 is divided by the
   /// square of. The whole range unless a model knows better.
   virtual double contrast() const;
 
+  /// (5.4), its length or area term included.
+  virtual std::unique_ptr<energy::ShapeEnergy<Dim>> mumford_shah(
+      const PiecewiseSmooth& parameters) const = 0;
+
  protected:
   virtual std::shared_ptr<const Field<Dim>> make_edge_indicator(double lambda) const = 0;
-  /// Sums over the whole image.
-  virtual energy::ImageTotals totals() const = 0;
-  /// (5.4), its length or area term included.
-  /// @param term  every parameter filled in
-  /// @throws UsageError  there is none for this kind of image
-  virtual std::unique_ptr<energy::ShapeEnergy<Dim>> make_mumford_shah(const EnergyTerm& term) const;
-  /// Of the intensity, where it is cheap to have.
-  virtual std::optional<energy::Antiderivative<Dim>> antiderivative() const { return {}; }
+  virtual energy::ImageTotals sum_up() const = 0;
 
  private:
-  energy::DomainIntegralOptions domain_options() const;
-  /// Sums over the whole of the smoothed image.
-  energy::ImageTotals field_totals() const;
-  std::unique_ptr<energy::ShapeEnergy<Dim>> make_energy(const EnergyTerm& term);
-  std::unique_ptr<energy::ShapeEnergy<Dim>> chan_vese() const;
-  energy::DensityPointer<Dim> norm(const EnergyTerm& term);
-  energy::DensityPointer<Dim> alignment(const EnergyTerm& term) const;
-  std::shared_ptr<const Field<Dim>> window(const EnergyTerm& term) const;
+  energy::ImageTotals sum_up_smoothed() const;
 
   ImageExtent<Dim> extent_;
   std::map<double, std::shared_ptr<const Field<Dim>>> edge_indicators_;
+  std::optional<energy::ImageTotals> totals_, smoothed_totals_;
 };
 
 }  // namespace surf::segment

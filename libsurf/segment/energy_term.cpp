@@ -1,51 +1,22 @@
 #include "libsurf/segment/energy_term.h"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
-#include <algorithm>
+#include <charconv>
 #include <cmath>
-#include <set>
-#include <vector>
+#include <sstream>
 
 #include "libsurf/base/error.h"
 
 namespace surf::segment {
 namespace {
 
-const std::map<std::string, std::set<std::string>>& known_parameters() {
-  static const std::map<std::string, std::set<std::string>> known = {
-      {"minimal-surface", {"gamma0", "gamma", "lambda"}},
-      {"chan-vese", {}},
-      {"window", {"mean", "half-width"}},
-      {"mumford-shah", {"mu", "gamma", "contrast", "data-tolerance"}},
-      {"area", {}},
-      {"volume", {}},
-      {"anisotropic", {"x", "y", "z", "lambda"}},
-      {"alignment", {"scale", "sign"}},
-      {"willmore", {"curvature"}},
-      {"prescribed-curvature", {"curvature", "lambda"}},
-      {"average-edge", {"lambda"}},
-      {"average-alignment", {"scale", "sign"}},
-      {"region-competition", {}}};
-  return known;
-}
-
-bool must_be_positive(const std::string& key) {
-  static const std::set<std::string> keys = {"lambda", "half-width", "mu", "contrast",
-                                             "scale",  "x",          "y",  "z"};
-  return keys.contains(key);
-}
-
-void check_parameter(const EnergyTerm& term, const std::string& key, double value) {
-  const auto refuse = [&](const char* what) {
-    throw UsageError(fmt::format("energy {}: {} = {} {}", term.name, key, value, what));
-  };
-  if (!std::isfinite(value)) refuse("is not a number");
-  if (must_be_positive(key) && !(value > 0)) refuse("violates > 0");
-  if ((key == "data-tolerance" || (key == "gamma" && term.name == "mumford-shah")) && !(value >= 0))
-    refuse("violates >= 0");
-  if (key == "sign" && value != 1 && value != 0 && value != -1) refuse("is none of 1, 0, -1");
+double parse_value(const std::string& name, const std::string& key, const std::string& text) {
+  double value = 0;
+  const auto [end, status] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (status != std::errc() || end != text.data() + text.size() || !std::isfinite(value))
+    throw UsageError(fmt::format("energy {}: {}: expected a number; got '{}'", name, key, text));
+  return value;
 }
 
 }  // namespace
@@ -57,40 +28,37 @@ double parameter(const EnergyTerm& term, const std::string& key) {
   return at->second;
 }
 
-std::string known_energies() {
-  std::vector<std::string> names;
-  for (const auto& [name, parameters] : known_parameters()) names.push_back(name);
-  const std::string last = names.back();
-  names.pop_back();
-  return fmt::format("{} and {}", fmt::join(names, ", "), last);
-}
-
-bool has_mumford_shah(std::span<const EnergyTerm> terms) {
-  return std::any_of(terms.begin(), terms.end(),
-                     [](const EnergyTerm& term) { return term.name == "mumford-shah"; });
-}
-
-bool settles_on_edges(std::span<const EnergyTerm> terms) {
-  static const std::set<std::string> names = {"minimal-surface", "chan-vese", "window", "area",
-                                              "volume"};
-  return std::all_of(terms.begin(), terms.end(),
-                     [](const EnergyTerm& term) { return names.contains(term.name); });
-}
-
-void check_terms(std::span<const EnergyTerm> terms) {
-  for (const EnergyTerm& term : terms) {
-    const auto known = known_parameters().find(term.name);
-    if (known == known_parameters().end())
-      throw UsageError(
-          fmt::format("energy '{}' is unknown; there are {}", term.name, known_energies()));
-    if (!std::isfinite(term.weight))
-      throw UsageError(fmt::format("energy {}: weight {} is not a number", term.name, term.weight));
-    for (const auto& [key, value] : term.parameters) {
-      if (!known->second.contains(key))
-        throw UsageError(fmt::format("energy {}: parameter '{}' is unknown", term.name, key));
-      check_parameter(term, key, value);
-    }
+EnergyTerm parse_term(const std::string& text) {
+  EnergyTerm term;
+  const std::size_t colon = text.find(':');
+  term.name = text.substr(0, colon);
+  if (colon == std::string::npos) return term;
+  std::map<std::string, double> values;
+  std::istringstream stream(text.substr(colon + 1));
+  for (std::string item; std::getline(stream, item, ',');) {
+    const std::size_t equal = item.find('=');
+    if (equal == std::string::npos)
+      throw UsageError(fmt::format("energy {}: expected key=value; got '{}'", term.name, item));
+    const std::string key = item.substr(0, equal);
+    const double value = parse_value(term.name, key, item.substr(equal + 1));
+    if (!values.emplace(key, value).second)
+      throw UsageError(fmt::format("energy {}: {} is given twice", term.name, key));
   }
+  if (const auto weight = values.extract("weight")) term.weight = weight.mapped();
+  term.parameters = std::move(values);
+  return term;
+}
+
+std::string to_string(const EnergyTerm& term) {
+  std::string text = term.name;
+  char separator = ':';
+  const auto append = [&](const std::string& key, double value) {
+    text += fmt::format("{}{}={}", separator, key, value);  // the shortest that is read back
+    separator = ',';
+  };
+  for (const auto& [key, value] : term.parameters) append(key, value);
+  if (term.weight != 1) append("weight", term.weight);
+  return text;
 }
 
 }  // namespace surf::segment

@@ -11,6 +11,7 @@
 #include <numbers>
 
 #include "libsurf/base/log.h"
+#include "libsurf/segment/energy_assembly.h"
 
 namespace surf::segment {
 namespace {
@@ -179,7 +180,7 @@ class Climb {
 
   void restart() {
     ShapeOptions<2> shape = options_.shape;
-    shape.adaptivity.integrands = model_.integrands(rungs_.terms(0));
+    shape.adaptivity.integrands = integrands<2>(rungs_.terms(0), {model_});
     shape_ = setting_.make_shape(start_, shape);
   }
 
@@ -191,8 +192,8 @@ class Climb {
   }
 
   RungEnd grow(const std::vector<EnergyTerm>& terms, double enclosed_before, int q) {
-    const auto energy = model_.energy(terms);
-    shape_->set_integrands(model_.integrands(terms));
+    const auto energy = make_energy<2>(terms, {model_});
+    shape_->set_integrands(integrands<2>(terms, {model_}));
     const std::string stage = fmt::format("{} rung {}", rungs_.name, q - 1);
     const double start_content = fem::Geometry<2>(start_.points, start_.elements).enclosed();
     // A tiny first rung may fill a whole plateau at once.

@@ -2,7 +2,6 @@
 
 #include <cmath>
 
-#include "libsurf/base/error.h"
 #include "libsurf/energy/mumford_shah.h"
 #include "libsurf/segment/contrast.h"
 
@@ -34,7 +33,7 @@ std::shared_ptr<const Field<3>> ImageModel::make_edge_indicator(double lambda) c
 }
 
 /// One pass over the voxels, needed by the outer mean only.
-energy::ImageTotals ImageModel::totals() const {
+energy::ImageTotals ImageModel::sum_up() const {
   const auto& size = volume_.size();
   std::vector<float> slice(std::size_t(size[0]) * size[1]);
   double sum = 0, squares = 0;
@@ -64,15 +63,12 @@ double ImageModel::contrast() const {
   return two_class_contrast(values);
 }
 
-std::unique_ptr<energy::ShapeEnergy<3>> ImageModel::make_mumford_shah(
-    const EnergyTerm& term) const {
-  if (term.parameters.contains("data-tolerance"))
-    throw UsageError(
-        "energy mumford-shah: data-tolerance belongs to images; a volume is solved on its voxels");
+std::unique_ptr<energy::ShapeEnergy<3>> ImageModel::mumford_shah(
+    const PiecewiseSmooth& parameters) const {
   energy::MumfordShahOptions options;
-  options.mu = parameter(term, "mu");
-  options.gamma = parameter(term, "gamma");
-  options.contrast = parameter(term, "contrast");
+  options.mu = parameters.mu;
+  options.gamma = parameters.gamma;
+  options.contrast = parameters.contrast;
   return std::make_unique<energy::MumfordShah>(intensity_, volume::field_grid(volume_, smoothing_),
                                                options);
 }

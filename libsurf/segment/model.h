@@ -16,11 +16,12 @@ class ImageModel : public EnergyModel<3> {
   std::shared_ptr<const Field<3>> intensity() const override { return intensity_; }
   /// Of the two classes of voxels.
   double contrast() const override;
+  std::unique_ptr<energy::ShapeEnergy<3>> mumford_shah(
+      const PiecewiseSmooth& parameters) const override;
 
  protected:
   std::shared_ptr<const Field<3>> make_edge_indicator(double lambda) const override;
-  energy::ImageTotals totals() const override;
-  std::unique_ptr<energy::ShapeEnergy<3>> make_mumford_shah(const EnergyTerm& term) const override;
+  energy::ImageTotals sum_up() const override;
 
  private:
   volume::Volume volume_;

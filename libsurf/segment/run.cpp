@@ -11,6 +11,7 @@
 #include "libsurf/mesh/from_label_map.h"
 #include "libsurf/mesh/verify.h"
 #include "libsurf/segment/edge_offset.h"
+#include "libsurf/segment/energy_assembly.h"
 #include "libsurf/segment/ladder.h"
 #include "libsurf/segment/nucleation.h"
 #include "libsurf/segment/region_search.h"
@@ -27,12 +28,6 @@ constexpr double kStepPerBlur = 1.2;
 constexpr double kLongSteps = 4;
 constexpr double kCoarseTolerance = 30;  // of the flow on coarser levels, times that of the last
 constexpr int kMostNucleations = 3;
-// Of mumford-shah: sqrt(mu) and gamma. In space the box that is solved in keeps 6 sqrt(mu) from the
-// surface.
-template <int Dim>
-constexpr double kSmoothingCells = Dim == 2 ? 32 : 10;
-template <int Dim>
-constexpr double kLengthCells = Dim == 2 ? 0.5 : 0.25;
 // Alg. 17, thesis 5.2: C_coarse and C_2 for the tolerance of Alg. 6, d_1 and d_2 by the tolerance.
 constexpr double kCoarseGeometry = 3, kContinuedGeometry = 2;
 constexpr double kFirstThreshold = 5, kSecondThreshold = 20;
@@ -117,7 +112,7 @@ class Run {
     const bool go_on = options_.energies.empty() ? run_automatic() : run_energies();
     const Simplices<Dim> unsettled = result_.shape;
     if (go_on && options_.settle && !options_.flow.keeps_content() &&
-        settles_on_edges(result_.energies))
+        settle_on_edges<Dim>(result_.energies))
       run_settle();
     else if (go_on && is_searched())  // the triangles of a grid are no mesh to compute with
       result_.shape =
@@ -358,8 +353,7 @@ class Run {
   }
 
   bool run_energies() {
-    result_.energies = options_.energies;
-    for (EnergyTerm& term : result_.energies) complete(term);
+    result_.energies = completed<Dim>(options_.energies, context(*model_));
     Simplices<Dim> start = start_;
     for (int level = options_.n_levels - 1; level > 0; --level) {
       if (run_level(level, start)) {
@@ -371,15 +365,15 @@ class Run {
                                             result_.stages.back().flow.message));
       }
     }
-    if (Dim == 2 && has_mumford_shah(result_.energies) && has_coarse_stages()) {
-      if (!run_coarse(start)) return false;
+    if (const auto coarse = coarse_terms<Dim>(result_.energies); coarse && has_coarse_stages()) {
+      if (!run_coarse(*coarse, start)) return false;
       start = result_.shape;
     }
     bool go_on = evolve("evolve", *model_, result_.energies, start, options_.flow,
                         shape_options(result_.edge_length_mm));
     for (int round = 1; go_on && options_.open_cavities && round <= kMostNucleations; ++round) {
       Simplices<Dim> opened = result_.shape;
-      const auto energy = model_->energy(result_.energies);
+      const auto energy = make_energy<Dim>(result_.energies, context(*model_));
       energy->reset({opened.points, opened.elements});
       const auto holes = find_holes<Dim>(setting_, opened, *energy);
       if (open_holes<Dim>(setting_, opened, holes, result_.edge_length_mm, *energy) == 0) break;
@@ -398,10 +392,7 @@ class Run {
   /// The first part of Alg. 17: fixed steps with coarse curves, and domains that are not adapted to
   /// data; then, step by step, the tolerances of the result while |dJ| is above its thresholds.
   /// Where |dJ| grows again the printed loop goes back to the coarser tolerance, this does not.
-  bool run_coarse(const Simplices<Dim>& start) {
-    std::vector<EnergyTerm> terms = result_.energies;
-    for (EnergyTerm& term : terms)
-      if (term.name == "mumford-shah") term.parameters["data-tolerance"] = 0;
+  bool run_coarse(const std::vector<EnergyTerm>& terms, const Simplices<Dim>& start) {
     flow::FlowOptions flow = options_.flow;
     flow.step.rule = flow::StepRule::kFixed;
     if (flow.velocity.product == flow::ScalarProduct::kL2) flow.step.tau = kCoarseL2Step * cell_;
@@ -430,56 +421,25 @@ class Run {
     ShapeOptions<Dim> shape = shape_options(scale * result_.edge_length_mm);
     shape.adaptivity.geometry_tolerance_mm *= scale;
     shape.max_displacement_mm = kStepPerBlur * blur(wide.sigma_mm);
-    std::vector<EnergyTerm> terms = result_.energies;
-    for (EnergyTerm& term : terms)  // the gradient at a step falls as the blur widens
-      for (const char* key : {"lambda", "scale"})
-        if (term.parameters.contains(key))
-          term.parameters[key] *= blur(result_.sigma_mm) / blur(wide.sigma_mm);
+    const std::vector<EnergyTerm> terms =
+        at_blur<Dim>(result_.energies, blur(result_.sigma_mm), blur(wide.sigma_mm));
     flow::FlowOptions flow = options_.flow;
     flow.rel_tol = std::min(0.5, kCoarseTolerance * flow.rel_tol);
     flow.energy_tol = std::min(0.5, kCoarseTolerance * flow.energy_tol);
     return evolve(fmt::format("level {}", level), *model, terms, start, flow, shape);
   }
 
-  /// Fills in what is not given.
-  void complete(EnergyTerm& term) {
-    auto& p = term.parameters;
-    if (term.name == "minimal-surface") {
-      p.try_emplace("gamma0", 1);
-      if (!p.contains("gamma")) p["gamma"] = options_.initial ? 0 : balloon(p["gamma0"]);
-      if (!p.contains("lambda")) p["lambda"] = edge_strength();
-    } else if (term.name == "window") {
-      p.try_emplace("mean", seed_model_.mean);
-      p.try_emplace("half-width", 4 * seed_model_.deviation);
-    } else if (term.name == "mumford-shah") {
-      p.try_emplace("mu", std::pow(kSmoothingCells<Dim> * cell_, 2));
-      p.try_emplace("gamma", kLengthCells<Dim> * cell_);
-      p.try_emplace("contrast", model_->contrast());
-    } else if (term.name == "anisotropic") {
-      for (const char* axis : {"x", "y", "z"})
-        if (Dim == 3 || *axis != 'z') p.try_emplace(axis, 1);
-    } else if (term.name == "alignment" || term.name == "average-alignment") {
-      p.try_emplace("sign", 1);
-      if (!p.contains("scale")) p["scale"] = 4 * edge_strength();  // phi is about -1 at edges
-    } else if (term.name == "willmore" || term.name == "prescribed-curvature") {
-      p.try_emplace("curvature", 0);
-    }
-    if ((term.name == "prescribed-curvature" || term.name == "average-edge") &&
-        !p.contains("lambda"))
-      p["lambda"] = edge_strength();
+  /// What energies may depend on, with the fields of the model.
+  KindContext<Dim> context(EnergyModel<Dim>& model) const {
+    return {.model = model,
+            .seeds_mm = seeds_or_centre(),
+            .seed = seed_model_,
+            .seed_radius_mm = result_.seed_radius_mm,
+            .initial = options_.initial ? &*options_.initial : nullptr};
   }
 
   double edge_strength() const {
     return estimate_edge_strength<Dim>(*model_->intensity(), seeds_or_centre(), setting_.extent());
-  }
-
-  /// gamma that makes the seed balls grow: four times what keeps one in balance, 4 (Dim - 1)
-  /// gamma_0 / r, but at most 0.5 gamma_0 / voxel unless that is too little to grow: an edge a few
-  /// voxels wide resists about d_nu H / H = 0.6 / voxel, and a stronger force leaks through.
-  double balloon(double gamma_0) const {
-    const double balance = (Dim - 1) * gamma_0 / result_.seed_radius_mm;
-    const double barrier = 0.5 * gamma_0 / cell_;
-    return -std::max(1.2 * balance, std::min(4 * balance, barrier));
   }
 
   std::vector<Vector<Dim>> seeds_or_centre() const {
@@ -489,11 +449,8 @@ class Run {
 
   void lengthen_steps(EnergyModel<Dim>& model, const std::vector<EnergyTerm>& terms,
                       ShapeOptions<Dim>& shape) const {
-    for (const EnergyTerm& term : terms) {
-      if (term.name == "window") return;
-      if (term.name == "minimal-surface")
-        shape.edge_indicator = model.edge_indicator(term.parameters.at("lambda"));
-    }
+    if (!take_long_steps<Dim>(terms)) return;
+    shape.edge_indicator = edge_field<Dim>(terms, context(model));
     shape.path_spacing_mm = shape.max_displacement_mm;
     shape.max_displacement_mm *= kLongSteps;
   }
@@ -502,10 +459,10 @@ class Run {
               const std::vector<EnergyTerm>& terms, const Simplices<Dim>& start,
               const flow::FlowOptions& flow, ShapeOptions<Dim> shape_options) {
     const auto begin = std::chrono::steady_clock::now();
-    shape_options.adaptivity.integrands = model.integrands(terms);
+    shape_options.adaptivity.integrands = integrands<Dim>(terms, context(model));
     if (Dim == 2) lengthen_steps(model, terms, shape_options);
     const auto shape = setting_.make_shape(start, shape_options);
-    const auto energy = model.energy(terms);
+    const auto energy = make_energy<Dim>(terms, context(model));
     bool go_on = true;
     StageReport report;
     report.name = stage;
@@ -543,9 +500,8 @@ class Run {
   /// Minimises int H dS from the shape found: at most kSettleSteps small steps, so that what
   /// lies on a weak edge stays about where it is; then takes off the bias of the curvature.
   bool run_settle() {
-    double lambda = edge_strength_on(result_.shape);
-    for (const EnergyTerm& term : result_.energies)  // the field of the run is there already
-      if (term.name == "minimal-surface") lambda = term.parameters.at("lambda");
+    const std::optional<double> known = segment::edge_strength<Dim>(result_.energies);
+    const double lambda = known ? *known : edge_strength_on(result_.shape);
     if (!(lambda > 0)) return true;
     flow::FlowOptions flow = options_.flow;
     flow.max_steps = std::min(flow.max_steps, kSettleSteps);

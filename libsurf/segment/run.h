@@ -11,6 +11,7 @@
 #include "libsurf/flow/evolution.h"
 #include "libsurf/mesh/topology.h"
 #include "libsurf/segment/energy_model.h"
+#include "libsurf/segment/energy_term.h"
 #include "libsurf/volume/image_fields.h"
 
 namespace surf::segment {

@@ -12,6 +12,7 @@
 #include "libsurf/mesh/rasterize.h"
 #include "libsurf/mesh/self_intersections.h"
 #include "libsurf/mesh/sheet_guard.h"
+#include "libsurf/segment/energy_assembly.h"
 #include "libsurf/segment/model.h"
 #include "libsurf/segment/surface_setting.h"
 
@@ -149,7 +150,7 @@ std::string SegmentOptions::error() const {
 SegmentResult segment(const volume::Volume& volume, const SegmentOptions& options,
                       const Progress& progress) {
   if (const std::string error = options.error(); !error.empty()) throw UsageError(error);
-  check_terms(options.energies);
+  check_terms<3>(options.energies);
   check_seeds(volume, options.seeds_mm);
   SegmentResult result;
   static_cast<RunResult<3>&>(result) =

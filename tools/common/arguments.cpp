@@ -51,6 +51,14 @@ Space parse_space(const std::string& option, const std::string& text) {
   throw surf::UsageError(fmt::format("{}: expected ras, lps or ijk; got '{}'", option, text));
 }
 
+double parse_number(const std::string& option, const std::string& text) {
+  std::string_view rest = text;
+  const auto value = take_number(rest);
+  if (!value || !rest.empty())
+    throw surf::UsageError(fmt::format("{}: expected a number; got '{}'", option, text));
+  return *value;
+}
+
 std::vector<double> parse_numbers(const std::string& option, const std::string& text, int n,
                                   const std::string& expected) {
   const auto fail = [&] {

@@ -29,6 +29,9 @@ enum class Space { kRas, kLps, kIjk };
 /// @throws surf::UsageError
 Space parse_space(const std::string& option, const std::string& text);
 
+/// @throws surf::UsageError  not a finite number
+double parse_number(const std::string& option, const std::string& text);
+
 /// n comma-separated finite numbers.
 /// @param expected  what to say is expected, such as "two numbers X,Y"
 /// @throws surf::UsageError

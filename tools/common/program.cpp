@@ -43,6 +43,9 @@ int run_program(CLI::App& app, int argc, char** argv, const ExitCode& exit_code)
   try {
     app.parse(argc, argv);
     return exit_code;
+  } catch (const Listing& list) {
+    fmt::print("{}", list.text);
+    return kDone;
   } catch (const CLI::Success& help_or_version) {
     return app.exit(help_or_version);
   } catch (const CLI::ParseError& error) {

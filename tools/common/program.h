@@ -2,10 +2,16 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <string>
 
 #include "tools/common/exit_codes.h"
 
 namespace surfseg {
+
+/// Thrown where a list is asked for in place of a run: it is printed, and the exit code is 0.
+struct Listing {
+  std::string text;
+};
 
 /// Parses the command line, whose callbacks run the verbs, and returns the exit code. An error is
 /// one line on stderr that begins with the program's name.

@@ -7,8 +7,10 @@
 #include <utility>
 
 #include "libsurf/base/error.h"
+#include "libsurf/segment/energy_assembly.h"
+#include "libsurf/segment/energy_description.h"
 #include "tools/common/arguments.h"
-#include "tools/common/energy_term.h"
+#include "tools/common/program.h"
 
 namespace surfseg {
 namespace {
@@ -17,6 +19,11 @@ using surf::UsageError;
 
 /// "--volume" or "--area"
 std::string content_option(const RunWords& words) { return "--" + words.content; }
+
+/// The energy that --gamma, --gamma0 and --lambda are short for.
+constexpr const char* kShortened = "minimal-surface";
+
+bool is_flat(const RunWords& words) { return words.power == "2"; }
 
 /// The content that "5000", "5000mm3" or "5ml" stands for [mm^Dim]; nothing for "keep".
 std::optional<double> parse_content(const std::string& option, const std::string& text,
@@ -114,8 +121,14 @@ void add_energy_options(CLI::App& command, RunArguments& a, const RunWords& word
       .add_option(
           "--energy", a.energies,
           fmt::format("Term NAME[:key=value,...] of the energy, repeatable, with NAME one of "
-                      "{}; auto chooses from the seeds",
-                      surf::segment::known_energies()))
+                      "{}, or list to print what they are; auto chooses from the seeds",
+                      is_flat(words) ? surf::segment::known_energies<2>()
+                                     : surf::segment::known_energies<3>()))
+      ->each([is_flat = is_flat(words)](const std::string& text) {
+        if (text == "list")
+          throw Listing{is_flat ? surf::segment::describe_energies<2>()
+                                : surf::segment::describe_energies<3>()};
+      })
       ->take_all()
       ->allow_extra_args(false)
       ->default_str("auto")
@@ -274,22 +287,22 @@ surf::mesh::Keep RunArguments::kept() const {
 std::vector<surf::segment::EnergyTerm> RunArguments::terms(const CLI::App& command) const {
   std::vector<surf::segment::EnergyTerm> out;
   for (const std::string& text : energies)
-    if (text != "auto") out.push_back(parse_energy_term("--energy", text));
+    if (text != "auto") out.push_back(surf::segment::parse_term(text));
   const bool has_gamma = command.count("--gamma") > 0, has_gamma0 = command.count("--gamma0") > 0;
   const bool has_lambda = lambda != "auto";
   if (!has_gamma && !has_gamma0 && !has_lambda) return out;
-  if (out.empty()) out.push_back({"minimal-surface", 1, {}});
+  if (out.empty()) out.push_back({kShortened, 1, {}});
   bool is_used = false;
   for (auto& term : out) {
-    if (term.name != "minimal-surface") continue;
+    if (term.name != kShortened) continue;
     is_used = true;
     if (has_gamma) term.parameters.try_emplace("gamma", gamma);
     if (has_gamma0) term.parameters.try_emplace("gamma0", gamma0);
     if (has_lambda) term.parameters.try_emplace("lambda", parse_number("--lambda", lambda));
   }
   if (!is_used)
-    throw UsageError(
-        "--gamma, --gamma0, --lambda: they belong to --energy minimal-surface, which is not used");
+    throw UsageError(fmt::format(
+        "--gamma, --gamma0, --lambda: they belong to --energy {}, which is not used", kShortened));
   return out;
 }
 
@@ -362,7 +375,10 @@ void check_run_arguments(const CLI::App& command, const RunArguments& a, const R
                                      {"--topology-resolution", a.topology_resolution},
                                      {"--sheet-distance", a.sheet_distance}})
     if (!text.empty()) parse_positive_length(option, text);
-  surf::segment::check_terms(a.terms(command));
+  if (is_flat(words))
+    surf::segment::check_terms<2>(a.terms(command));
+  else
+    surf::segment::check_terms<3>(a.terms(command));
   check_flow(command, a, words);
 }
 

@@ -4,7 +4,6 @@
 
 #include <map>
 
-#include "tools/common/energy_term.h"
 #include "tools/common/signals.h"
 
 namespace surfseg {

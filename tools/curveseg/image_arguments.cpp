@@ -8,7 +8,6 @@
 #include "libsurf/base/error.h"
 #include "libsurf/volume/read_volume.h"
 #include "tools/common/arguments.h"
-#include "tools/common/energy_term.h"
 
 namespace surfseg::curve_program {
 namespace {

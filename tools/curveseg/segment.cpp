@@ -14,6 +14,7 @@
 #include "libsurf/base/error.h"
 #include "libsurf/base/file.h"
 #include "libsurf/base/threads.h"
+#include "libsurf/segment/energy_assembly.h"
 #include "tools/common/config.h"
 #include "tools/common/outputs.h"
 #include "tools/common/progress.h"
@@ -130,10 +131,8 @@ class SegmentCommand {
       throw surf::UsageError(fmt::format(
           "--denoised: {}: expected a name that ends in .png or .tif", arguments_.denoised));
     check_curve_arguments(command_, arguments_);
-    const auto terms = arguments_.terms(command_);
-    if (!arguments_.denoised.empty() && std::none_of(terms.begin(), terms.end(), [](const auto& t) {
-          return t.name == "mumford-shah";
-        }))
+    if (!arguments_.denoised.empty() &&
+        !surf::segment::is_piecewise_smooth<2>(arguments_.terms(command_)))
       throw surf::UsageError("--denoised: belongs to --energy mumford-shah, which is not used");
     arguments_.image.check();
     check_outputs({{"-o", arguments_.output},

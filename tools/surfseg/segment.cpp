@@ -15,6 +15,7 @@
 #include "libsurf/mesh/rasterize.h"
 #include "libsurf/mesh/verify.h"
 #include "libsurf/segment/denoised.h"
+#include "libsurf/segment/energy_assembly.h"
 #include "libsurf/volume/read_volume.h"
 #include "libsurf/volume/write_volume.h"
 #include "tools/common/arguments.h"
@@ -36,13 +37,6 @@ using nlohmann::ordered_json;
 
 const RunWords kWords = {"surface", "vox",   "volume", "volume",   "area",
                          "3",       "X,Y,Z", "balls",  "cavities", true};
-
-constexpr const char* kMumfordShah = "mumford-shah";
-
-bool has_mumford_shah(const std::vector<surf::segment::EnergyTerm>& terms) {
-  return std::any_of(terms.begin(), terms.end(),
-                     [](const auto& term) { return term.name == kMumfordShah; });
-}
 
 /// The options as they were typed.
 struct Arguments : RunArguments {
@@ -156,7 +150,7 @@ class SegmentCommand {
       throw surf::UsageError(
           fmt::format("--denoised: {}: expected a name that ends in .nii.gz, .nii, .mha or .nrrd",
                       arguments_.denoised));
-    if (!has_mumford_shah(arguments_.terms(command_)))
+    if (!surf::segment::is_piecewise_smooth<3>(arguments_.terms(command_)))
       throw surf::UsageError(
           "--denoised: only the Mumford-Shah model has such a volume; add --energy mumford-shah");
   }
@@ -226,11 +220,9 @@ class SegmentCommand {
   void write_denoised(const surf::volume::Volume& volume,
                       const surf::segment::SegmentResult& result,
                       const surf::Triangles& surface) const {
-    for (const surf::segment::EnergyTerm& term : result.energies)
-      if (term.name == kMumfordShah)
-        return surf::volume::write_volume(
-            arguments_.denoised,
-            surf::segment::denoised(volume, surface, surf::segment::parameter(term, "mu")));
+    if (const auto model = surf::segment::piecewise_smooth<3>(result.energies))
+      surf::volume::write_volume(arguments_.denoised,
+                                 surf::segment::denoised(volume, surface, model->mu));
   }
 
   ordered_json summarise(const surf::segment::SegmentResult& result, const surf::Triangles& surface,

@@ -6,6 +6,7 @@
 
 #include "libsurf/base/error.h"
 #include "libsurf/mesh/primitives.h"
+#include "libsurf/segment/energy_assembly.h"
 #include "libsurf/volume/phantom.h"
 
 namespace surf::segment {
@@ -18,7 +19,7 @@ ImageModel some_model() {
 }
 
 double value(ImageModel& model, const std::vector<EnergyTerm>& terms) {
-  const auto energy = model.energy(terms);
+  const auto energy = make_energy<3>(terms, {model});
   const Triangles ball = mesh::ball(Eigen::Vector3d::Zero(), 0.4, 0.1);
   energy->reset({ball.points, ball.elements});
   return energy->value();
@@ -60,48 +61,10 @@ TEST(ImageModel, MakesTheEnergiesOfNormalsCurvaturesAndStatistics) {
   EXPECT_LT(value(model, {{"region-competition", 1, {}}}), 0);
 }
 
-TEST(EnergyTerms, KnowWhetherTheirMinimisersLieOnEdges) {
-  EXPECT_TRUE(settles_on_edges(std::vector<EnergyTerm>{{"chan-vese", 1, {}}, {"area", 1, {}}}));
-  EXPECT_FALSE(
-      settles_on_edges(std::vector<EnergyTerm>{{"chan-vese", 1, {}}, {"willmore", 1, {}}}));
-}
-
 TEST(ImageModel, SharesTheEdgeIndicatorOfEachLambda) {
   ImageModel model = some_model();
   EXPECT_EQ(model.edge_indicator(1), model.edge_indicator(1));
   EXPECT_NE(model.edge_indicator(1), model.edge_indicator(2));
-}
-
-std::string message(const EnergyTerm& term) {
-  try {
-    check_terms(std::vector{term});
-  } catch (const UsageError& error) {
-    return error.what();
-  }
-  return "accepted";
-}
-
-TEST(EnergyTerms, AreRefusedWithAMessageThatSaysWhatIsWrong) {
-  const double nan = std::nan("");
-  EXPECT_EQ(message({"snake", 1, {}}), "energy 'snake' is unknown; there are " + known_energies());
-  EXPECT_EQ(message({"alignment", 1, {{"sign", 2}}}),
-            "energy alignment: sign = 2 is none of 1, 0, -1");
-  EXPECT_EQ(message({"anisotropic", 1, {{"x", 0}}}), "energy anisotropic: x = 0 violates > 0");
-  EXPECT_EQ(message({"willmore", 1, {{"curvature", -1}}}), "accepted");
-  EXPECT_EQ(message({"area", nan, {}}), "energy area: weight nan is not a number");
-  EXPECT_EQ(message({"area", 1, {{"gamma", 1}}}), "energy area: parameter 'gamma' is unknown");
-  EXPECT_EQ(message({"window", 1, {{"mean", nan}}}), "energy window: mean = nan is not a number");
-  EXPECT_EQ(message({"window", 1, {{"half-width", 0}}}),
-            "energy window: half-width = 0 violates > 0");
-  EXPECT_EQ(message({"minimal-surface", 1, {{"lambda", -1}}}),
-            "energy minimal-surface: lambda = -1 violates > 0");
-  EXPECT_EQ(message({"minimal-surface", 1, {{"gamma", -1}}}), "accepted");
-}
-
-TEST(EnergyTerms, MustBeComplete) {
-  ImageModel model = some_model();
-  const std::vector<EnergyTerm> incomplete = {{"window", 1, {{"mean", 1}}}};
-  EXPECT_THROW(model.energy(incomplete), UsageError);
 }
 
 }  // namespace

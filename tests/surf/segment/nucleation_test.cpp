@@ -6,6 +6,7 @@
 
 #include "libsurf/mesh/hierarchy.h"
 #include "libsurf/mesh/primitives.h"
+#include "libsurf/segment/energy_assembly.h"
 #include "libsurf/segment/model.h"
 #include "libsurf/segment/segment.h"
 #include "libsurf/segment/surface_setting.h"
@@ -30,7 +31,7 @@ struct Scene {
   Triangles surface = mesh::ball({0, 0, 0}, 0.6, 0.08);
 
   std::unique_ptr<energy::EnergySum<3>> energy(const std::vector<EnergyTerm>& terms) {
-    auto out = model.energy(terms);
+    auto out = make_energy<3>(terms, {model});
     out->reset({surface.points, surface.elements});
     return out;
   }
@@ -48,7 +49,7 @@ TEST(Nucleation, DensityIsWhatASmallHoleChanges) {
       const double radius = 0.08;
       const double volume = 4 * std::numbers::pi / 3 * std::pow(radius, 3);
       const Triangles with = mesh::joined({s.surface, mesh::flipped(mesh::ball(at, radius, 0.02))});
-      const auto other = s.model.energy({{term}});
+      const auto other = make_energy<3>(std::vector{term}, {s.model});
       other->reset({with.points, with.elements});
       // The ball is sampled by a few rays, and chan-vese's means move by its share of the volume.
       EXPECT_NEAR(other->value() - J, -density[0] * volume, 0.15 * std::abs(density[0]) * volume)
