@@ -44,7 +44,8 @@ ordered_json to_json(const KindParameter<Dim>& parameter) {
           {"range", to_json(parameter.range)},
           {"default", standard.constant ? ordered_json(*standard.constant) : ordered_json(nullptr)},
           {"default_text", standard.text},
-          {"is_optional", standard.is_absent()}};
+          {"is_optional", standard.is_absent()},
+          {"blur_power", parameter.blur_power}};
 }
 
 template <int Dim>

@@ -12,7 +12,8 @@ std::string describe_energies();
 
 /// JSON: a list of objects with name, formula, description, settles_on_edges, denoises and
 /// parameters; of these key, unit, meaning, range (text, lowest, highest, excludes_lowest or
-/// values), default (null where it is chosen or absent), default_text and is_optional.
+/// values), default (null where it is chosen or absent), default_text, is_optional and
+/// blur_power.
 template <int Dim>
 std::string energies_as_json();
 
