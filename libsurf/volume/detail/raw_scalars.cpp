@@ -53,6 +53,18 @@ auto visit(ScalarType type, const F& f) {
 
 }  // namespace
 
+std::optional<ScalarType> find_scalar_type(ScalarKind kind, std::size_t n_bytes) {
+  if (kind == ScalarKind::kFloat) {
+    if (n_bytes == 4) return ScalarType::kFloat32;
+    if (n_bytes == 8) return ScalarType::kFloat64;
+    return std::nullopt;
+  }
+  if (!std::has_single_bit(n_bytes) || n_bytes > 8) return std::nullopt;
+  // Signed and unsigned ones take turns, from the shortest to the longest.
+  const int place = 2 * std::countr_zero(n_bytes) + (kind == ScalarKind::kUnsigned);
+  return static_cast<ScalarType>(place);
+}
+
 std::size_t n_bytes(ScalarType type) {
   return visit(type, [](auto value) { return sizeof value; });
 }
