@@ -20,9 +20,7 @@ namespace surf::curve {
 namespace {
 
 using segment::EnergyModel;
-using segment::GrowingShape;
 using segment::ImageExtent;
-using segment::ShapeOptions;
 
 /// The pixels' squares, out to half a pixel beyond the outermost centres, where curves may run.
 Points<2> pixel_box(const Image& image) {
@@ -85,23 +83,6 @@ class ImageModel : public EnergyModel<2> {
   Image image_;
   FieldOptions options_;
   std::shared_ptr<const Field<2>> intensity_;
-};
-
-class GrowingCurve : public GrowingShape<2> {
- public:
-  GrowingCurve(const Segments& start, const MovingCurveOptions& options) : curve_(start, options) {}
-
-  flow::MovingShape<2>& moving() override { return curve_; }
-  Segments simplices() const override { return curve_.segments(); }
-  double border_share() const override { return curve_.border_share(); }
-  bool is_limited() const override { return curve_.is_limited(); }
-  void set_edge_length(double edge_length_mm) override { curve_.set_edge_length(edge_length_mm); }
-  void set_integrands(std::vector<std::shared_ptr<const Field<2>>> integrands) override {
-    curve_.set_integrands(std::move(integrands));
-  }
-
- private:
-  MovingCurve curve_;
 };
 
 void check_seeds(const Image& image, const std::vector<Vector<2>>& seeds) {
@@ -179,11 +160,11 @@ std::unique_ptr<EnergyModel<2>> CurveSetting::make_model(
   return std::make_unique<ImageModel>(image_, extent_, options);
 }
 
-std::unique_ptr<GrowingShape<2>> CurveSetting::make_shape(const Segments& start,
-                                                          const ShapeOptions<2>& options) const {
-  auto curve = options.to<MovingCurveOptions>();
-  curve.box = ImageBox{image_.plane_to_pixel(), image_.pixel_to_plane(), image_.size()};
-  return std::make_unique<GrowingCurve>(start, curve);
+std::unique_ptr<mesh::MovingMesh<2>> CurveSetting::make_shape(
+    const Segments& start, const mesh::MovingShapeOptions<2>& options) const {
+  mesh::MovingShapeOptions<2> in_image = options;
+  in_image.box = extent_;
+  return std::make_unique<MovingCurve>(start, in_image);
 }
 
 Segments CurveSetting::ball(const Vector<2>& center, double radius, double edge_length) const {

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "libsurf/base/error.h"
+#include "libsurf/mesh/adaptivity.h"
 #include "libsurf/mesh/bisection.h"
 #include "libsurf/mesh/hierarchy.h"
 #include "libsurf/mesh/improve.h"
@@ -21,27 +22,11 @@ namespace surf::mesh {
 namespace {
 
 constexpr int kGuardRounds = 3;
-constexpr double kLongest = 4.0 / 3, kShortest = 0.4;      // of the wanted edge length
 constexpr int kRoundsAtTheStart = 30, kRoundsInAStep = 2;  // of adaptivity
-constexpr double kResolution = 0.7;                        // of topology, of the wanted edge length
-constexpr double kContact = 0.9;    // of sheets, of the resolution: one node fits between them
-constexpr int kHalvings = 6;        // of a step that catches an event
-constexpr double kTolerance = 0.1;  // by which mending may move the surface, likewise
+constexpr double kContact = 0.9;  // of sheets, of the resolution: one node fits between them
+constexpr int kHalvings = 6;      // of a step that catches an event
 constexpr int kMendingRounds = 4;
 constexpr double kFrozenRadius = 0.5;  // of the wanted edge length, in the second round
-
-/// Share of the area that belongs to the vertices chosen, a third of each of their triangles.
-template <class IsChosen>
-double share_of_area(const Points<3>& X, const Elements<3>& T, const IsChosen& is_chosen) {
-  double chosen = 0, all = 0;
-  for (Eigen::Index t = 0; t < T.rows(); ++t) {
-    const Vector<3> a = X.row(T(t, 0)), b = X.row(T(t, 1)), c = X.row(T(t, 2));
-    const double area = area_normal(a, b, c).norm();
-    all += 3 * area;
-    for (int i = 0; i < 3; ++i) chosen += is_chosen(T(t, i)) ? area : 0;
-  }
-  return all > 0 ? chosen / all : 0;
-}
 
 Vector<3> centroid(const Points<3>& X, const Elements<3>& T, int triangle) {
   return (X.row(T(triangle, 0)) + X.row(T(triangle, 1)) + X.row(T(triangle, 2))).transpose() / 3;
@@ -67,25 +52,8 @@ std::vector<char> faces_near(const TriMesh& mesh, const std::vector<Vector<3>>& 
 
 }  // namespace
 
-std::string MovingSurfaceOptions::error() const {
-  if (!(edge_length_mm > 0))
-    return fmt::format("MovingSurfaceOptions::edge_length_mm = {} violates > 0", edge_length_mm);
-  if (!(coarseness >= 1))
-    return fmt::format("MovingSurfaceOptions::coarseness = {} violates >= 1", coarseness);
-  if (!(max_displacement_mm > 0))
-    return fmt::format("MovingSurfaceOptions::max_displacement_mm = {} violates > 0",
-                       max_displacement_mm);
-  if (!(sheet_distance >= 0))
-    return fmt::format("MovingSurfaceOptions::sheet_distance = {} violates >= 0", sheet_distance);
-  if (!(topology_resolution_mm >= 0))
-    return fmt::format("MovingSurfaceOptions::topology_resolution_mm = {} violates >= 0",
-                       topology_resolution_mm);
-  return {};
-}
-
 MovingSurface::MovingSurface(const Triangles& initial, const MovingSurfaceOptions& options)
-    : mesh_(to_mesh(initial)), options_(options) {
-  if (const std::string error = options.error(); !error.empty()) throw UsageError(error);
+    : MovingMesh<3>(options), mesh_(to_mesh(initial)) {
   if (options.topology != Topology::kFixed) resolve_initial_crossings();
   mend(kRoundsAtTheStart);
   // A round collapses once at each place: until few are left.
@@ -96,30 +64,7 @@ MovingSurface::MovingSurface(const Triangles& initial, const MovingSurfaceOption
   }
 }
 
-fem::Geometry<3> MovingSurface::geometry() const { return {points(mesh_), elements(mesh_)}; }
-
-Triangles MovingSurface::triangles() const { return to_triangles(mesh_); }
-
-void MovingSurface::set_edge_length(double edge_length_mm) {
-  options_.max_displacement_mm *= edge_length_mm / options_.edge_length_mm;
-  options_.edge_length_mm = edge_length_mm;
-}
-
-void MovingSurface::set_integrands(std::vector<std::shared_ptr<const Field<3>>> integrands) {
-  options_.adaptivity.integrands = std::move(integrands);
-}
-
-void MovingSurface::keep_in_box(Points<3>& to) const {
-  if (!options_.box) return;
-  const VolumeBox& box = *options_.box;
-  const Eigen::Array3d last(box.size[0] - 1, box.size[1] - 1, box.size[2] - 1);
-  for (Eigen::Index i = 0; i < to.rows(); ++i) {
-    const Eigen::Vector3d index = box.world_to_index * to.row(i).transpose();
-    const Eigen::Vector3d inside = index.array().max(0).min(last);
-    if (inside == index) continue;
-    to.row(i) = box.index_to_world * inside;
-  }
-}
+Triangles MovingSurface::simplices() const { return to_triangles(mesh_); }
 
 void MovingSurface::hold_sheets_apart(const Points<3>& from, Points<3>& to,
                                       const Elements<3>& T) const {
@@ -138,8 +83,9 @@ void MovingSurface::hold_sheets_apart(const Points<3>& from, Points<3>& to,
 }
 
 double MovingSurface::restrict_move(Points<3>& to) {
-  keep_in_box(to);
-  const Points<3> from = points(mesh_), wanted = to;
+  const Points<3> from = points(mesh_);
+  bound_move(from, to);
+  const Points<3> wanted = to;
   const Elements<3> T = elements(mesh_);
   if (options_.topology == Topology::kFixed) {
     hold_sheets_apart(from, to, T);
@@ -147,13 +93,7 @@ double MovingSurface::restrict_move(Points<3>& to) {
     hold_intersecting(from, to, T, HeldPairs::kNone);
     adjust_step(from, to, T);
   }
-  return share_of_area(
-      from, T, [&](int i) { return to.row(i) == from.row(i) && wanted.row(i) != from.row(i); });
-}
-
-double MovingSurface::topology_resolution() const {
-  return options_.topology_resolution_mm > 0 ? options_.topology_resolution_mm
-                                             : kResolution * options_.edge_length_mm;
+  return share_of_vertices<3>(from, T, held_vertices<3>(from, wanted, to));
 }
 
 namespace {
@@ -257,13 +197,12 @@ bool MovingSurface::hold_refused(const std::vector<char>& refused) {
 
 /// Shells that do not bound the domain, and those smaller than the resolution.
 bool MovingSurface::remove_phantoms_and_crumbs() {
-  const ShellHierarchy hierarchy = shell_hierarchy(triangles());
-  const double crumb = 4.0 / 3 * std::numbers::pi * std::pow(topology_resolution(), 3);
+  const ShellHierarchy hierarchy = shell_hierarchy(simplices());
   std::vector<char> is_gone(hierarchy.shells.size(), 0);
   int n_left = 0;
   for (std::size_t s = 0; s < is_gone.size(); ++s) {
     const Shell& shell = hierarchy.shells[s];
-    is_gone[s] = !shell.is_real() || std::abs(shell.volume_mm3) < crumb;
+    is_gone[s] = !shell.is_real() || std::abs(shell.volume_mm3) < min_content();
     n_left += !is_gone[s];
   }
   if (n_left == 0 || n_left == static_cast<int>(is_gone.size())) return false;
@@ -280,21 +219,12 @@ bool MovingSurface::remove_phantoms_and_crumbs() {
 /// An initial surface of balls that overlap becomes the boundary of their union.
 void MovingSurface::resolve_initial_crossings() {
   std::vector<char> events(mesh_.n_faces(), 0);
-  for (const auto& [a, b] : self_intersections(triangles())) events[a] = events[b] = 1;
+  for (const auto& [a, b] : self_intersections(simplices())) events[a] = events[b] = 1;
   SurgeryOptions surgery;
   surgery.resolution_mm = topology_resolution();
   if (operate(mesh_, events, surgery).n_unresolved > 0)
     throw InvalidMesh("the initial surface intersects itself and could not be rebuilt");
   remove_phantoms_and_crumbs();
-}
-
-std::vector<flow::TopologyEvent> MovingSurface::take_events() { return std::exchange(events_, {}); }
-
-AdaptivityOptions MovingSurface::adaptivity() const {
-  AdaptivityOptions out = options_.adaptivity;
-  out.min_length_mm = kLongest * options_.edge_length_mm;
-  out.max_length_mm = options_.coarseness * out.min_length_mm;
-  return out;
 }
 
 bool MovingSurface::mend() {
@@ -331,9 +261,9 @@ void MovingSurface::mend_the_rest(const Triangles& mended) {
   const TriMesh before = mesh_;
   for (const double share : {0.5, 0.25, 0.1}) {
     ImproveOptions improvement;
-    improvement.min_length = kShortest * options_.edge_length_mm;
+    improvement.min_length = shortest_edge();
     improvement.max_length = adaptivity().max_length_mm;
-    improvement.tolerance_mm = share * kTolerance * options_.edge_length_mm;
+    improvement.tolerance_mm = share * mending_tolerance();
     improve(mesh_, improvement);
     if (added_intersections(mended, to_triangles(mesh_)).empty()) return;
     mesh_ = before;
@@ -348,9 +278,9 @@ bool MovingSurface::mend_apart_from(const std::vector<Vector<3>>& places, double
   AdaptivityReport adapted = adapt(mesh_, sizes, max_rounds);
   is_limited_ |= adapted.is_limited;
   ImproveOptions improvement;
-  improvement.min_length = kShortest * options_.edge_length_mm;
+  improvement.min_length = shortest_edge();
   improvement.max_length = sizes.max_length_mm;
-  improvement.tolerance_mm = kTolerance * options_.edge_length_mm;
+  improvement.tolerance_mm = mending_tolerance();
   improvement.may_coarsen = std::move(adapted.may_coarsen);
   if (sizes.geometry_tolerance_mm > 0)
     improvement.max_variation_mm = sizes.gamma_refine * sizes.geometry_tolerance_mm;
@@ -359,30 +289,6 @@ bool MovingSurface::mend_apart_from(const std::vector<Vector<3>>& places, double
   return adapted.n_refined + adapted.n_coarsened + improved.n_collapsed + improved.n_flipped +
              improved.n_moved >
          0;
-}
-
-std::string MovingSurface::obstacle() const {
-  const double volume = volume_mm3(triangles());
-  const double radius = std::cbrt(std::max(volume, 0.0) * 3 / (4 * std::numbers::pi));
-  if (has_vanished_ || radius < options_.min_radius * options_.edge_length_mm)
-    return fmt::format("the object vanished: its volume fell to {:.3g} mm^3", volume);
-  const double share = border_share();
-  if (share > options_.max_border_share)
-    return fmt::format("the surface meets the volume's border with {:.0f} % of its area",
-                       100 * share);
-  return {};
-}
-
-double MovingSurface::border_share() const {
-  if (!options_.box) return 0;
-  constexpr double kNear = 1e-6;  // voxels
-  const VolumeBox& box = *options_.box;
-  const Eigen::Array3d last(box.size[0] - 1, box.size[1] - 1, box.size[2] - 1);
-  const Points<3> X = points(mesh_);
-  return share_of_area(X, elements(mesh_), [&](int i) {
-    const Eigen::Array3d index = (box.world_to_index * X.row(i).transpose()).array();
-    return (index <= kNear).any() || (index >= last - kNear).any();
-  });
 }
 
 }  // namespace surf::mesh

@@ -9,6 +9,7 @@
 #include <span>
 #include <vector>
 
+#include "libsurf/base/image_box.h"
 #include "libsurf/energy/anisotropic_density.h"
 #include "libsurf/energy/chan_vese.h"
 #include "libsurf/energy/energy_sum.h"
@@ -18,20 +19,12 @@ namespace surf::segment {
 
 /// Where an image (Dim = 2) or volume (Dim = 3) lies, and between which values.
 template <int Dim>
-struct ImageExtent {
-  std::array<int, Dim> size;
-  Eigen::Transform<double, Dim, Eigen::Affine> index_to_world, world_to_index;
+struct ImageExtent : ImageBox<Dim> {
   std::array<float, 2> range;
 
   /// Side of the square or cube of a pixel's or voxel's content [mm].
   double cell_mm() const {
-    return std::pow(std::abs(index_to_world.linear().determinant()), 1.0 / Dim);
-  }
-  bool contains(const Vector<Dim>& point_mm) const {
-    const Vector<Dim> index = world_to_index * point_mm;
-    for (int axis = 0; axis < Dim; ++axis)
-      if (!(index[axis] >= 0 && index[axis] <= size[axis] - 1)) return false;
-    return true;
+    return std::pow(std::abs(this->index_to_world.linear().determinant()), 1.0 / Dim);
   }
 };
 

@@ -132,7 +132,7 @@ class Climb {
     for (int q = 2; q < rungs_.end; ++q) {
       end = grow(rungs_.terms(q), rungs.empty() ? 0 : rungs.back().enclosed, q);
       if (end == RungEnd::kStopped) {  // what has grown so far is a candidate, of no score
-        rungs.emplace_back().enclosed = shape_->moving().geometry().enclosed();
+        rungs.emplace_back().enclosed = shape_->geometry().enclosed();
         found.push_back(
             {shape_->simplices(), 0, rungs.back().enclosed, rungs_.terms(q), stages_.back().name});
         break;
@@ -148,7 +148,7 @@ class Climb {
         if (!rungs.empty()) rungs.back().growth_out = kLargestGrowth;
         break;
       }
-      RungFeatures rung = measure_rung(model_, shape_->moving().geometry(), seed_.noise);
+      RungFeatures rung = measure_rung(model_, shape_->geometry(), seed_.noise);
       if (!rungs.empty()) {
         rung.growth_in = std::max(0.0, growth(rungs.back().enclosed, rung.enclosed));
         rungs.back().growth_out = std::min(kLargestGrowth, rung.growth_in);
@@ -178,7 +178,7 @@ class Climb {
   }
 
   void restart() {
-    ShapeOptions<2> shape = options_.shape;
+    mesh::MovingShapeOptions<2> shape = options_.shape;
     shape.adaptivity.integrands = model_.integrands(rungs_.terms(0));
     shape_ = setting_.make_shape(start_, shape);
   }
@@ -210,7 +210,7 @@ class Climb {
       }
       adapt_edge_length(record.enclosed);
       if (record.held_share > kLargestContact ||
-          (record.k % 10 == 0 && sphericity(shape_->moving().geometry()) < kLeastSphericity)) {
+          (record.k % 10 == 0 && sphericity(shape_->geometry()) < kLeastSphericity)) {
         end = RungEnd::kRough;
         return false;
       }
@@ -219,12 +219,12 @@ class Climb {
     StageReport report;
     report.name = stage;
     report.edge_length_mm = options_.shape.edge_length_mm;
-    report.flow = flow::evolve<2>(shape_->moving(), *energy, options_.flow, on_step);
+    report.flow = flow::evolve<2>(*shape_, *energy, options_.flow, on_step);
     report.seconds =
         std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     if (report.flow.termination == flow::Termination::kObstacle)
       end = shape_->border_share() > 0.1 ? RungEnd::kLeaked : RungEnd::kVanished;
-    if (end == RungEnd::kRest && shape_->moving().geometry().enclosed() < 0.5 * start_content)
+    if (end == RungEnd::kRest && shape_->geometry().enclosed() < 0.5 * start_content)
       end = RungEnd::kVanished;
     stages_.push_back(std::move(report));
     return end;
@@ -238,7 +238,7 @@ class Climb {
   const ProgressOf<2>& progress_;
   Rungs rungs_;
   const Segments& start_;
-  std::unique_ptr<GrowingShape<2>> shape_;
+  std::unique_ptr<mesh::MovingMesh<2>> shape_;
 };
 
 }  // namespace

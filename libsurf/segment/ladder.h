@@ -10,7 +10,7 @@
 namespace surf::segment {
 
 struct LadderOptions {
-  ShapeOptions<2> shape;  ///< edge length of small objects; integrands are set here
+  mesh::MovingShapeOptions<2> shape;  ///< edge length of small objects; integrands are set here
   /// Neck radii r [cells]: the weight of the area is r / 2, so that a front does not pass a neck
   /// of smaller radius.
   std::vector<double> neck_radii = {1, 2, 4};

@@ -17,10 +17,6 @@ ImageExtent<3> extent_of(const volume::Volume& volume) {
   return {volume.size(), volume.index_to_world(), volume.world_to_index(), volume.range()};
 }
 
-mesh::VolumeBox volume_box(const volume::Volume& volume) {
-  return {volume.world_to_index(), volume.index_to_world(), volume.size()};
-}
-
 ImageModel::ImageModel(const volume::Volume& volume, const volume::SmoothingOptions& smoothing,
                        volume::DerivativeFilter filter)
     : EnergyModel<3>(extent_of(volume)),

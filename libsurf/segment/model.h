@@ -1,7 +1,6 @@
 // The energies of one volume; private to segment/*.cpp.
 #pragma once
 
-#include "libsurf/mesh/moving_surface.h"
 #include "libsurf/segment/energy_model.h"
 #include "libsurf/volume/image_fields.h"
 
@@ -30,8 +29,5 @@ class ImageModel : public EnergyModel<3> {
 };
 
 ImageExtent<3> extent_of(const volume::Volume& volume);
-
-/// Where a surface in the volume may move.
-mesh::VolumeBox volume_box(const volume::Volume& volume);
 
 }  // namespace surf::segment

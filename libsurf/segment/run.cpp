@@ -156,8 +156,8 @@ class Run {
     return out;
   }
 
-  ShapeOptions<Dim> shape_options(double edge_length) const {
-    ShapeOptions<Dim> out;
+  mesh::MovingShapeOptions<Dim> shape_options(double edge_length) const {
+    mesh::MovingShapeOptions<Dim> out;
     out.edge_length_mm = edge_length;
     out.coarseness = options_.coarseness;
     out.adaptivity.geometry_tolerance_mm = options_.geometry_tolerance_mm.value_or(cell_);
@@ -409,7 +409,7 @@ class Run {
     flow.max_steps = options_.n_coarse_steps;
     flow.energy_tol = std::max(flow.energy_tol, kCoarseEnergyTol);
     flow.rel_tol = std::min(0.5, kSecondThreshold * flow.rel_tol);
-    ShapeOptions<Dim> shape = shape_options(kCoarseEdges * result_.edge_length_mm);
+    mesh::MovingShapeOptions<Dim> shape = shape_options(kCoarseEdges * result_.edge_length_mm);
     shape.adaptivity.geometry_tolerance_mm *= kCoarseGeometry;
     shape.max_displacement_mm *= kCoarseEdges;
     if (!evolve("coarse", *model_, terms, start, flow, shape)) return false;
@@ -427,7 +427,7 @@ class Run {
     volume::SmoothingOptions wide = smoothing();
     wide.sigma_mm *= scale;
     const auto model = setting_.make_model(wide);
-    ShapeOptions<Dim> shape = shape_options(scale * result_.edge_length_mm);
+    mesh::MovingShapeOptions<Dim> shape = shape_options(scale * result_.edge_length_mm);
     shape.adaptivity.geometry_tolerance_mm *= scale;
     shape.max_displacement_mm = kStepPerBlur * blur(wide.sigma_mm);
     std::vector<EnergyTerm> terms = result_.energies;
@@ -488,7 +488,7 @@ class Run {
   }
 
   void lengthen_steps(EnergyModel<Dim>& model, const std::vector<EnergyTerm>& terms,
-                      ShapeOptions<Dim>& shape) const {
+                      mesh::MovingShapeOptions<Dim>& shape) const {
     for (const EnergyTerm& term : terms) {
       if (term.name == "window") return;
       if (term.name == "minimal-surface")
@@ -500,7 +500,7 @@ class Run {
 
   bool evolve(const std::string& stage, EnergyModel<Dim>& model,
               const std::vector<EnergyTerm>& terms, const Simplices<Dim>& start,
-              const flow::FlowOptions& flow, ShapeOptions<Dim> shape_options) {
+              const flow::FlowOptions& flow, mesh::MovingShapeOptions<Dim> shape_options) {
     const auto begin = std::chrono::steady_clock::now();
     shape_options.adaptivity.integrands = model.integrands(terms);
     if (Dim == 2) lengthen_steps(model, terms, shape_options);
@@ -510,11 +510,10 @@ class Run {
     StageReport report;
     report.name = stage;
     report.edge_length_mm = shape_options.edge_length_mm;
-    report.flow =
-        flow::evolve<Dim>(shape->moving(), *energy, flow, [&](const flow::StepRecord& record) {
-          go_on = !progress_ || progress_(stage, record, [&] { return shape->simplices(); });
-          return go_on;
-        });
+    report.flow = flow::evolve<Dim>(*shape, *energy, flow, [&](const flow::StepRecord& record) {
+      go_on = !progress_ || progress_(stage, record, [&] { return shape->simplices(); });
+      return go_on;
+    });
     report.seconds =
         std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     result_.shape = shape->simplices();
@@ -549,7 +548,7 @@ class Run {
     if (!(lambda > 0)) return true;
     flow::FlowOptions flow = options_.flow;
     flow.max_steps = std::min(flow.max_steps, kSettleSteps);
-    ShapeOptions<Dim> shape = shape_options(result_.edge_length_mm);
+    mesh::MovingShapeOptions<Dim> shape = shape_options(result_.edge_length_mm);
     shape.max_displacement_mm = kSettleStep * cell_;
     const std::vector<EnergyTerm> terms = {
         {"minimal-surface", 1, {{"gamma0", 1}, {"gamma", 0}, {"lambda", lambda}}}};

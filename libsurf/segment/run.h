@@ -9,7 +9,7 @@
 
 #include "libsurf/fem/adaptivity.h"
 #include "libsurf/flow/evolution.h"
-#include "libsurf/mesh/topology.h"
+#include "libsurf/mesh/moving_mesh.h"
 #include "libsurf/segment/energy_model.h"
 #include "libsurf/volume/image_fields.h"
 
@@ -110,52 +110,6 @@ template <int Dim>
 using ProgressOf = std::function<bool(const std::string& stage, const flow::StepRecord& record,
                                       const std::function<Simplices<Dim>()>& shape)>;
 
-/// What a run asks of a moving shape: the options that curves and surfaces share.
-template <int Dim>
-struct ShapeOptions {
-  double edge_length_mm = 1;
-  double coarseness = 1;
-  fem::AdaptivityOptions<Dim> adaptivity = {};
-  double max_displacement_mm = std::numeric_limits<double>::infinity();
-  /// Curves only: see MovingCurveOptions.
-  std::shared_ptr<const Field<Dim>> edge_indicator;
-  double path_spacing_mm = 0;
-  mesh::Topology topology = mesh::Topology::kFixed;
-  double topology_resolution_mm = 0;
-  double sheet_distance = 0.7;
-
-  /// @param Options  MovingSurfaceOptions or MovingCurveOptions
-  template <class Options>
-  Options to() const {
-    Options out;
-    out.edge_length_mm = edge_length_mm;
-    out.coarseness = coarseness;
-    out.adaptivity = adaptivity;
-    out.max_displacement_mm = max_displacement_mm;
-    if constexpr (Dim == 2) {
-      out.edge_indicator = edge_indicator;
-      out.path_spacing_mm = path_spacing_mm;
-    }
-    out.topology = topology;
-    out.topology_resolution_mm = topology_resolution_mm;
-    out.sheet_distance = sheet_distance;
-    return out;
-  }
-};
-
-/// A moving curve or surface as a run sees it.
-template <int Dim>
-class GrowingShape {
- public:
-  virtual ~GrowingShape() = default;
-  virtual flow::MovingShape<Dim>& moving() = 0;
-  virtual Simplices<Dim> simplices() const = 0;
-  virtual double border_share() const = 0;
-  virtual bool is_limited() const = 0;
-  virtual void set_edge_length(double edge_length_mm) = 0;
-  virtual void set_integrands(std::vector<std::shared_ptr<const Field<Dim>>> integrands) = 0;
-};
-
 /// Curves in an image, or surfaces in a volume: what a run needs of either. Thread-safe.
 template <int Dim>
 class Setting {
@@ -164,8 +118,8 @@ class Setting {
   virtual const ImageExtent<Dim>& extent() const = 0;
   virtual std::unique_ptr<EnergyModel<Dim>> make_model(
       const volume::SmoothingOptions& smoothing) const = 0;
-  virtual std::unique_ptr<GrowingShape<Dim>> make_shape(const Simplices<Dim>& start,
-                                                        const ShapeOptions<Dim>& options) const = 0;
+  virtual std::unique_ptr<mesh::MovingMesh<Dim>> make_shape(
+      const Simplices<Dim>& start, const mesh::MovingShapeOptions<Dim>& options) const = 0;
 
   virtual Simplices<Dim> ball(const Vector<Dim>& center, double radius,
                               double edge_length) const = 0;

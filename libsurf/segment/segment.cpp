@@ -80,24 +80,6 @@ void filter_solids(const SegmentOptions& options, SegmentResult& result) {
   add_notes(result.removed, result.notes);
 }
 
-class GrowingSurface : public GrowingShape<3> {
- public:
-  GrowingSurface(const Triangles& start, const mesh::MovingSurfaceOptions& options)
-      : surface_(start, options) {}
-
-  flow::MovingShape<3>& moving() override { return surface_; }
-  Triangles simplices() const override { return surface_.triangles(); }
-  double border_share() const override { return surface_.border_share(); }
-  bool is_limited() const override { return surface_.is_limited(); }
-  void set_edge_length(double edge_length_mm) override { surface_.set_edge_length(edge_length_mm); }
-  void set_integrands(std::vector<std::shared_ptr<const Field<3>>> integrands) override {
-    surface_.set_integrands(std::move(integrands));
-  }
-
- private:
-  mesh::MovingSurface surface_;
-};
-
 }  // namespace
 
 SurfaceSetting::SurfaceSetting(const volume::Volume& volume, volume::DerivativeFilter filter)
@@ -108,11 +90,11 @@ std::unique_ptr<EnergyModel<3>> SurfaceSetting::make_model(
   return std::make_unique<ImageModel>(volume_, smoothing, filter_);
 }
 
-std::unique_ptr<GrowingShape<3>> SurfaceSetting::make_shape(const Triangles& start,
-                                                            const ShapeOptions<3>& options) const {
-  auto surface = options.to<mesh::MovingSurfaceOptions>();
-  surface.box = volume_box(volume_);
-  return std::make_unique<GrowingSurface>(start, surface);
+std::unique_ptr<mesh::MovingMesh<3>> SurfaceSetting::make_shape(
+    const Triangles& start, const mesh::MovingShapeOptions<3>& options) const {
+  mesh::MovingShapeOptions<3> in_volume = options;
+  in_volume.box = extent_;
+  return std::make_unique<mesh::MovingSurface>(start, in_volume);
 }
 
 Triangles SurfaceSetting::ball(const Vector<3>& center, double radius, double edge_length) const {

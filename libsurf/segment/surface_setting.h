@@ -13,8 +13,8 @@ class SurfaceSetting : public Setting<3> {
   const ImageExtent<3>& extent() const override { return extent_; }
   std::unique_ptr<EnergyModel<3>> make_model(
       const volume::SmoothingOptions& smoothing) const override;
-  std::unique_ptr<GrowingShape<3>> make_shape(const Triangles& start,
-                                              const ShapeOptions<3>& options) const override;
+  std::unique_ptr<mesh::MovingMesh<3>> make_shape(
+      const Triangles& start, const mesh::MovingShapeOptions<3>& options) const override;
   Triangles ball(const Vector<3>& center, double radius, double edge_length) const override;
   Triangles joined(const std::vector<Triangles>& parts) const override;
   Triangles flipped(const Triangles& shape) const override;

@@ -156,7 +156,7 @@ class Evolution {
                     dt * flow_.normal_speed * shape.nodal_normals().row(i).transpose().normalized();
       curve.restrict_move(to);
       curve.move_to(to);
-      const CurveMesh unmended(curve.segments());
+      const CurveMesh unmended(curve.simplices());
       const bool was_taken_back = curve.n_taken_back() > 0;
       curve.mend();
       time += dt;
@@ -165,7 +165,7 @@ class Evolution {
       out.has_vanished = !curve.obstacle().empty();
       const auto events = curve.take_events();
       for (const auto& event : events) ++out.kinds[event.kind];
-      const Verification verification = verify(curve.segments());
+      const Verification verification = verify(curve.simplices());
       out.is_valid = verification.passed();
       out.message = verification.message();
       if (!events.empty() && out.is_valid && curve.n_taken_back() == int(was_taken_back))
@@ -175,7 +175,7 @@ class Evolution {
     const std::optional<PolygonSet> expected = reference(time);
     if (!expected) return out;
     out.is_compared = true;
-    PolygonSet different = domain(curve.segments());
+    PolygonSet different = domain(curve.simplices());
     different.symmetric_difference(*expected);
     out.difference = area(different) / (longest * kResolution);
     return out;
@@ -186,7 +186,7 @@ class Evolution {
   static double change_by_mending(CurveMesh unmended, const MovingCurve& curve) {
     const double length = fem::Geometry<2>(unmended.points(), unmended.elements()).measure();
     operate(unmended, {});
-    PolygonSet different = domain(curve.segments());
+    PolygonSet different = domain(curve.simplices());
     if (unmended.size() > 0) different.symmetric_difference(domain(unmended.segments()));
     return area(different) / (length * kResolution);
   }

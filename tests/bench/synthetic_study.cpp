@@ -220,7 +220,7 @@ Outcome run(const Experiment& one, flow::ScalarProduct product) {
   out.J_first = summary.initial_energy;
   out.J_last = summary.final_energy;
   out.stop = has_converged ? "converged" : flow::to_string(summary.termination);
-  const Segments last = moving.segments();
+  const Segments last = moving.simplices();
   out.n_nodes = last.points.rows();
   const Segments outline = curve::phantom_contour(phantom);
   const curve::CurveDistances distances = curve::curve_distances(last, outline);

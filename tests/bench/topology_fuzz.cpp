@@ -170,7 +170,7 @@ Outcome run(int seed, mesh::Topology topology) {
   const bool has_reference =
       topology == mesh::Topology::kFree && options.step_adjustment == mesh::StepAdjustment::kNone;
   mesh::MovingSurface surface(surface_of(balls), options);
-  const Topologies initial(surface.triangles());
+  const Topologies initial(surface.simplices());
 
   const double voxel = kEdge / 2;
   auto grid = level_set(balls, voxel);
@@ -193,7 +193,7 @@ Outcome run(int seed, mesh::Topology topology) {
       out.surgery_change = std::max(
           out.surgery_change, std::abs(event.enclosed_change) / (shape.measure() * kResolution));
     }
-    out.has_vanished = !surface.obstacle().empty() || surface.triangles().elements.rows() < 60;
+    out.has_vanished = !surface.obstacle().empty() || surface.simplices().elements.rows() < 60;
     if (!has_reference || !grid) continue;
     {
       openvdb::tools::LevelSetAdvection<openvdb::FloatGrid, VelocityField> advection(
@@ -205,7 +205,7 @@ Outcome run(int seed, mesh::Topology topology) {
     openvdb::tools::LevelSetFilter<openvdb::FloatGrid> filter(*grid);
     filter.offset(float(-flow.normal_speed * dt));
   }
-  const Triangles end = surface.triangles();
+  const Triangles end = surface.simplices();
   if (out.has_vanished && has_reference)
     difference({Points<3>(0, 3), Elements<3>(0, 3)}, *grid, voxel, out.left);
   out.is_valid = mesh::verify(end).passed();

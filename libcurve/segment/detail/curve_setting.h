@@ -14,8 +14,8 @@ class CurveSetting : public segment::Setting<2> {
   const segment::ImageExtent<2>& extent() const override { return extent_; }
   std::unique_ptr<segment::EnergyModel<2>> make_model(
       const volume::SmoothingOptions& smoothing) const override;
-  std::unique_ptr<segment::GrowingShape<2>> make_shape(
-      const Segments& start, const segment::ShapeOptions<2>& options) const override;
+  std::unique_ptr<mesh::MovingMesh<2>> make_shape(
+      const Segments& start, const mesh::MovingShapeOptions<2>& options) const override;
   Segments ball(const Vector<2>& center, double radius, double edge_length) const override;
   Segments joined(const std::vector<Segments>& parts) const override;
   Segments flipped(const Segments& shape) const override;

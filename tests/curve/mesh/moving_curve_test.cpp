@@ -36,14 +36,14 @@ std::map<std::string, int> grow(MovingCurve& curve, double step, int n_steps) {
     curve.restrict_move(to);
     curve.move_to(to);
     curve.mend();
-    expect_valid(curve.segments(), "step " + std::to_string(k));
+    expect_valid(curve.simplices(), "step " + std::to_string(k));
     for (const auto& event : curve.take_events()) ++kinds[event.kind];
   }
   return kinds;
 }
 
 int n_components(const MovingCurve& curve) {
-  return static_cast<int>(curve_hierarchy(curve.segments()).components.size());
+  return static_cast<int>(curve_hierarchy(curve.simplices()).components.size());
 }
 
 TEST(MovingCurve, MergesDiscsThatGrowIntoEachOtherAndClosesTheHoleBetweenFour) {
@@ -87,11 +87,11 @@ TEST(MovingCurve, ReportsWhatItHoldsBack) {
 TEST(MovingCurve, StaysInTheBoxAndEndsWhereMostOfItMeetsTheBorder) {
   MovingCurveOptions options = options_with(kEdge);
   Eigen::Affine2d index_to_world = Eigen::Translation2d(-1, -1) * Eigen::Scaling(0.1);
-  options.box = ImageBox{index_to_world.inverse(), index_to_world, {21, 21}};
+  options.box = ImageBox<2>{{21, 21}, index_to_world, index_to_world.inverse()};
   MovingCurve curve(circle({0, 0}, 0.8, kEdge), options);
   EXPECT_EQ(curve.obstacle(), "");
   grow(curve, 0.05, 20);
-  EXPECT_LE(curve.segments().points.cwiseAbs().maxCoeff(), 1 + 1e-12);
+  EXPECT_LE(curve.simplices().points.cwiseAbs().maxCoeff(), 1 + 1e-12);
   EXPECT_GT(curve.border_share(), 0.9);
   EXPECT_NE(curve.obstacle().find("border"), std::string::npos);
 }
@@ -185,7 +185,7 @@ TEST(MovingCurve, AdjustsItsStepsToOneEventAsAlgorithm10) {
 TEST(MovingCurve, ResolvesInitialCurvesThatOverlap) {
   const MovingCurve curve(joined({circle({0, 0}, 1, kEdge), circle({1, 0}, 1, kEdge)}),
                           options_with(kEdge));
-  expect_valid(curve.segments());
+  expect_valid(curve.simplices());
   EXPECT_EQ(n_components(curve), 1);
 }
 
@@ -235,7 +235,7 @@ TEST(MovingCurve, InAFlowFindsTwoObjectsFromOneCurveRoundBoth) {
   std::map<std::string, int> kinds;
   const auto summary = flow::evolve<2>(curve, energy, flow, [&](const flow::StepRecord& record) {
     for (const auto& event : record.events) ++kinds[event.kind];
-    expect_valid(curve.segments());
+    expect_valid(curve.simplices());
     return true;
   });
   EXPECT_EQ(summary.termination, flow::Termination::kConverged) << summary.message;
@@ -246,9 +246,9 @@ TEST(MovingCurve, InAFlowFindsTwoObjectsFromOneCurveRoundBoth) {
 
 TEST(MovingCurve, StartsInsideItsBox) {
   MovingCurveOptions options;
-  options.box = ImageBox{Eigen::Affine2d::Identity(), Eigen::Affine2d::Identity(), {21, 21}};
+  options.box = ImageBox<2>{{21, 21}, Eigen::Affine2d::Identity(), Eigen::Affine2d::Identity()};
   const MovingCurve curve(circle({18, 10}, 6, 0.5), options);
-  const Segments now = curve.segments();
+  const Segments now = curve.simplices();
   EXPECT_LE(now.points.maxCoeff(), 20);
   expect_valid(now);
   // The disc without the cap beyond x = 20, d = 2 from its centre.

@@ -15,10 +15,10 @@ namespace surf::mesh {
 namespace {
 
 /// The cube of index space [0, 20]^3 at 0.5 mm, about the origin, turned.
-VolumeBox some_box() {
+ImageBox<3> some_box() {
   const Eigen::Affine3d affine = Eigen::AngleAxisd(0.5, Eigen::Vector3d(1, 2, 3).normalized()) *
                                  Eigen::Scaling(0.5) * Eigen::Translation3d(-10, -10, -10);
-  return {affine.inverse(), affine, {21, 21, 21}};
+  return {{21, 21, 21}, affine, affine.inverse()};
 }
 
 /// One step along `velocity`, as a flow makes it.
@@ -35,7 +35,7 @@ Points<3> normals(const MovingSurface& surface) {
 }
 
 void expect_sound(const MovingSurface& surface) {
-  const Verification check = verify(surface.triangles());
+  const Verification check = verify(surface.simplices());
   EXPECT_TRUE(check.passed()) << check.message();
 }
 
@@ -43,10 +43,10 @@ TEST(MovingSurface, GrowsFromASeedAndStaysClosedWithEdgesOfTheWantedLength) {
   MovingSurface surface(ball({0, 0, 0}, 1, 0.5), {.edge_length_mm = 0.5, .box = {}});
   for (int k = 0; k < 30; ++k) {
     step(surface, 0.2 * normals(surface));
-    ASSERT_TRUE(verify(surface.triangles()).passed()) << "step " << k;
+    ASSERT_TRUE(verify(surface.simplices()).passed()) << "step " << k;
   }
   EXPECT_NEAR(surface.geometry().radius(), 7, 0.1);
-  const Quality shape = quality(surface.triangles());
+  const Quality shape = quality(surface.simplices());
   EXPECT_LE(shape.max_edge_mm, 0.5 * 4 / 3 * 1.001);
   EXPECT_NEAR(shape.mean_edge_mm, 0.5, 0.15);
   EXPECT_GT(shape.min_angle_deg, 15);
@@ -67,14 +67,14 @@ TEST(MovingSurface, BeginsAsCoarseAsGeometryAllows) {
   const MovingSurface surface(fine, options);
   EXPECT_LT(surface.geometry().n_elements(), fine.elements.rows() / 4);
   EXPECT_NEAR(surface.geometry().radius(), 2, 0.02);
-  EXPECT_TRUE(verify(surface.triangles()).passed());
+  EXPECT_TRUE(verify(surface.simplices()).passed());
 }
 
 TEST(MovingSurface, FollowsAnotherEdgeLengthWithTheNextMend) {
   MovingSurface surface(ball({0, 0, 0}, 2, 0.5), {.edge_length_mm = 0.5, .box = {}});
   surface.set_edge_length(0.3);
   EXPECT_TRUE(surface.mend());
-  EXPECT_LE(quality(surface.triangles()).max_edge_mm, 0.3 * 4 / 3 * 1.001);
+  EXPECT_LE(quality(surface.simplices()).max_edge_mm, 0.3 * 4 / 3 * 1.001);
 }
 
 TEST(MovingSurface, IsClampedAtTheBorderOfTheVolume) {
@@ -128,10 +128,10 @@ TEST(MovingSurface, HoldsSheetsApartThatWouldTouch) {
   double held = 0;
   for (int k = 0; k < 12; ++k) {
     held += step(surface, 0.08 * normals(surface));
-    ASSERT_TRUE(verify(surface.triangles()).passed()) << "step " << k;
+    ASSERT_TRUE(verify(surface.simplices()).passed()) << "step " << k;
   }
   EXPECT_GT(held, 0);
-  EXPECT_EQ(measure_components(surface.triangles()).size(), 2u);
+  EXPECT_EQ(measure_components(surface.simplices()).size(), 2u);
 }
 
 /// Sum of plane waves with lengths from about 1 to 6.
@@ -150,9 +150,9 @@ TEST(MovingSurface, DoesNotIntersectItselfInRandomFields) {
   for (unsigned seed = 1; seed <= 4; ++seed) {
     const Triangles start = seed % 2 ? ball({0, 0, 0}, 1.2, 0.35) : torus(1.2, 0.5, 24, 10);
     MovingSurfaceOptions options{.edge_length_mm = 0.35, .box = {}};
-    options.box = VolumeBox{Eigen::Affine3d(Eigen::Translation3d(2, 2, 2)),
-                            Eigen::Affine3d(Eigen::Translation3d(-2, -2, -2)),
-                            {5, 5, 5}};
+    options.box = ImageBox<3>{{5, 5, 5},
+                              Eigen::Affine3d(Eigen::Translation3d(-2, -2, -2)),
+                              Eigen::Affine3d(Eigen::Translation3d(2, 2, 2))};
     MovingSurface surface(start, options);
     double travelled = 0;
     for (int k = 0; k < 100; ++k) {
@@ -161,9 +161,9 @@ TEST(MovingSurface, DoesNotIntersectItselfInRandomFields) {
       surface.restrict_move(to);
       travelled += (to - X).rowwise().norm().mean();
       surface.move_to(to);
-      ASSERT_TRUE(self_intersections(surface.triangles()).empty()) << seed << ", step " << k;
+      ASSERT_TRUE(self_intersections(surface.simplices()).empty()) << seed << ", step " << k;
       surface.mend();
-      ASSERT_TRUE(self_intersections(surface.triangles()).empty()) << seed << ", mended " << k;
+      ASSERT_TRUE(self_intersections(surface.simplices()).empty()) << seed << ", mended " << k;
     }
     EXPECT_GT(travelled, 1) << seed;  // [mm], of about 10 that the fields ask for
   }
@@ -179,8 +179,8 @@ TEST(MovingSurface, KeepsGoodTrianglesWhereResolutionVaries) {
     for (int k = 0; k < 40; ++k) {
       const Points<3> X = surface.geometry().points();
       step(surface, random_field(X, 100 * seed + k / 10, 0.02));
-      ASSERT_TRUE(verify(surface.triangles()).passed()) << seed << ", step " << k;
-      const Quality triangles = quality(surface.triangles());
+      ASSERT_TRUE(verify(surface.simplices()).passed()) << seed << ", step " << k;
+      const Quality triangles = quality(surface.simplices());
       ASSERT_GE(triangles.min_angle_deg, 15) << seed << ", step " << k;
       ASSERT_GE(triangles.share_above_25_deg, 0.99) << seed << ", step " << k;
       longest = std::max(longest, triangles.max_edge_mm);
@@ -218,7 +218,7 @@ TEST(MovingSurface, MergesShellsThatMeetUnlessItsTopologyIsFixed) {
       for (const auto& event : surface.take_events()) events.push_back(event);
       expect_sound(surface);
     }
-    EXPECT_EQ(measure_components(surface.triangles()).size(), n_shells);
+    EXPECT_EQ(measure_components(surface.simplices()).size(), n_shells);
     EXPECT_EQ(events.empty(), topology == Topology::kFixed);
     if (events.empty()) continue;
     EXPECT_EQ(events[0].kind, "merging");
@@ -236,7 +236,7 @@ TEST(MovingSurface, SplitsWhereANeckCloses) {
     step(surface, -0.04 * normals(surface));
     expect_sound(surface);
   }
-  EXPECT_EQ(measure_components(surface.triangles()).size(), 2u);
+  EXPECT_EQ(measure_components(surface.simplices()).size(), 2u);
 }
 
 TEST(MovingSurface, HoldsApartWhatWouldBeAHandle) {
@@ -258,7 +258,7 @@ TEST(MovingSurface, HoldsApartWhatWouldBeAHandle) {
       step(surface, 0.04 * normals(surface));
       expect_sound(surface);
     }
-    const auto parts = measure_components(surface.triangles());
+    const auto parts = measure_components(surface.simplices());
     ASSERT_EQ(parts.size(), 1u);
     EXPECT_EQ(parts[0].genus(), genus);
   }
@@ -274,7 +274,7 @@ TEST(MovingSurface, CatchesOrResolvesTheFirstEventOfAStep) {
     step(surface, 0.3 * normals(surface));  // they would overlap by 0.4
     expect_sound(surface);
     const bool is_caught = adjustment == StepAdjustment::kCatchFirst;
-    EXPECT_EQ(measure_components(surface.triangles()).size(), is_caught ? 2u : 1u);
+    EXPECT_EQ(measure_components(surface.simplices()).size(), is_caught ? 2u : 1u);
     // The first event is that of sheets 0.9 of the resolution apart, 0.7 of the edges.
     const double gap = 0.9 * 0.7 * 0.2, moved = (0.2 - gap) / 2;
     const double radius = std::cbrt(surface.geometry().enclosed() / 2 * 3 / (4 * std::numbers::pi));
@@ -287,7 +287,7 @@ TEST(MovingSurface, BeginsWithTheUnionOfBallsThatOverlap) {
   for (auto row : both.points.rowwise()) row[0] -= std::copysign(0.3, row[0]);
   MovingSurface surface(both, {.edge_length_mm = 0.2, .topology = Topology::kFree, .box = {}});
   expect_sound(surface);
-  EXPECT_EQ(measure_components(surface.triangles()).size(), 1u);
+  EXPECT_EQ(measure_components(surface.simplices()).size(), 1u);
 }
 
 TEST(MovingSurface, DoesNotFoldUnderNoise) {
@@ -297,7 +297,7 @@ TEST(MovingSurface, DoesNotFoldUnderNoise) {
     for (int k = 0; k < 25; ++k) {
       const Eigen::Index n = surface.geometry().n_vertices();
       step(surface, 0.12 * Points<3>::Random(n, 3));
-      ASSERT_TRUE(self_intersections(surface.triangles()).empty()) << seed << ", step " << k;
+      ASSERT_TRUE(self_intersections(surface.simplices()).empty()) << seed << ", step " << k;
     }
   }
 }
@@ -312,7 +312,7 @@ TEST(MovingSurface, DoesNotIntersectItselfAtTheBorderOfTheVolume) {
     Points<3> towards = 0.2 * normals(surface);
     towards.rowwise() += Eigen::RowVector3d(0.1, 0.25, 0.05);
     step(surface, towards + random_field(X, 7 + k / 5, 0.1));
-    ASSERT_TRUE(self_intersections(surface.triangles()).empty()) << "step " << k;
+    ASSERT_TRUE(self_intersections(surface.simplices()).empty()) << "step " << k;
   }
   EXPECT_GT(surface.border_share(), 0.15);  // else nothing was tried
 }

@@ -1,0 +1,218 @@
+#include "libsurf/mesh/moving_mesh.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+#include "libsurf/base/error.h"
+#include "libsurf/flow/content.h"
+
+namespace surf::mesh {
+namespace {
+
+constexpr double kLongest = 4.0 / 3, kShortest = 0.4;  // of the wanted edge length
+constexpr double kResolution = 0.7;                    // of topology, likewise
+constexpr double kTolerance = 0.1;                     // by which mending may move it, likewise
+constexpr double kEdge = 0.7;  // of the indicator on both sides of an edge, at most
+
+/// Content of the disc or ball of radius r, by r^Dim.
+template <int Dim>
+constexpr double kUnitBall = Dim == 2 ? std::numbers::pi : 4 * std::numbers::pi / 3;
+
+double measure(const Points<2>& X, const Eigen::RowVector2i& t) {
+  return (X.row(t[1]) - X.row(t[0])).norm();
+}
+double measure(const Points<3>& X, const Eigen::RowVector3i& t) {
+  const Vector<3> a = X.row(t[1]) - X.row(t[0]), b = X.row(t[2]) - X.row(t[0]);
+  return a.cross(b).norm() / 2;
+}
+
+/// First i with values[i] below kEdge of the largest before it and of the largest behind it and
+/// nothing smaller next to it; -1 if there is none.
+Eigen::Index first_valley(const Eigen::VectorXd& values) {
+  double before = 0;
+  for (Eigen::Index i = 1; i + 1 < values.size(); ++i) {
+    before = std::max(before, values[i - 1]);
+    const double behind = values.tail(values.size() - 1 - i).maxCoeff();
+    if (values[i] < kEdge * std::min(before, behind) && values[i] <= values[i - 1] &&
+        values[i] <= values[i + 1])
+      return i;
+  }
+  return -1;
+}
+
+}  // namespace
+
+template <int Dim>
+std::string MovingShapeOptions<Dim>::error() const {
+  const auto message = [](const char* field, double value, const char* constraint) {
+    return fmt::format("MovingShapeOptions::{} = {} violates {}", field, value, constraint);
+  };
+  if (!(edge_length_mm > 0)) return message("edge_length_mm", edge_length_mm, "> 0");
+  if (!(coarseness >= 1)) return message("coarseness", coarseness, ">= 1");
+  if (!(max_displacement_mm > 0)) return message("max_displacement_mm", max_displacement_mm, "> 0");
+  if (edge_indicator && !(path_spacing_mm > 0))
+    return message("path_spacing_mm", path_spacing_mm, "> 0 with an edge_indicator");
+  if (!(topology_resolution_mm >= 0))
+    return message("topology_resolution_mm", topology_resolution_mm, ">= 0");
+  if (!(min_content >= 0)) return message("min_content", min_content, ">= 0");
+  if (!(sheet_distance >= 0)) return message("sheet_distance", sheet_distance, ">= 0");
+  if (Dim == 2 && topology == Topology::kGenus0)
+    return "MovingShapeOptions::topology = genus0 is for surfaces: kFree or kFixed";
+  return {};
+}
+
+template <int Dim>
+MovingMesh<Dim>::MovingMesh(const Options& options) : options_(options) {
+  if (const std::string error = options.error(); !error.empty()) throw UsageError(error);
+}
+
+template <int Dim>
+fem::Geometry<Dim> MovingMesh<Dim>::geometry() const {
+  Simplices<Dim> shape = simplices();
+  return {std::move(shape.points), std::move(shape.elements)};
+}
+
+template <int Dim>
+void MovingMesh<Dim>::set_edge_length(double edge_length_mm) {
+  options_.max_displacement_mm *= edge_length_mm / options_.edge_length_mm;
+  options_.edge_length_mm = edge_length_mm;
+}
+
+template <int Dim>
+void MovingMesh<Dim>::set_integrands(std::vector<std::shared_ptr<const Field<Dim>>> integrands) {
+  options_.adaptivity.integrands = std::move(integrands);
+}
+
+template <int Dim>
+std::vector<flow::TopologyEvent> MovingMesh<Dim>::take_events() {
+  return std::exchange(events_, {});
+}
+
+template <int Dim>
+fem::AdaptivityOptions<Dim> MovingMesh<Dim>::adaptivity() const {
+  fem::AdaptivityOptions<Dim> out = options_.adaptivity;
+  out.min_length_mm = kLongest * options_.edge_length_mm;
+  out.max_length_mm = options_.coarseness * out.min_length_mm;
+  return out;
+}
+
+template <int Dim>
+double MovingMesh<Dim>::shortest_edge() const {
+  return kShortest * options_.edge_length_mm;
+}
+
+template <int Dim>
+double MovingMesh<Dim>::mending_tolerance() const {
+  return kTolerance * options_.edge_length_mm;
+}
+
+template <int Dim>
+double MovingMesh<Dim>::topology_resolution() const {
+  return options_.topology_resolution_mm > 0 ? options_.topology_resolution_mm
+                                             : kResolution * options_.edge_length_mm;
+}
+
+template <int Dim>
+double MovingMesh<Dim>::min_content() const {
+  return options_.min_content > 0 ? options_.min_content
+                                  : kUnitBall<Dim> * std::pow(topology_resolution(), Dim);
+}
+
+template <int Dim>
+void MovingMesh<Dim>::keep_in_box(Points<Dim>& to) const {
+  if (!options_.box) return;
+  for (auto point : to.rowwise()) point = options_.box->clamped(point.transpose()).transpose();
+}
+
+template <int Dim>
+void MovingMesh<Dim>::bound_move(const Points<Dim>& from, Points<Dim>& to) const {
+  keep_in_box(to);
+  stop_at_edges(from, to);
+}
+
+template <int Dim>
+void MovingMesh<Dim>::stop_at_edges(const Points<Dim>& from, Points<Dim>& to) const {
+  if (!options_.edge_indicator) return;
+  Samples<Dim> samples;
+  for (Eigen::Index i = 0; i < to.rows(); ++i) {
+    const Vector<Dim> start = from.row(i), way = to.row(i) - from.row(i);
+    const auto n = static_cast<Eigen::Index>(std::ceil(way.norm() / options_.path_spacing_mm));
+    if (n < 2) continue;
+    const Points<Dim> path = start.transpose().replicate(n + 1, 1) +
+                             Eigen::VectorXd::LinSpaced(n + 1, 0, 1) * way.transpose();
+    options_.edge_indicator->sample(path, Derivatives::kNone, samples);
+    const Eigen::Index edge = first_valley(samples.value);
+    if (edge > 0) to.row(i) = path.row(edge);
+  }
+}
+
+template <int Dim>
+std::string MovingMesh<Dim>::obstacle() const {
+  const Simplices<Dim> shape = simplices();
+  const double content = flow::content<Dim>(shape.points, shape.elements);
+  const double least =
+      kUnitBall<Dim> * std::pow(options_.min_radius * options_.edge_length_mm, Dim);
+  if (has_vanished_ || content < least)
+    return fmt::format("the object vanished: its {} fell to {:.3g} mm^{}",
+                       Dim == 2 ? "area" : "volume", content, Dim);
+  const double share = border_share();
+  if (share > options_.max_border_share)
+    return fmt::format("the {} meets the {}'s border with {:.0f} % of its {}",
+                       Dim == 2 ? "curve" : "surface", Dim == 2 ? "image" : "volume", 100 * share,
+                       Dim == 2 ? "length" : "area");
+  return {};
+}
+
+template <int Dim>
+double MovingMesh<Dim>::border_share() const {
+  if (!options_.box) return 0;
+  constexpr double kNear = 1e-6;  // cells
+  const ImageBox<Dim>& box = *options_.box;
+  const Simplices<Dim> shape = simplices();
+  std::vector<char> is_on_border;
+  for (const auto& point : shape.points.rowwise()) {
+    const auto index = (box.world_to_index * Vector<Dim>(point.transpose())).array().eval();
+    is_on_border.push_back((index <= box.first() + kNear).any() ||
+                           (index >= box.last() - kNear).any());
+  }
+  return share_of_vertices<Dim>(shape.points, shape.elements, is_on_border);
+}
+
+template <int Dim>
+double share_of_vertices(const Points<Dim>& X, const Elements<Dim>& T,
+                         const std::vector<char>& is_chosen) {
+  double chosen = 0, all = 0;
+  for (Eigen::Index t = 0; t < T.rows(); ++t) {
+    const double size = measure(X, T.row(t));
+    all += Dim * size;
+    for (int i = 0; i < Dim; ++i) chosen += is_chosen[T(t, i)] ? size : 0;
+  }
+  return all > 0 ? chosen / all : 0;
+}
+
+template <int Dim>
+std::vector<char> held_vertices(const Points<Dim>& from, const Points<Dim>& wanted,
+                                const Points<Dim>& to) {
+  std::vector<char> is_held(to.rows());
+  for (Eigen::Index i = 0; i < to.rows(); ++i)
+    is_held[i] = to.row(i) == from.row(i) && wanted.row(i) != from.row(i);
+  return is_held;
+}
+
+template struct MovingShapeOptions<2>;
+template struct MovingShapeOptions<3>;
+template class MovingMesh<2>;
+template class MovingMesh<3>;
+template double share_of_vertices<2>(const Points<2>&, const Elements<2>&,
+                                     const std::vector<char>&);
+template double share_of_vertices<3>(const Points<3>&, const Elements<3>&,
+                                     const std::vector<char>&);
+template std::vector<char> held_vertices<2>(const Points<2>&, const Points<2>&, const Points<2>&);
+template std::vector<char> held_vertices<3>(const Points<3>&, const Points<3>&, const Points<3>&);
+
+}  // namespace surf::mesh

@@ -1,0 +1,122 @@
+// What the curves and surfaces that a flow moves have in common: their options, the box that they
+// stay in, the edges that they stop at, and what ends a run.
+#pragma once
+
+#include <limits>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "libsurf/base/image_box.h"
+#include "libsurf/fem/adaptivity.h"
+#include "libsurf/flow/moving_shape.h"
+#include "libsurf/mesh/topology.h"
+
+namespace surf::mesh {
+
+template <int Dim>
+struct MovingShapeOptions {
+  /// Wanted edge length where the shape is finest [mm]: edges are bisected above 4/3 of it, if the
+  /// indicators ask for it, and collapsed below 0.4 of it.
+  double edge_length_mm = 1;
+  /// Edges may be this many times longer where all indicators allow; 1 = uniform.
+  double coarseness = 1;
+  /// The indicators and their tolerances; the limits on lengths follow from the fields above.
+  fem::AdaptivityOptions<Dim> adaptivity = {};
+  /// Largest displacement of a vertex in a step [mm]: no more than what the image's edges are wide,
+  /// so that none is jumped over. The mesh itself asks for no such bound: Alg. 3 and the guards see
+  /// to it that elements stay elements.
+  double max_displacement_mm = std::numeric_limits<double>::infinity();
+  /// A vertex stops at the first edge on its way: where this field, looked at every
+  /// path_spacing_mm, has a minimum below 0.7 of what lies before it and behind it. None = vertices
+  /// may jump over edges.
+  std::shared_ptr<const Field<Dim>> edge_indicator = {};
+  double path_spacing_mm = 0;
+  /// Curves have no kGenus0.
+  Topology topology = Dim == 2 ? Topology::kFree : Topology::kFixed;
+  /// Unless the topology is fixed: sheets that face each other and come closer than 0.9 of it are
+  /// joined; the spacing of the grid of a surface's surgery (surgery.h) [mm]. 0 = 0.7 of
+  /// edge_length_mm.
+  double topology_resolution_mm = 0;
+  /// Components that enclose less go, with what lies in them [mm^Dim]; 0 = those of a circle or
+  /// ball whose radius is the topology's resolution.
+  double min_content = 0;
+  /// Alg. 10, of curves: steps are shortened until only two places are left where elements meet, as
+  /// one event has them (kCatchFirst), or one (kResolveFirst); if that cannot be, to the first
+  /// events.
+  StepAdjustment step_adjustment = StepAdjustment::kNone;
+  /// Sheets that have to stay apart are held at this share of edge_length_mm.
+  double sheet_distance = 0.7;
+  /// Vertices may not leave this box; none = the shape moves freely.
+  std::optional<ImageBox<Dim>> box = {};
+  /// The run ends when more than this share of the length or area lies on the box's border.
+  double max_border_share = 0.5;
+  /// The object has vanished when its radius (of the disc or ball of equal content) is below this
+  /// share of the edge length.
+  double min_radius = 0.5;
+
+  std::string error() const;  ///< empty if valid
+};
+
+template <int Dim>
+class MovingMesh : public flow::MovingShape<Dim> {
+ public:
+  using Options = MovingShapeOptions<Dim>;
+
+  virtual Simplices<Dim> simplices() const = 0;
+  /// Share of the length or area whose vertices lie on the box's border.
+  double border_share() const;
+  /// adaptivity.max_elements has kept the shape from being refined, now or earlier.
+  bool is_limited() const { return is_limited_; }
+  /// Changes the wanted edge length, and the largest displacement in proportion; the mesh follows
+  /// with the next mend.
+  void set_edge_length(double edge_length_mm);
+  /// Changes what Alg. 7 looks at.
+  void set_integrands(std::vector<std::shared_ptr<const Field<Dim>>> integrands);
+
+  fem::Geometry<Dim> geometry() const override;
+  double max_displacement() const override { return options_.max_displacement_mm; }
+  std::string obstacle() const override;
+  bool has_changed_domain() const override { return has_changed_domain_; }
+  std::vector<flow::TopologyEvent> take_events() override;
+
+ protected:
+  /// @throws UsageError  options.error() is not empty
+  explicit MovingMesh(const Options& options);
+
+  /// The indicators with the limits on lengths that follow from the wanted one.
+  fem::AdaptivityOptions<Dim> adaptivity() const;
+  /// Edges shorter than this are collapsed [mm].
+  double shortest_edge() const;
+  /// By which mending may move the shape [mm].
+  double mending_tolerance() const;
+  double topology_resolution() const;
+  double min_content() const;
+  void keep_in_box(Points<Dim>& to) const;
+  /// Vertices stay in the box and stop at the edges on their way.
+  void bound_move(const Points<Dim>& from, Points<Dim>& to) const;
+
+  Options options_;
+  std::vector<flow::TopologyEvent> events_;
+  bool has_changed_domain_ = false;  ///< in the last mend()
+  bool has_vanished_ = false;        ///< a surgery would leave nothing
+  bool is_limited_ = false;
+
+ private:
+  void stop_at_edges(const Points<Dim>& from, Points<Dim>& to) const;
+};
+
+/// Share of the length or area that belongs to vertices chosen: of each element the same for each
+/// of its vertices.
+/// @param is_chosen  of a vertex
+template <int Dim>
+double share_of_vertices(const Points<Dim>& X, const Elements<Dim>& T,
+                         const std::vector<char>& is_chosen);
+
+/// Vertices that stay at `from` although they wanted to go elsewhere.
+template <int Dim>
+std::vector<char> held_vertices(const Points<Dim>& from, const Points<Dim>& wanted,
+                                const Points<Dim>& to);
+
+}  // namespace surf::mesh
