@@ -27,6 +27,7 @@
 #include "libsurf/fem/stiffness.h"
 #include "tests/bench/mumford_shah_runs.h"
 #include "tests/curve/analytic_fields.h"
+#include "tests/curve/mumford_shah_options.h"
 
 namespace {
 
@@ -124,17 +125,6 @@ Segments blob(int n, std::uint64_t seed) {
   return out;
 }
 
-MumfordShahOptions analytic_options(double h) {
-  MumfordShahOptions out;
-  out.mu = 0.1;
-  out.gamma = 0.05;
-  out.outer = square(2);
-  out.pixel_mm = h;
-  out.max_size_mm = 2 * h;
-  out.data_tolerance = 0;
-  return out;
-}
-
 fem::Geometry<2> geometry(const Segments& curves) { return {curves.points, curves.elements}; }
 
 void derivative() {
@@ -151,7 +141,7 @@ void derivative() {
       for (std::uint64_t seed = 1; seed <= 5; ++seed) {
         const Segments curves = blob(100, seed);
         const fem::Geometry<2> shape = geometry(curves);
-        MumfordShah J(I, analytic_options(0.03));
+        MumfordShah J(I, options_on_square(0.03));
         J.reset(shape);
         energy::ShapeTerms<2> terms(shape);
         J.differentiate({Eigen::VectorXd::Zero(100), Eigen::VectorXd::Zero(100)}, 1, terms);
@@ -175,7 +165,7 @@ void derivative() {
   double before = 0;
   for (int n = 50; n <= 400; n *= 2) {
     const fem::Geometry<2> shape = geometry(blob(n, 7));
-    MumfordShah J(bright_waves(), analytic_options(3.0 / n));
+    MumfordShah J(bright_waves(), options_on_square(3.0 / n));
     J.reset(shape);
     energy::ShapeTerms<2> terms(shape);
     const auto A = fem::stiffness<2>(shape, Eigen::VectorXd::Ones(n));

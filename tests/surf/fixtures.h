@@ -96,22 +96,31 @@ inline Arrays<3> torus(double R, double r, int nu, int nv) {
   return {std::move(points), std::move(elements)};
 }
 
-/// A random smooth star-shaped perturbation of the unit sphere: radius 1 + a sum of random plane
-/// waves of low frequency, at most about 0.3.
-template <int Dim>
-Arrays<Dim> random_smooth_shape(unsigned seed, int level) {
-  Arrays<Dim> shape = unit_sphere<Dim>(level);
+/// Calls visit(k, phase, amplitude) for six random plane waves of low frequency, the amplitude in
+/// [-1, 1].
+template <int Dim, class Visit>
+void for_random_waves(unsigned seed, const Visit& visit) {
   std::mt19937 generator(seed);
   std::uniform_real_distribution<double> uniform(-1, 1);
   for (int wave = 0; wave < 6; ++wave) {
     Vector<Dim> k;
     for (int d = 0; d < Dim; ++d) k[d] = 3 * uniform(generator);
-    const double phase = 3 * uniform(generator), amplitude = 0.05 * uniform(generator);
+    const double phase = 3 * uniform(generator), amplitude = uniform(generator);
+    visit(k, phase, amplitude);
+  }
+}
+
+/// A random smooth star-shaped perturbation of the unit sphere: radius 1 + a sum of random plane
+/// waves of low frequency, at most about 0.3.
+template <int Dim>
+Arrays<Dim> random_smooth_shape(unsigned seed, int level) {
+  Arrays<Dim> shape = unit_sphere<Dim>(level);
+  for_random_waves<Dim>(seed, [&](const Vector<Dim>& k, double phase, double amplitude) {
     for (Eigen::Index i = 0; i < shape.X.rows(); ++i) {
       const Vector<Dim> x = shape.X.row(i).normalized();
-      shape.X.row(i) *= 1 + amplitude * std::cos(k.dot(x) + phase);
+      shape.X.row(i) *= 1 + 0.05 * amplitude * std::cos(k.dot(x) + phase);
     }
-  }
+  });
   return shape;
 }
 

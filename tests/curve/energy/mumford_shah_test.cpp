@@ -9,19 +9,14 @@
 #include "libsurf/fem/stiffness.h"
 #include "tests/curve/analytic_fields.h"
 #include "tests/curve/curves.h"
+#include "tests/curve/mumford_shah_options.h"
 
 namespace surf::curve {
 namespace {
 
 MumfordShahOptions options(double h) {
-  MumfordShahOptions out;
-  out.mu = 0.1;
-  out.gamma = 0.05;
+  MumfordShahOptions out = options_on_square(h);
   out.contrast = 1.3;
-  out.outer = square(2);
-  out.pixel_mm = h;
-  out.max_size_mm = 2 * h;
-  out.data_tolerance = 0;
   return out;
 }
 
