@@ -50,6 +50,7 @@ class ChanVese : public RegionEnergy<Dim> {
            const std::optional<Antiderivative<Dim>>& antiderivative = {});
 
   std::string name() const override { return "chan-vese"; }
+
   /// Means inside and outside the current shape, in the image's unit.
   std::array<double, 2> means() const;
 

@@ -45,11 +45,10 @@ class RegionEnergy : public ShapeEnergy<Dim> {
   RegionEnergy(std::shared_ptr<const Field<Dim>> I, Integrands w, int n_integrals,
                const DomainIntegralOptions& options);
 
-  const Field<Dim>& field() const { return *I_; }
-
- private:
   /// p from scratch.
   virtual Eigen::VectorXd integrals_over(const fem::Geometry<Dim>& shape) const;
+
+ private:
   virtual double value_of(const Eigen::VectorXd& p) const = 0;
   /// G and dG/dI as functions of I, at the current shape.
   virtual std::function<std::array<double, 2>(double)> density() const = 0;
