@@ -12,7 +12,7 @@ namespace surf::mesh {
 
 using Corners = std::array<Eigen::Vector3d, 3>;
 
-/// To the closest point of a triangle.
+/// To the closest point of a triangle; huge if it has no area.
 double squared_distance(const Eigen::Vector3d& point, const Corners& t);
 
 /// The triangle of a patch that is closest to a point.

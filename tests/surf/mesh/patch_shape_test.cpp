@@ -18,9 +18,9 @@ TEST(PatchShape, DistanceIsToThePlaneAboveTheTriangleAndToASideOrCornerBesideIt)
   EXPECT_NEAR(squared_distance({2, 2, 1}, kTriangle), 3, 1e-15);
 }
 
-TEST(PatchShape, DistanceToATriangleWithoutAreaIsThatToItsLine) {
+TEST(PatchShape, NothingIsNearATriangleWithoutArea) {
   const Corners line = {Vector3d(0, 0, 0), Vector3d(1, 0, 0), Vector3d(2, 0, 0)};
-  EXPECT_EQ(squared_distance({1, 3, 0}, line), 9);
+  EXPECT_GT(squared_distance({1, 0, 0}, line), 1e300);
 }
 
 TEST(PatchShape, ClosestIsTheFirstOfEqualTriangles) {
