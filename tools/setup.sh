@@ -12,7 +12,7 @@ packages=(
   libopenvdb-dev libtbb-dev libboost-iostreams-dev libblosc-dev
   libvtk9-dev libopenmpi-dev libx11-dev
   libgdcm-dev libteem-dev libnifti2-dev zlib1g-dev libpng-dev libtiff-dev
-  libcli11-dev nlohmann-json3-dev libspdlog-dev libfmt-dev
+  libcli11-dev nlohmann-json3-dev libfmt-dev
   libgtest-dev libbenchmark-dev
   xvfb xauth libgl1-mesa-dri help2man
 )

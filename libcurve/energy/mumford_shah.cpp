@@ -1,7 +1,5 @@
 #include "libcurve/energy/mumford_shah.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -14,6 +12,8 @@
 #include "libcurve/mesh/intersections.h"
 #include "libcurve/mesh/surgery.h"
 #include "libsurf/base/error.h"
+#include "libsurf/base/option_checks.h"
+#include "libsurf/base/products.h"
 #include "libsurf/fem/indicators.h"
 
 namespace surf::curve {
@@ -33,7 +33,7 @@ Eigen::VectorXd areas(const PlaneTriangles& triangles, const Points<2>& X) {
   for (Eigen::Index t = 0; t < triangles.rows(); ++t) {
     const Vector<2> p = X.row(triangles(t, 0)), a = X.row(triangles(t, 1)).transpose() - p,
                     b = X.row(triangles(t, 2)).transpose() - p;
-    out[t] = a[0] * b[1] - a[1] * b[0];
+    out[t] = cross(a, b);
   }
   return out;
 }
@@ -128,19 +128,15 @@ std::array<double, 2> moments(const Field<2>& I, const Vector<2>& origin, const 
 }  // namespace
 
 std::string MumfordShahOptions::error() const {
-  const auto message = [](const char* field, double value, const char* constraint) {
-    return fmt::format("MumfordShahOptions::{} = {} violates {}", field, value, constraint);
-  };
-  if (!(mu > 0)) return message("mu", mu, "> 0");
-  if (!(gamma >= 0)) return message("gamma", gamma, ">= 0");
-  if (!(contrast > 0)) return message("contrast", contrast, "> 0");
-  if (!(pixel_mm > 0)) return message("pixel_mm", pixel_mm, "> 0");
-  if (!(max_size_mm >= 0)) return message("max_size_mm", max_size_mm, ">= 0");
-  if (!(step_mm >= 0)) return message("step_mm", step_mm, ">= 0");
-  if (!(min_size_mm >= 0)) return message("min_size_mm", min_size_mm, ">= 0");
-  if (!(data_tolerance >= 0)) return message("data_tolerance", data_tolerance, ">= 0");
-  if (outer.rows() != 4) return message("outer.rows()", double(outer.rows()), "= 4");
-  return {};
+  OptionChecks checks("MumfordShahOptions");
+  MumfordShahWeights::check(checks);
+  checks.require(pixel_mm > 0, "pixel_mm", pixel_mm, "> 0");
+  checks.require(max_size_mm >= 0, "max_size_mm", max_size_mm, ">= 0");
+  checks.require(step_mm >= 0, "step_mm", step_mm, ">= 0");
+  checks.require(min_size_mm >= 0, "min_size_mm", min_size_mm, ">= 0");
+  checks.require(data_tolerance >= 0, "data_tolerance", data_tolerance, ">= 0");
+  checks.require(outer.rows() == 4, "outer.rows()", double(outer.rows()), "= 4");
+  return checks.error();
 }
 
 struct MumfordShah::State {
@@ -197,7 +193,7 @@ MumfordShah::MumfordShah(std::shared_ptr<const Field<2>> I, const MumfordShahOpt
   neumann_.spacing_mm = options.pixel_mm;
   neumann_.scale = options.contrast;
   neumann_.offset = moments(*I_, origin, a, b, options.pixel_mm, 0)[0];
-  constant_ = 0.5 * std::abs(a[0] * b[1] - a[1] * b[0]) *
+  constant_ = 0.5 * std::abs(cross(a, b)) *
               moments(*I_, origin, a, b, options.pixel_mm, neumann_.offset)[1] /
               (options.contrast * options.contrast);
 }

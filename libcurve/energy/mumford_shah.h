@@ -7,14 +7,12 @@
 
 #include "libcurve/energy/neumann.h"
 #include "libcurve/mesh/mesh_motion.h"
+#include "libsurf/energy/mumford_shah_weights.h"
 #include "libsurf/energy/shape_energy.h"
 
 namespace surf::curve {
 
-struct MumfordShahOptions {
-  double mu = 1;        ///< [mm^2], > 0: u follows I over lengths above sqrt(mu)
-  double gamma = 0;     ///< [mm], >= 0: weight of the length
-  double contrast = 1;  ///< intensities are divided by it, > 0
+struct MumfordShahOptions : energy::MumfordShahWeights {
   /// Corners of the box D, convex, counter-clockwise, with the curves strictly inside: (k, 2).
   Points<2> outer;
   double pixel_mm = 1;  ///< side of a pixel: what quadrature resolves, > 0

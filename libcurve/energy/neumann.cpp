@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "libsurf/base/log.h"
+#include "libsurf/base/products.h"
 
 namespace surf::curve {
 namespace {
@@ -55,7 +56,7 @@ struct Triangle {
   Triangle(const DomainMesh& mesh, Eigen::Index t) {
     for (int i = 0; i < 3; ++i) X.row(i) = mesh.points.row(mesh.triangles(t, i));
     const Vector<2> a = X.row(1) - X.row(0), b = X.row(2) - X.row(0);
-    const double twice = a[0] * b[1] - a[1] * b[0];
+    const double twice = cross(a, b);
     area = twice / 2;
     for (int i = 0; i < 3; ++i) {
       const Vector<2> side = X.row((i + 2) % 3) - X.row((i + 1) % 3);

@@ -16,8 +16,10 @@
 #include <sstream>
 
 #include "libcurve/mesh/hierarchy.h"
+#include "libsurf/base/arrays.h"
 #include "libsurf/base/error.h"
 #include "libsurf/base/file.h"
+#include "libsurf/base/products.h"
 #include "libsurf/io/detail/vtp_file.h"
 
 namespace surf::curve {
@@ -192,7 +194,7 @@ double twice_area(const Ring& ring) {
   double sum = 0;
   for (std::size_t i = 0; i < ring.size(); ++i) {
     const Vector2d a = ring[i] - ring[0], b = ring[(i + 1) % ring.size()] - ring[0];
-    sum += a[0] * b[1] - a[1] * b[0];
+    sum += cross(a, b);
   }
   return sum;
 }
@@ -211,11 +213,7 @@ Segments to_segments(const std::string& path, RingMap& rings) {
     for (int i = 0; i < n; ++i) elements.push_back({first + i, first + (i + 1) % n});
   }
   if (rings.empty()) throw InputError(fmt::format("{}: holds no polygon", path));
-  Segments out{Points<2>(points.size(), 2), Elements<2>(elements.size(), 2)};
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    out.points.row(Eigen::Index(i)) = points[i].transpose();
-    out.elements.row(Eigen::Index(i)) << elements[i][0], elements[i][1];
-  }
+  Segments out{points_of<2>(points), elements_of(elements)};
   if (!out.points.allFinite())
     throw InputError(fmt::format("{}: a coordinate is not finite", path));
   return out;

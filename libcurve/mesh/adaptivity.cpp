@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "libsurf/base/error.h"
+#include "libsurf/base/products.h"
 
 namespace surf::curve {
 namespace {
@@ -13,10 +14,6 @@ using fem::Mark;
 
 constexpr double kLargestTurn = std::numbers::pi / 3;  // at a node that is removed
 
-double cross(const Vector<2>& a, const Vector<2>& b) { return a[0] * b[1] - a[1] * b[0]; }
-double turn(const Vector<2>& a, const Vector<2>& b) {
-  return std::atan2(std::abs(cross(a, b)), a.dot(b));
-}
 Vector<2> side(const CurveMesh& curves, int i) {
   return curves.point(curves.next(i)) - curves.point(i);
 }
@@ -28,11 +25,11 @@ bool may_remove(const CurveMesh& curves, int i, const AdaptivityOptions& options
   const Vector<2> merged = curves.point(curves.next(i)) - curves.point(before);
   const double length = merged.norm();
   if (length > options.max_length_mm || !(length > 0)) return false;
-  if (turn(side(curves, before), side(curves, i)) > kLargestTurn) return false;
+  if (angle_between(side(curves, before), side(curves, i)) > kLargestTurn) return false;
   if (options.geometry_tolerance_mm == 0) return true;
   const Vector<2> left = side(curves, curves.prev(before)), right = side(curves, curves.next(i));
-  const double eta = (length + left.norm()) / 2 * turn(left, merged) +
-                     (length + right.norm()) / 2 * turn(merged, right);
+  const double eta = (length + left.norm()) / 2 * angle_between(left, merged) +
+                     (length + right.norm()) / 2 * angle_between(merged, right);
   return eta <= options.gamma_refine * options.geometry_tolerance_mm;
 }
 

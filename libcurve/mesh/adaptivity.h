@@ -8,13 +8,7 @@ namespace surf::curve {
 
 using AdaptivityOptions = fem::AdaptivityOptions<2>;
 
-struct AdaptivityReport {
-  int n_rounds = 0;         ///< rounds that changed something
-  int n_refined = 0;        ///< new nodes
-  int n_coarsened = 0;      ///< removed nodes
-  bool is_settled = false;  ///< the last round found nothing to change
-  bool is_limited = false;  ///< max_elements kept something from being refined
-};
+using fem::AdaptivityReport;
 
 /// Marks, bisects marked elements once (d - 1 = 1) at their midpoints, and removes nodes both of
 /// whose elements are marked for coarsening, until nothing changes or for max_rounds rounds.

@@ -70,26 +70,14 @@ double DistanceToCurves::operator()(const Vector<2>& point) const {
 DistanceStatistics distances_from(const Segments& curves,
                                   const std::function<double(const Vector<2>&)>& distance,
                                   const DistanceOptions& options) {
-  const Points<2> at = samples(curves, options.n_samples);
-  std::vector<double> found(at.rows());
-  DistanceStatistics out;
-  for (Eigen::Index k = 0; k < at.rows(); ++k) {
-    const double d = distance(at.row(k));
-    found[k] = std::abs(d);
-    out.signed_mean_mm += d / double(at.rows());
-    out.mean_mm += found[k] / double(at.rows());
-    out.rms_mm += d * d / double(at.rows());
-    out.max_mm = std::max(out.max_mm, found[k]);
-  }
-  out.rms_mm = std::sqrt(out.rms_mm);
-  const auto p95 =
-      found.begin() + std::min<std::ptrdiff_t>(std::ptrdiff_t(0.95 * double(found.size())),
-                                               std::ptrdiff_t(found.size()) - 1);
-  std::nth_element(found.begin(), p95, found.end());
-  out.p95_mm = *p95;
-  for (const int node : curves.elements.reshaped())
-    out.max_mm = std::max(out.max_mm, std::abs(distance(curves.points.row(node))));
-  return out;
+  const auto values_at = [&](const Points<2>& points) {
+    std::vector<double> values(points.rows());
+    for (Eigen::Index k = 0; k < points.rows(); ++k) values[k] = distance(points.row(k));
+    return values;
+  };
+  return mesh::distance_statistics(
+      values_at(samples(curves, options.n_samples)),
+      values_at(curves.points(curves.elements.reshaped(), Eigen::all)));
 }
 
 CurveDistances curve_distances(const Segments& first, const Segments& second,
@@ -101,18 +89,11 @@ CurveDistances curve_distances(const Segments& first, const Segments& second,
       sum += (curves.points.row(e[1]) - curves.points.row(e[0])).norm();
     return sum;
   };
-  CurveDistances out;
-  out.forward = distances_from(
+  const DistanceStatistics forward = distances_from(
       first, [&](const Vector<2>& p) { return to_second(p); }, options);
-  out.backward = distances_from(
+  const DistanceStatistics backward = distances_from(
       second, [&](const Vector<2>& p) { return to_first(p); }, options);
-  const double a = length(first), b = length(second);
-  const DistanceStatistics &f = out.forward, &g = out.backward;
-  out.mean_mm = (a * f.mean_mm + b * g.mean_mm) / (a + b);
-  out.rms_mm = std::sqrt((a * f.rms_mm * f.rms_mm + b * g.rms_mm * g.rms_mm) / (a + b));
-  out.p95_mm = std::max(f.p95_mm, g.p95_mm);
-  out.max_mm = std::max(f.max_mm, g.max_mm);
-  return out;
+  return mesh::symmetric_distances(forward, length(first), backward, length(second));
 }
 
 }  // namespace surf::curve

@@ -21,6 +21,7 @@
 
 #include "libcurve/mesh/distance.h"
 #include "libsurf/base/error.h"
+#include "libsurf/base/products.h"
 
 namespace surf::curve {
 namespace {
@@ -68,7 +69,7 @@ class Criteria : public CGAL::Delaunay_mesh_size_criteria_2<Cdt> {
       std::sort(squares.begin(), squares.end());
       const double size = sizes_->at((p[0] + p[1] + p[2]) / 3);
       const Vector<2> a = p[1] - p[0], b = p[2] - p[0];
-      const double twice_area = a[0] * b[1] - a[1] * b[0];
+      const double twice_area = cross(a, b);
       q.second = squares[2] / (size * size);
       q.first = q.second > 1 ? 1 : twice_area * twice_area / (squares[2] * squares[1]);
       return (*this)(q);
@@ -340,10 +341,10 @@ TriangleFinder::Place TriangleFinder::among(const std::vector<int>& triangles,
     const Vector<2> p = mesh_.points.row(mesh_.triangles(t, 0)),
                     a = mesh_.points.row(mesh_.triangles(t, 1)).transpose() - p,
                     b = mesh_.points.row(mesh_.triangles(t, 2)).transpose() - p, d = x - p;
-    const double twice = a[0] * b[1] - a[1] * b[0];
+    const double twice = cross(a, b);
     Eigen::Vector3d at;
-    at[1] = (d[0] * b[1] - d[1] * b[0]) / twice;
-    at[2] = (a[0] * d[1] - a[1] * d[0]) / twice;
+    at[1] = cross(d, b) / twice;
+    at[2] = cross(a, d) / twice;
     at[0] = 1 - at[1] - at[2];
     if (best.triangle < 0 || at.minCoeff() > best.barycentric.minCoeff()) best = {t, at};
     if (at.minCoeff() >= -kRounding) return {t, at};
@@ -358,7 +359,7 @@ double smallest_angle(const DomainMesh& mesh) {
       const Vector<2> p = mesh.points.row(t[i]),
                       a = mesh.points.row(t[(i + 1) % 3]).transpose() - p,
                       b = mesh.points.row(t[(i + 2) % 3]).transpose() - p;
-      smallest = std::min(smallest, std::atan2(a[0] * b[1] - a[1] * b[0], a.dot(b)));
+      smallest = std::min(smallest, std::atan2(cross(a, b), a.dot(b)));
     }
   return smallest * 180 / std::numbers::pi;
 }

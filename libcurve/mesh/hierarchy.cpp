@@ -8,11 +8,10 @@
 
 #include "libcurve/mesh/curve_mesh.h"
 #include "libcurve/mesh/detail/winding_rays.h"
+#include "libsurf/base/products.h"
 
 namespace surf::curve {
 namespace {
-
-double cross(const Vector<2>& a, const Vector<2>& b) { return a[0] * b[1] - a[1] * b[0]; }
 
 /// Sign of the exact area.
 bool is_outward_exactly(const Segments& curves, const std::vector<int>& of_element, int component) {
@@ -157,13 +156,6 @@ Segments kept(const Segments& curves, const CurveHierarchy& hierarchy,
   Segments out{curves.points(points, Eigen::all), curves.elements(rows, Eigen::all)};
   for (int& node : out.elements.reshaped()) node = number[node];
   return out;
-}
-
-Segments without_phantoms(const Segments& curves) {
-  const CurveHierarchy hierarchy = curve_hierarchy(curves);
-  std::vector<char> keep;
-  for (const Component& part : hierarchy.components) keep.push_back(part.is_real());
-  return kept(curves, hierarchy, keep);
 }
 
 }  // namespace surf::curve

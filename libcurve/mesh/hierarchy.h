@@ -2,29 +2,20 @@
 // 16).
 #pragma once
 
-#include <optional>
 #include <vector>
 
 #include "libsurf/base/types.h"
+#include "libsurf/mesh/nesting.h"
 
 namespace surf::curve {
 
-/// One closed polygon.
-struct Component {
+/// One closed polygon; outward is counter-clockwise.
+struct Component : mesh::Nesting {
   int n_elements = 0;
   int first_element = 0;
   double area_mm2 = 0;  ///< signed (4.1): negative for a clockwise polygon, such as a hole
   double length_mm = 0;
   Vector<2> centre = Vector<2>::Zero();  ///< of the length [mm]
-  bool is_outward = true;                ///< counter-clockwise: the sign of the exact area
-  int depth = 0;                         ///< number of components that enclose it
-  std::optional<int> parent;             ///< the innermost of them
-  /// Winding number of all curves just outside the normal's side, and behind, where it is one more.
-  int winding_before = 0;
-  int winding_behind() const { return winding_before + 1; }
-
-  /// It bounds the domain: 0 before it, 1 behind. All others are phantoms.
-  bool is_real() const { return winding_before == 0; }
 };
 
 struct CurveHierarchy {
@@ -49,12 +40,9 @@ struct Region {
 std::vector<Region> regions(const CurveHierarchy& hierarchy);
 
 /// The components that are flagged, one flag each; points that no element uses are dropped, the
-/// others stay in their order, bit for bit.
+/// others stay in their order, bit for bit. Flags of the real ones leave the phantoms out; Algs. 14
+/// to 16 also remove what lies in a phantom and bounds the domain.
 Segments kept(const Segments& curves, const CurveHierarchy& hierarchy,
               const std::vector<char>& keep);
-
-/// Algs. 14 to 16: without the phantoms. Unlike there, what lies in a phantom and bounds the domain
-/// stays.
-Segments without_phantoms(const Segments& curves);
 
 }  // namespace surf::curve

@@ -6,11 +6,9 @@
 
 namespace surf::curve {
 
-std::vector<ElementPair> intersections(const Points<2>& points, const Elements<2>& elements,
-                                       Detection detection) {
+std::vector<ElementPair> intersections(const Points<2>& points, const Elements<2>& elements) {
   check_elements(points, elements);
-  return detection == Detection::kSweep ? intersections_by_sweep(points, elements)
-                                        : intersections_by_boxes(points, elements, nullptr);
+  return intersections_by_boxes(points, elements, nullptr);
 }
 
 std::vector<ElementPair> intersections(const Points<2>& points, const Elements<2>& elements,

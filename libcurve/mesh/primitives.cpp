@@ -7,6 +7,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "libsurf/base/arrays.h"
 #include "libsurf/base/error.h"
 
 namespace surf::curve {
@@ -70,9 +71,7 @@ Segments polygon(const Points<2>& corners, double edge_length) {
         checked_count(pieces + double(points.size())) - Eigen::Index(points.size());
     for (Eigen::Index k = 0; k < n; ++k) points.emplace_back(a + double(k) / double(n) * (b - a));
   }
-  Segments out{Points<2>(points.size(), 2), loop(Eigen::Index(points.size()))};
-  for (std::size_t i = 0; i < points.size(); ++i) out.points.row(Eigen::Index(i)) = points[i];
-  return out;
+  return {points_of<2>(points), loop(Eigen::Index(points.size()))};
 }
 
 Segments grid_of_circles(const Vector<2>& lower, const Vector<2>& upper, double spacing,
@@ -86,23 +85,7 @@ Segments grid_of_circles(const Vector<2>& lower, const Vector<2>& upper, double 
   return joined(parts);
 }
 
-Segments joined(const std::vector<Segments>& parts) {
-  Eigen::Index n_points = 0, n_elements = 0;
-  for (const Segments& part : parts) {
-    n_points += part.points.rows();
-    n_elements += part.elements.rows();
-  }
-  Segments out{Points<2>(n_points, 2), Elements<2>(n_elements, 2)};
-  n_points = n_elements = 0;
-  for (const Segments& part : parts) {
-    out.points.middleRows(n_points, part.points.rows()) = part.points;
-    out.elements.middleRows(n_elements, part.elements.rows()) =
-        part.elements.array() + static_cast<int>(n_points);
-    n_points += part.points.rows();
-    n_elements += part.elements.rows();
-  }
-  return out;
-}
+Segments joined(const std::vector<Segments>& parts) { return all_of(parts); }
 
 Segments flipped(Segments curves) {
   curves.elements.col(0).swap(curves.elements.col(1));

@@ -12,7 +12,9 @@
 #include "libcurve/mesh/hierarchy.h"
 #include "libcurve/mesh/intersections.h"
 #include "libcurve/mesh/primitives.h"
+#include "libsurf/base/arrays.h"
 #include "libsurf/base/error.h"
+#include "libsurf/base/products.h"
 
 namespace surf::curve {
 namespace {
@@ -23,8 +25,6 @@ constexpr double kLongest = 2;     // of the resolution: elements at events
 constexpr double kFacing = -0.17;  // cosine of the normals: 100 degrees
 constexpr double kOverlap = 0.05;  // of the resolution: by which bridges reach into sheets
 constexpr int kRefinements = 30;
-
-double cross(const Vector<2>& a, const Vector<2>& b) { return a[0] * b[1] - a[1] * b[0]; }
 
 double distance_to(const Vector<2>& p, const Vector<2>& a, const Vector<2>& b) {
   const Vector<2> side = b - a;
@@ -87,12 +87,9 @@ std::vector<Vector<2>> hull(std::array<Vector<2>, 4> points) {
 
 Segments polygon_of(const std::vector<Vector<2>>& points) {
   const int n = static_cast<int>(points.size());
-  Segments out{Points<2>(n, 2), Elements<2>(n, 2)};
-  for (int i = 0; i < n; ++i) {
-    out.points.row(i) = points[i];
-    out.elements.row(i) << i, (i + 1) % n;
-  }
-  return out;
+  std::vector<std::array<int, 2>> elements;
+  for (int i = 0; i < n; ++i) elements.push_back({i, (i + 1) % n});
+  return {points_of<2>(points), elements_of(elements)};
 }
 
 class Surgery {

@@ -6,8 +6,7 @@
 #include <optional>
 
 #include "libsurf/base/field.h"
-#include "libsurf/energy/domain_integrals.h"
-#include "libsurf/energy/shape_energy.h"
+#include "libsurf/energy/region_energy.h"
 
 namespace surf::energy {
 
@@ -42,7 +41,7 @@ struct ChanVeseOptions {
 /// beta = d_nu G + kappa G at fixed means; the second derivative of J as a function of V_1 and S_1
 /// is the rank-two part of d2J (Theorem 2.2.7 for two integrals).
 template <int Dim>
-class ChanVese : public ShapeEnergy<Dim> {
+class ChanVese : public RegionEnergy<Dim> {
  public:
   /// @param antiderivative  of I; if there is one, the integrals over Omega, which every change of
   ///                        topology asks for anew, cost the boundary in place of the domain
@@ -51,35 +50,19 @@ class ChanVese : public ShapeEnergy<Dim> {
            const std::optional<Antiderivative<Dim>>& antiderivative = {});
 
   std::string name() const override { return "chan-vese"; }
-  void reset(const fem::Geometry<Dim>& shape) override;
-  double value() const override { return value_of(inside_); }
-  double try_move(const fem::Geometry<Dim>& moved) override;
-  void accept() override;
-  void remesh(const fem::Geometry<Dim>& shape) override;
-  void differentiate(const fem::Curvature& curvature, double weight,
-                     ShapeTerms<Dim>& terms) const override;
-  void differentiate_twice(const fem::Curvature& curvature, double weight,
-                           SecondDerivative<Dim>& second) const override;
-  void add_density(const Points<Dim>& points, double weight,
-                   Eigen::VectorXd& density) const override;
 
   /// Means inside and outside the current shape, in the image's unit.
   std::array<double, 2> means() const;
 
  private:
-  /// G and dG/dI as functions of I.
-  using Density = std::function<std::array<double, 2>(double)>;
-  Density density() const;
-  double value_of(const Eigen::VectorXd& inside) const;
-  Eigen::VectorXd integrals_over(const fem::Geometry<Dim>& shape) const;
+  Eigen::VectorXd integrals_over(const fem::Geometry<Dim>& shape) const override;
+  double value_of(const Eigen::VectorXd& inside) const override;
+  std::function<std::array<double, 2>(double)> density() const override;
+  Eigen::MatrixXd second_of_integrals() const override;
 
-  std::shared_ptr<const Field<Dim>> I_;
   std::optional<Antiderivative<Dim>> antiderivative_;
   ImageTotals totals_;
-  ChanVeseOptions options_;
-  DomainIntegrals<Dim> integrals_;
-  std::unique_ptr<fem::Geometry<Dim>> shape_, tried_;
-  Eigen::VectorXd inside_, tried_inside_;  // |Omega_1|, int_{Omega_1} I
+  double squared_scale_;  // of the intensities
 };
 
 }  // namespace surf::energy

@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "libsurf/base/error.h"
+#include "libsurf/base/option_checks.h"
 #include "libsurf/volume/cell_pieces.h"
 #include "libsurf/volume/cut_cells.h"
 
@@ -28,18 +29,20 @@ Points<3> indices(const Points<3>& points, const volume::Grid& grid) {
 
 }  // namespace
 
+void MumfordShahWeights::check(OptionChecks& checks) const {
+  checks.require(mu > 0, "mu", mu, "> 0");
+  checks.require(gamma >= 0, "gamma", gamma, ">= 0");
+  checks.require(contrast > 0, "contrast", contrast, "> 0");
+}
+
 std::string MumfordShahOptions::error() const {
-  const auto message = [](const char* field, double value, const char* constraint) {
-    return fmt::format("MumfordShahOptions::{} = {} violates {}", field, value, constraint);
-  };
-  if (!(mu > 0)) return message("mu", mu, "> 0");
-  if (!(gamma >= 0)) return message("gamma", gamma, ">= 0");
-  if (!(contrast > 0)) return message("contrast", contrast, "> 0");
-  if (!(margin > 0)) return message("margin", margin, "> 0");
-  if (!(solver.tolerance > 0)) return message("solver.tolerance", solver.tolerance, "> 0");
-  if (!(solver.blend > 0 && solver.blend <= 1))
-    return message("solver.blend", solver.blend, "0 < blend <= 1");
-  return {};
+  OptionChecks checks("MumfordShahOptions");
+  MumfordShahWeights::check(checks);
+  checks.require(margin > 0, "margin", margin, "> 0");
+  checks.require(solver.tolerance > 0, "solver.tolerance", solver.tolerance, "> 0");
+  checks.require(solver.blend > 0 && solver.blend <= 1, "solver.blend", solver.blend,
+                 "0 < blend <= 1");
+  return checks.error();
 }
 
 /// Nodes lower <= (i, j, k) <= upper of the image's grid.

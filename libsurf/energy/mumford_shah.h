@@ -5,15 +5,13 @@
 #include <string>
 
 #include "libsurf/base/field.h"
+#include "libsurf/energy/mumford_shah_weights.h"
 #include "libsurf/energy/shape_energy.h"
 #include "libsurf/volume/screened_poisson.h"
 
 namespace surf::energy {
 
-struct MumfordShahOptions {
-  double mu = 1;        ///< [mm^2], > 0: u follows I over lengths above sqrt(mu)
-  double gamma = 0;     ///< [mm], >= 0: weight of the area
-  double contrast = 1;  ///< intensities are divided by it, > 0
+struct MumfordShahOptions : MumfordShahWeights {
   /// The two problems are solved in a box round the surface, which keeps at least half this many
   /// times sqrt(mu) from it, unless the image ends: what lies d away counts by
   /// exp(-d / sqrt(mu)) in u and by its square in the derivative.

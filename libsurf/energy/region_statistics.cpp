@@ -6,7 +6,6 @@
 #include <cmath>
 
 #include "libsurf/base/error.h"
-#include "libsurf/energy/detail/region_terms.h"
 
 namespace surf::energy {
 namespace {
@@ -34,56 +33,27 @@ StatisticsValue gaussian_cost(const Eigen::Vector3d& p, double eps_squared) {
   return out;
 }
 
+Integrands integrands(const std::vector<Profile>& w) {
+  return [w](const Eigen::VectorXd& value, Eigen::MatrixXd& out) {
+    for (std::size_t k = 0; k < w.size(); ++k)
+      for (Eigen::Index i = 0; i < value.size(); ++i) out(i, k) = w[k](value[i])[0];
+  };
+}
+
 }  // namespace
 
 template <int Dim>
 RegionStatistics<Dim>::RegionStatistics(std::string name, std::shared_ptr<const Field<Dim>> I,
-                                        StatisticsModel model, const StatisticsOptions& options)
-    : name_(std::move(name)),
-      I_(std::move(I)),
-      model_(std::move(model)),
-      options_(options),
-      integrals_(options.quadrature_order, options.ray_spacing_mm,
-                 static_cast<int>(model_.w.size())) {}
-
-template <int Dim>
-void RegionStatistics<Dim>::evaluate_integrands(const Eigen::VectorXd& value,
-                                                Eigen::MatrixXd& out) const {
-  for (std::size_t k = 0; k < model_.w.size(); ++k)
-    for (Eigen::Index i = 0; i < value.size(); ++i) out(i, k) = model_.w[k](value[i])[0];
-}
-
-template <int Dim>
-void RegionStatistics<Dim>::reset(const fem::Geometry<Dim>& shape) {
-  shape_ = std::make_unique<fem::Geometry<Dim>>(shape);
-  p_ = integrals_.absolute(
-      *I_, [this](const auto& value, auto& out) { evaluate_integrands(value, out); }, shape);
-}
-
-template <int Dim>
-double RegionStatistics<Dim>::try_move(const fem::Geometry<Dim>& moved) {
-  tried_ = std::make_unique<fem::Geometry<Dim>>(moved);
-  tried_p_ =
-      p_ + integrals_.swept(
-               *I_, [this](const auto& value, auto& out) { evaluate_integrands(value, out); },
-               *shape_, moved);
-  return model_.Phi(tried_p_).value;
-}
-
-template <int Dim>
-void RegionStatistics<Dim>::accept() {
-  shape_ = std::move(tried_);
-  p_ = tried_p_;
-}
-
-template <int Dim>
-void RegionStatistics<Dim>::remesh(const fem::Geometry<Dim>& shape) {
-  shape_ = std::make_unique<fem::Geometry<Dim>>(shape);
-}
+                                        const StatisticsModel& model,
+                                        const StatisticsOptions& options)
+    : RegionEnergy<Dim>(std::move(I), integrands(model.w), static_cast<int>(model.w.size()),
+                        options),
+      name_(std::move(name)),
+      model_(model) {}
 
 template <int Dim>
 std::function<std::array<double, 2>(double)> RegionStatistics<Dim>::density() const {
-  return [this, slope = model_.Phi(p_).gradient](double I) {
+  return [this, slope = model_.Phi(this->integrals()).gradient](double I) {
     std::array<double, 2> G = {0, 0};
     for (std::size_t k = 0; k < model_.w.size(); ++k) {
       const auto w = model_.w[k](I);
@@ -95,30 +65,8 @@ std::function<std::array<double, 2>(double)> RegionStatistics<Dim>::density() co
 }
 
 template <int Dim>
-void RegionStatistics<Dim>::differentiate(const fem::Curvature& curvature, double weight,
-                                          ShapeTerms<Dim>& terms) const {
-  add_region_terms<Dim>(*I_, *shape_, options_.quadrature_order, curvature.mean, weight, density(),
-                        terms);
-}
-
-template <int Dim>
-void RegionStatistics<Dim>::differentiate_twice(const fem::Curvature& curvature, double weight,
-                                                SecondDerivative<Dim>& second) const {
-  add_region_second<Dim>(*I_, *shape_, options_.quadrature_order, curvature.mean, weight, density(),
-                         second.sparse);
-  const auto integrands = [this](const auto& value, auto& out) { evaluate_integrands(value, out); };
-  second.add_integrals(region_loads<Dim>(*I_, *shape_, options_.quadrature_order, integrands,
-                                         static_cast<int>(model_.w.size())),
-                       weight * model_.Phi(p_).hessian);
-}
-
-template <int Dim>
-void RegionStatistics<Dim>::add_density(const Points<Dim>& points, double weight,
-                                        Eigen::VectorXd& density) const {
-  const auto G = this->density();
-  Samples<Dim> samples;
-  I_->sample(points, Derivatives::kNone, samples);
-  for (Eigen::Index i = 0; i < points.rows(); ++i) density[i] += weight * G(samples.value[i])[0];
+Eigen::MatrixXd RegionStatistics<Dim>::second_of_integrals() const {
+  return model_.Phi(this->integrals()).hessian;
 }
 
 StatisticsModel region_competition(const ImageTotals& totals, double eps) {

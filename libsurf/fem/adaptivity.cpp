@@ -1,15 +1,14 @@
 #include "libsurf/fem/adaptivity.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
+
+#include "libsurf/base/option_checks.h"
 
 namespace surf::fem {
 namespace {
 
-/// Undoing one bisection makes edges up to twice as long: an error of order 3 grows by 8, the
-/// square of one of order 2 by 16.
-constexpr double kGrowthOfQuadratureError = 8, kGrowthOfInterpolationError = 16;
+/// Undoing one bisection makes edges up to twice as long: an error of order 3 grows by 8.
+constexpr double kGrowthOfQuadratureError = 8;
 
 template <int Dim>
 Eigen::VectorXd longest_edges(const Geometry<Dim>& shape) {
@@ -27,21 +26,16 @@ Eigen::VectorXd longest_edges(const Geometry<Dim>& shape) {
 
 template <int Dim>
 std::string AdaptivityOptions<Dim>::error() const {
-  const auto message = [](const char* field, double value, const char* constraint) {
-    return fmt::format("AdaptivityOptions::{} = {} violates {}", field, value, constraint);
-  };
-  if (!(geometry_tolerance_mm >= 0))
-    return message("geometry_tolerance_mm", geometry_tolerance_mm, ">= 0");
-  if (!(integral_tolerance >= 0)) return message("integral_tolerance", integral_tolerance, ">= 0");
-  if (!(function_tolerance >= 0)) return message("function_tolerance", function_tolerance, ">= 0");
-  if (!(gamma_refine > 0 && gamma_refine <= 1))
-    return message("gamma_refine", gamma_refine, "in (0, 1]");
-  if (!(gamma_coarsen >= 0 && gamma_coarsen < gamma_refine))
-    return message("gamma_coarsen", gamma_coarsen, "in [0, gamma_refine)");
-  if (!(min_length_mm >= 0)) return message("min_length_mm", min_length_mm, ">= 0");
-  if (!(max_length_mm >= min_length_mm && max_length_mm > 0))
-    return message("max_length_mm", max_length_mm, ">= min_length_mm and > 0");
-  return {};
+  OptionChecks check("AdaptivityOptions");
+  check.require(geometry_tolerance_mm >= 0, "geometry_tolerance_mm", geometry_tolerance_mm, ">= 0");
+  check.require(integral_tolerance >= 0, "integral_tolerance", integral_tolerance, ">= 0");
+  check.require(gamma_refine > 0 && gamma_refine <= 1, "gamma_refine", gamma_refine, "in (0, 1]");
+  check.require(gamma_coarsen >= 0 && gamma_coarsen < gamma_refine, "gamma_coarsen", gamma_coarsen,
+                "in [0, gamma_refine)");
+  check.require(min_length_mm >= 0, "min_length_mm", min_length_mm, ">= 0");
+  check.require(max_length_mm >= min_length_mm && max_length_mm > 0, "max_length_mm", max_length_mm,
+                ">= min_length_mm and > 0");
+  return check.error();
 }
 
 template <int Dim>
@@ -62,11 +56,6 @@ std::vector<Mark> adaptivity_marks(const Geometry<Dim>& shape,
       combine(marks, mark_integral(quadrature_error(shape, *f), shape.measures(),
                                    marking(options.integral_tolerance * shape.measure(),
                                            kGrowthOfQuadratureError)));
-  if (options.function_tolerance > 0)
-    for (const auto& f : options.functions)
-      combine(marks, mark_function(interpolation_error(shape, *f), shape.measures(),
-                                   marking(options.function_tolerance * shape.measure(),
-                                           kGrowthOfInterpolationError)));
   const Eigen::VectorXd longest = longest_edges(shape);
   for (Eigen::Index t = 0; t < longest.size(); ++t) {
     if (longest[t] > options.max_length_mm) marks[t] = Mark::kRefine;

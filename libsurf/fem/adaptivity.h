@@ -20,10 +20,6 @@ struct AdaptivityOptions {
   /// thesis takes 0.2 on surfaces of area 4 pi: 0.016.
   double integral_tolerance = 0;
   std::vector<std::shared_ptr<const Field<Dim>>> integrands = {};
-  /// Alg. 8: epsilon_data per length or area, of the square of the interpolation error of each of
-  /// the functions [their unit squared]; 0 = not used.
-  double function_tolerance = 0;
-  std::vector<std::shared_ptr<const Field<Dim>>> functions = {};
   double gamma_refine = 0.7;  ///< thesis 5.1
   /// In [0, gamma_refine); 0: nothing is coarsened. With the thesis' 0.3 a prism of 128^3 voxels
   /// needs 10 to 30 % more triangles for the same error.
@@ -37,6 +33,15 @@ struct AdaptivityOptions {
   Eigen::Index max_elements = 2'000'000;
 
   std::string error() const;  ///< empty if valid
+};
+
+/// What an adaptation did.
+struct AdaptivityReport {
+  int n_rounds = 0;         ///< rounds that changed something
+  int n_refined = 0;        ///< new vertices
+  int n_coarsened = 0;      ///< removed vertices
+  bool is_settled = false;  ///< the last round found nothing to change
+  bool is_limited = false;  ///< max_elements kept something from being refined
 };
 
 /// What the indicators and the limits on lengths say of each element: refine if any says so,

@@ -1,22 +1,14 @@
 #include "libsurf/fem/indicators.h"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cassert>
-#include <cmath>
 #include <limits>
 
+#include "libsurf/base/products.h"
 #include "libsurf/fem/quadrature.h"
 
 namespace surf::fem {
 namespace {
-
-double angle_between(const Vector<2>& a, const Vector<2>& b) {
-  return std::atan2(std::abs(a[0] * b[1] - a[1] * b[0]), a.dot(b));
-}
-double angle_between(const Vector<3>& a, const Vector<3>& b) {
-  return std::atan2(a.cross(b).norm(), a.dot(b));
-}
 
 /// Calls visit(t, other, h_S theta_S) for each node with its two segments, h_S their mean length.
 template <class Visit>
@@ -90,15 +82,6 @@ Eigen::VectorXd geometric_variation(const Geometry<Dim>& shape) {
 }
 
 template <int Dim>
-double largest_side_variation(const Geometry<Dim>& shape) {
-  double largest = 0;
-  for_each_side(shape, [&](Eigen::Index, Eigen::Index, double at_side) {
-    largest = std::max(largest, at_side);
-  });
-  return largest;
-}
-
-template <int Dim>
 Eigen::VectorXd quadrature_error(const Geometry<Dim>& shape, const Field<Dim>& f, int order,
                                  int higher_order) {
   assert(order < higher_order);
@@ -107,19 +90,6 @@ Eigen::VectorXd quadrature_error(const Geometry<Dim>& shape, const Field<Dim>& f
     return sampled<Dim>(shape, f, rule).transpose() * rule.weights;
   };
   return (mean(higher_order) - mean(order)).cwiseAbs().cwiseProduct(shape.measures());
-}
-
-template <int Dim>
-Eigen::VectorXd interpolation_error(const Geometry<Dim>& shape, const Field<Dim>& f) {
-  const auto& rule = quadrature<Dim>(5);
-  Samples<Dim> nodal;
-  f.sample(shape.points(), Derivatives::kNone, nodal);
-  Eigen::MatrixXd corners(Dim, shape.n_elements());
-  for (Eigen::Index t = 0; t < shape.n_elements(); ++t)
-    for (int i = 0; i < Dim; ++i) corners(i, t) = nodal.value[shape.elements()(t, i)];
-  const Eigen::MatrixXd error = sampled<Dim>(shape, f, rule) - rule.points * corners;
-  const Eigen::VectorXd mean_square = error.cwiseAbs2().transpose() * rule.weights;
-  return mean_square.cwiseProduct(shape.measures());
 }
 
 std::vector<Mark> mark_geometry(const Eigen::VectorXd& eta, const MarkingOptions& options) {
@@ -159,11 +129,7 @@ void combine(std::vector<Mark>& marks, const std::vector<Mark>& others) {
 
 template Eigen::VectorXd geometric_variation<2>(const Geometry<2>&);
 template Eigen::VectorXd geometric_variation<3>(const Geometry<3>&);
-template double largest_side_variation<2>(const Geometry<2>&);
-template double largest_side_variation<3>(const Geometry<3>&);
 template Eigen::VectorXd quadrature_error<2>(const Geometry<2>&, const Field<2>&, int, int);
 template Eigen::VectorXd quadrature_error<3>(const Geometry<3>&, const Field<3>&, int, int);
-template Eigen::VectorXd interpolation_error<2>(const Geometry<2>&, const Field<2>&);
-template Eigen::VectorXd interpolation_error<3>(const Geometry<3>&, const Field<3>&);
 
 }  // namespace surf::fem

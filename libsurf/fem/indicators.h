@@ -19,22 +19,12 @@ namespace surf::fem {
 template <int Dim>
 Eigen::VectorXd geometric_variation(const Geometry<Dim>& shape);
 
-/// Largest h_S theta_S of a side [mm].
-template <int Dim>
-double largest_side_variation(const Geometry<Dim>& shape);
-
 /// Quadrature error of each element, 4.2.2: eta_T = |I~_f(T) - I_f(T)|, the difference of the
 /// integrals of f over T by two rules, (m) [unit of f * mm^(Dim-1)].
 /// @param order, higher_order  as quadrature(); order < higher_order
 template <int Dim>
 Eigen::VectorXd quadrature_error(const Geometry<Dim>& shape, const Field<Dim>& f, int order = 2,
                                  int higher_order = 5);
-
-/// Interpolation error of each element, 4.2.2: eta_T = ||f - Pi_h f||^2 in L2(T), with Pi_h f the
-/// linear interpolant of the values at the vertices, (m) [unit of f squared * mm^(Dim-1)]. By the
-/// rule of order 5.
-template <int Dim>
-Eigen::VectorXd interpolation_error(const Geometry<Dim>& shape, const Field<Dim>& f);
 
 /// What is to be done with an element.
 enum class Mark : signed char { kCoarsen = -1, kKeep = 0, kRefine = 1 };
@@ -58,8 +48,9 @@ std::vector<Mark> mark_geometry(const Eigen::VectorXd& eta, const MarkingOptions
 std::vector<Mark> mark_integral(const Eigen::VectorXd& eta, const Eigen::VectorXd& measures,
                                 const MarkingOptions& options);
 
-/// Alg. 8. If the indicators add up to more than the tolerance, elements above gamma_refine times
-/// the largest indicator are to be refined; coarsening as for integrals.
+/// Alg. 8, of squares of interpolation errors. If the indicators add up to more than the tolerance,
+/// elements above gamma_refine times the largest indicator are to be refined; coarsening as for
+/// integrals.
 std::vector<Mark> mark_function(const Eigen::VectorXd& eta, const Eigen::VectorXd& measures,
                                 const MarkingOptions& options);
 

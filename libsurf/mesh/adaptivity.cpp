@@ -1,6 +1,7 @@
 #include "libsurf/mesh/adaptivity.h"
 
 #include <Eigen/Geometry>
+#include <OpenMesh/Core/Utils/PropertyManager.hh>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -13,28 +14,20 @@ namespace surf::mesh {
 namespace {
 
 using fem::Mark;
-using OpenMesh::FaceHandle;
-using OpenMesh::HalfedgeHandle;
-using OpenMesh::VertexHandle;
 
 constexpr double kLargestTurn = 60;  // degrees, of a face when a bisection is undone
 
 /// The mark of a face; bisection hands it on to both children, coarsening back to the parent.
 class FaceMarks {
  public:
-  FaceMarks(TriMesh& mesh, const std::vector<Mark>& marks) : mesh_(mesh) {
-    mesh_.add_property(property_);
-    for (int j = 0; j < static_cast<int>(marks.size()); ++j)
-      mesh_.property(property_, FaceHandle(j)) = marks[j];
+  FaceMarks(TriMesh& mesh, const std::vector<Mark>& marks) : mesh_(mesh), mark_(mesh) {
+    for (int j = 0; j < static_cast<int>(marks.size()); ++j) mark_[FaceHandle(j)] = marks[j];
   }
-  ~FaceMarks() { mesh_.remove_property(property_); }
-  FaceMarks(const FaceMarks&) = delete;
-  FaceMarks& operator=(const FaceMarks&) = delete;
 
   /// Takes the marks for refinement from faces that do not carry one now.
   void withdraw_refinement(const std::vector<Mark>& now) {
     for (int j = 0; j < static_cast<int>(now.size()); ++j) {
-      Mark& mark = mesh_.property(property_, FaceHandle(j));
+      Mark& mark = mark_[FaceHandle(j)];
       if (mark == Mark::kRefine && now[j] != Mark::kRefine) mark = Mark::kKeep;
     }
   }
@@ -42,20 +35,19 @@ class FaceMarks {
   std::vector<FaceHandle> faces(Mark mark) const {
     std::vector<FaceHandle> out;
     for (int j = 0; j < static_cast<int>(mesh_.n_faces()); ++j)
-      if (mesh_.property(property_, FaceHandle(j)) == mark) out.emplace_back(j);
+      if (mark_[FaceHandle(j)] == mark) out.emplace_back(j);
     return out;
   }
 
   std::vector<char> flags(Mark mark) const {
     std::vector<char> out(mesh_.n_faces());
-    for (int j = 0; j < static_cast<int>(out.size()); ++j)
-      out[j] = mesh_.property(property_, FaceHandle(j)) == mark;
+    for (int j = 0; j < static_cast<int>(out.size()); ++j) out[j] = mark_[FaceHandle(j)] == mark;
     return out;
   }
 
  private:
   TriMesh& mesh_;
-  OpenMesh::FPropHandleT<Mark> property_;
+  OpenMesh::FProp<Mark> mark_;
 };
 
 /// One call of adapt().

@@ -12,12 +12,7 @@ namespace surf::mesh {
 using AdaptivityOptions = fem::AdaptivityOptions<3>;
 using fem::adaptivity_marks;
 
-struct AdaptivityReport {
-  int n_rounds = 0;         ///< rounds that changed something
-  int n_refined = 0;        ///< new vertices
-  int n_coarsened = 0;      ///< removed vertices
-  bool is_settled = false;  ///< the last round found nothing to change
-  bool is_limited = false;  ///< max_elements kept something from being refined
+struct AdaptivityReport : fem::AdaptivityReport {
   /// Faces still marked for coarsening after bisections were undone, one flag per face: what
   /// ImproveOptions::may_coarsen takes.
   std::vector<char> may_coarsen;

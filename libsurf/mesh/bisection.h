@@ -100,7 +100,7 @@ int coarsen(TriMesh& mesh, std::span<const OpenMesh::FaceHandle> marked,
 /// was not so before, bisections that made its vertices cannot be undone any more. For surfaces
 /// that have moved far since their edges were chosen, where halving these leaves thin children.
 /// Measured on a ball that is stretched in 100 small steps to the axes 1:3:1 while its area grows
-/// by 118, edges limited in each step (refine_long_edges()), alone and with improve() (improve.h)
+/// by 118, edges limited in each step, alone and with improve() (improve.h)
 /// after each step, which removes most of the history by itself:
 ///
 ///                                     alone                              with improve()
@@ -113,11 +113,5 @@ int coarsen(TriMesh& mesh, std::span<const OpenMesh::FaceHandle> marked,
 /// As here, the bisections of 33 % of the vertices can be undone at the end without improve().
 int bisect_at_longest_edges(TriMesh& mesh, std::span<const OpenMesh::FaceHandle> marked,
                             const BisectionHook& hook = {});
-
-/// Bisects all faces with an edge longer than max_length by bisect_at_longest_edges() until there
-/// is none.
-/// @param max_length  [mm], > 0
-/// @return            number of new vertices
-int refine_long_edges(TriMesh& mesh, double max_length, const BisectionHook& hook = {});
 
 }  // namespace surf::mesh

@@ -93,12 +93,6 @@ std::vector<double> values_at(const Points<3>& points,
   return values;
 }
 
-double largest(const std::vector<double>& values) {
-  double result = 0;
-  for (const double value : values) result = std::max(result, std::abs(value));
-  return result;
-}
-
 }  // namespace
 
 struct DistanceToSurface::Impl {
@@ -124,23 +118,8 @@ double DistanceToSurface::operator()(const Vector<3>& point) const {
 DistanceStatistics distances_from(const Triangles& surface,
                                   const std::function<double(const Vector<3>&)>& distance,
                                   const DistanceOptions& options) {
-  std::vector<double> values = values_at(samples(surface, options.n_samples), distance);
-  DistanceStatistics result;
-  for (double& value : values) {
-    result.signed_mean_mm += value;
-    value = std::abs(value);
-    result.mean_mm += value;
-    result.rms_mm += value * value;
-  }
-  const double n = double(values.size());
-  result.signed_mean_mm /= n;
-  result.mean_mm /= n;
-  result.rms_mm = std::sqrt(result.rms_mm / n);
-  result.max_mm = std::max(largest(values), largest(values_at(used_vertices(surface), distance)));
-  const auto p95 = values.begin() + static_cast<std::ptrdiff_t>(0.95 * (n - 1));
-  std::nth_element(values.begin(), p95, values.end());
-  result.p95_mm = *p95;
-  return result;
+  return distance_statistics(values_at(samples(surface, options.n_samples), distance),
+                             values_at(used_vertices(surface), distance));
 }
 
 SurfaceDistances surface_distances(const Triangles& first, const Triangles& second,
@@ -149,16 +128,8 @@ SurfaceDistances surface_distances(const Triangles& first, const Triangles& seco
   const auto function = [](const DistanceToSurface& distance) {
     return [&distance](const Vector<3>& point) { return distance(point); };
   };
-  SurfaceDistances result;
-  result.forward = distances_from(first, function(to_second), options);
-  result.backward = distances_from(second, function(to_first), options);
-  const double w = area_mm2(first), v = area_mm2(second);
-  const DistanceStatistics &f = result.forward, &b = result.backward;
-  result.mean_mm = (w * f.mean_mm + v * b.mean_mm) / (w + v);
-  result.rms_mm = std::sqrt((w * f.rms_mm * f.rms_mm + v * b.rms_mm * b.rms_mm) / (w + v));
-  result.p95_mm = std::max(f.p95_mm, b.p95_mm);
-  result.max_mm = std::max(f.max_mm, b.max_mm);
-  return result;
+  return symmetric_distances(distances_from(first, function(to_second), options), area_mm2(first),
+                             distances_from(second, function(to_first), options), area_mm2(second));
 }
 
 }  // namespace surf::mesh

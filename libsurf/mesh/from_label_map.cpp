@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "libsurf/base/arrays.h"
 #include "libsurf/base/error.h"
 #include "libsurf/mesh/marching_cubes.h"
 
@@ -111,14 +112,7 @@ class March {
   }
 
   Triangles result() const {
-    Triangles surface;
-    surface.points.resize(static_cast<Eigen::Index>(points_.size()), 3);
-    surface.elements.resize(static_cast<Eigen::Index>(elements_.size()), 3);
-    for (std::size_t i = 0; i < points_.size(); ++i)
-      surface.points.row(static_cast<Eigen::Index>(i)) = points_[i].transpose();
-    for (std::size_t i = 0; i < elements_.size(); ++i)
-      surface.elements.row(static_cast<Eigen::Index>(i)) =
-          Eigen::RowVector3i::Map(elements_[i].data());
+    Triangles surface{points_of<3>(points_), elements_of(elements_)};
     if (volume_.index_to_world().linear().determinant() < 0)
       surface.elements.col(1).swap(surface.elements.col(2));
     return surface;

@@ -9,9 +9,9 @@
 #include <map>
 
 #include "libsurf/base/error.h"
+#include "libsurf/mesh/detail/component_measures.h"
 #include "libsurf/mesh/detail/edge_uses.h"
 #include "libsurf/mesh/detail/ray_crossings.h"
-#include "libsurf/mesh/measure.h"
 
 namespace surf::mesh {
 namespace {
@@ -274,8 +274,6 @@ std::string to_string(Removal::Reason reason, int n) {
   }
   return is_one ? "component without a seed" : "components without a seed";
 }
-
-FilteredSurface without_phantoms(const Triangles& surface) { return Filter(surface).result(); }
 
 FilteredSurface filtered(const Triangles& surface, const SolidFilter& filter) {
   if (const std::string error = filter.error(); !error.empty()) throw UsageError(error);

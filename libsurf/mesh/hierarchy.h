@@ -5,32 +5,21 @@
 // intersect nor touch. The domain is where the surface's winding number is at least one.
 #pragma once
 
-#include <optional>
 #include <string>
 #include <vector>
 
 #include "libsurf/base/types.h"
+#include "libsurf/mesh/nesting.h"
 
 namespace surf::mesh {
 
 /// One edge-connected component.
-struct Shell {
+struct Shell : Nesting {
   int n_triangles = 0;
   double volume_mm3 = 0;  ///< enclosed by this shell alone, negative if its normals point inward
   double area_mm2 = 0;
   Vector<3> center_ras_mm = Vector<3>::Zero();  ///< centroid of the area
   int genus = 0;
-  bool is_outward = true;     ///< the sign of the exact volume, which rounding may hide
-  int depth = 0;              ///< number of shells that enclose it
-  std::optional<int> parent;  ///< the innermost of them
-  /// Winding number of the whole surface just before the shell, where its normals point to, and
-  /// behind it, where it is one more.
-  int winding_before = 0;
-  int winding_behind() const { return winding_before + 1; }
-
-  /// It separates the domain from the rest: winding number 0 before it, 1 behind. All others are
-  /// phantoms: an inverted shell in the open (-1 | 0), an outward one in an outward one (1 | 2).
-  bool is_real() const { return winding_before == 0; }
 };
 
 struct ShellHierarchy {
@@ -96,12 +85,10 @@ struct FilteredSurface {
   std::vector<Removal> removed;
 };
 
-/// Phantoms leave: the rest is the boundary of the domain. Algs. 14 to 16 also remove everything in
-/// a phantom; here a shell inside stays if it bounds the domain.
-FilteredSurface without_phantoms(const Triangles& surface);
-
-/// The same and what else the filter rules out. May leave nothing.
+/// Phantoms leave, so that the rest is the boundary of the domain, and what else the filter rules
+/// out. Algs. 14 to 16 also remove everything in a phantom; here a shell inside stays if it bounds
+/// the domain. May leave nothing.
 /// @throws UsageError  filter.error() is not empty
-FilteredSurface filtered(const Triangles& surface, const SolidFilter& filter);
+FilteredSurface filtered(const Triangles& surface, const SolidFilter& filter = {});
 
 }  // namespace surf::mesh

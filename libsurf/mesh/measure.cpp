@@ -1,12 +1,11 @@
 #include "libsurf/mesh/measure.h"
 
-#include <Eigen/Geometry>
 #include <algorithm>
-#include <cmath>
 #include <limits>
 #include <numbers>
 
-#include "libsurf/mesh/detail/edge_uses.h"
+#include "libsurf/base/products.h"
+#include "libsurf/mesh/detail/component_measures.h"
 
 namespace surf::mesh {
 namespace {
@@ -29,7 +28,7 @@ Vector<3> base_point(const Triangles& surface) {
 }
 
 double angle_deg(const Vector<3>& u, const Vector<3>& v) {
-  return std::atan2(u.cross(v).norm(), u.dot(v)) * 180.0 / std::numbers::pi;
+  return angle_between(u, v) * 180.0 / std::numbers::pi;
 }
 
 }  // namespace
@@ -46,7 +45,7 @@ double volume_mm3(const Triangles& surface) {
   double sixfold = 0;
   for (Eigen::Index row = 0; row < surface.elements.rows(); ++row) {
     const Corners at = corners(surface, row);
-    sixfold += (at.a - base).dot((at.b - base).cross(at.c - base));
+    sixfold += triple(at.a - base, at.b - base, at.c - base);
   }
   return sixfold / 6;
 }
@@ -58,7 +57,7 @@ Vector<3> centroid(const Triangles& surface) {
   for (Eigen::Index row = 0; row < surface.elements.rows(); ++row) {
     const auto [a, b, c] = corners(surface, row);
     const Vector<3> sum = a + b + c - 3 * base;
-    const double volume = (a - base).dot((b - base).cross(c - base));
+    const double volume = triple(a - base, b - base, c - base);
     const double area = (b - a).cross(c - a).norm();
     sixfold += volume;
     doubled += area;
@@ -94,7 +93,7 @@ std::vector<ComponentMeasures> measure_components(const Triangles& surface,
     const double area = at.doubled_area().norm() / 2;
     part.area_mm2 += area;
     part.area_centroid_mm += area / 3 * (at.a + at.b + at.c - 3 * base);
-    part.volume_mm3 += (at.a - base).dot((at.b - base).cross(at.c - base)) / 6;
+    part.volume_mm3 += triple(at.a - base, at.b - base, at.c - base) / 6;
     for (const int vertex : surface.elements.row(row)) vertices.emplace_back(number, vertex);
   }
   std::sort(vertices.begin(), vertices.end());

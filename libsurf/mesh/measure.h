@@ -4,7 +4,6 @@
 #include <vector>
 
 #include "libsurf/base/types.h"
-#include "libsurf/mesh/detail/edge_uses.h"
 
 namespace surf::mesh {
 
@@ -35,10 +34,6 @@ struct ComponentMeasures {
 
 /// Measures of each component, in the order of their first triangles.
 std::vector<ComponentMeasures> measure_components(const Triangles& surface);
-/// The same where the edges and components are known.
-std::vector<ComponentMeasures> measure_components(const Triangles& surface,
-                                                  const std::vector<EdgeUse>& uses,
-                                                  const Components& parts);
 
 /// Shape of the triangles.
 struct Quality {

@@ -7,31 +7,26 @@
 #include <cstdint>
 #include <vector>
 
+#include "libsurf/base/index_box.h"
 #include "libsurf/mesh/from_label_map.h"
 #include "libsurf/mesh/rasterize.h"
 
 namespace surf::mesh {
 namespace {
 
-/// Voxels lower <= (i, j, k) < upper.
-struct IndexBox {
-  std::array<int, 3> lower, upper;
-  int size(int axis) const { return upper[axis] - lower[axis]; }
-};
-
 /// Voxels whose parallelepiped the surface may meet.
-IndexBox box_of(const Triangles& surface, const Eigen::Affine3d& world_to_index) {
+IndexBox<3> box_of(const Triangles& surface, const Eigen::Affine3d& world_to_index) {
   Eigen::AlignedBox3d box;
   for (const auto element : surface.elements.rowwise())
     for (const int vertex : element)
       box.extend(world_to_index * Vector<3>(surface.points.row(vertex)));
-  IndexBox result{};
-  if (box.isEmpty()) return result;
+  if (box.isEmpty()) return {};
+  std::array<int, 3> lower, upper;
   for (int axis = 0; axis < 3; ++axis) {
-    result.lower[axis] = static_cast<int>(std::floor(box.min()[axis] + 0.5));
-    result.upper[axis] = static_cast<int>(std::floor(box.max()[axis] + 0.5)) + 1;
+    lower[axis] = static_cast<int>(std::floor(box.min()[axis] + 0.5));
+    upper[axis] = static_cast<int>(std::floor(box.max()[axis] + 0.5)) + 1;
   }
-  return result;
+  return IndexBox<3>::between(lower, upper);
 }
 
 /// Grid of s samples per axis in each voxel of the box: sample (0, 0, 0) is the first in the
@@ -45,19 +40,13 @@ Eigen::Affine3d sample_to_world(const Eigen::Affine3d& index_to_world,
 
 /// Labels of the box; outside the volume nothing is labelled.
 std::vector<std::uint8_t> labelled(const volume::Volume& labels, std::optional<int> label,
-                                   const IndexBox& box) {
-  std::vector<float> values(std::size_t(box.size(0)) * box.size(1) * box.size(2));
-  labels.copy_box(box.lower, box.upper, values.data());
+                                   const IndexBox<3>& box) {
+  std::vector<float> values(box.n());
+  labels.copy_box(box.lower, box.upper(), values.data());
+  const IndexBox<3> whole{{0, 0, 0}, labels.size()};
   std::vector<std::uint8_t> result(values.size());
-  std::size_t at = 0;
-  const auto is_inside = [&](int axis, int index) {
-    return index >= 0 && index < labels.size()[axis];
-  };
-  for (int k = box.lower[2]; k < box.upper[2]; ++k)
-    for (int j = box.lower[1]; j < box.upper[1]; ++j)
-      for (int i = box.lower[0]; i < box.upper[0]; ++i, ++at)
-        result[at] =
-            is_inside(0, i) && is_inside(1, j) && is_inside(2, k) && is_labelled(values[at], label);
+  for (std::size_t at = 0; at < values.size(); ++at)
+    result[at] = whole.contains(box.node(at)) && is_labelled(values[at], label);
   return result;
 }
 
@@ -77,9 +66,9 @@ struct SampleCounts {
 };
 
 SampleCounts count_slab(const Triangles& surface, const volume::Volume& labels,
-                        std::optional<int> label, const IndexBox& slab, int s) {
+                        std::optional<int> label, const IndexBox<3>& slab, int s) {
   const std::vector<std::uint8_t> mask = labelled(labels, label, slab);
-  const std::array<int, 3> size{slab.size(0) * s, slab.size(1) * s, slab.size(2) * s};
+  const std::array<int, 3> size{slab.size[0] * s, slab.size[1] * s, slab.size[2] * s};
   const std::vector<std::uint8_t> inside =
       rasterize(surface, size, sample_to_world(labels.index_to_world(), slab.lower, s));
   SampleCounts counts;
@@ -89,7 +78,7 @@ SampleCounts count_slab(const Triangles& surface, const volume::Volume& labels,
       for (int i = 0; i < size[0]; ++i, ++at) {
         if (!inside[at]) continue;
         ++counts.inside;
-        counts.common += mask[(std::size_t(k / s) * slab.size(1) + j / s) * slab.size(0) + i / s];
+        counts.common += mask[(std::size_t(k / s) * slab.size[1] + j / s) * slab.size[0] + i / s];
       }
   return counts;
 }
@@ -99,12 +88,13 @@ SampleCounts count_slab(const Triangles& surface, const volume::Volume& labels,
 Overlap overlap(const Triangles& surface, const volume::Volume& labels, std::optional<int> label,
                 int samples_per_axis) {
   constexpr int kSlab = 8;  // voxels
-  const IndexBox box = box_of(surface, labels.world_to_index());
+  const IndexBox<3> box = box_of(surface, labels.world_to_index());
+  const int end = box.upper()[2];
   SampleCounts counts;
-  for (int k = box.lower[2]; k < box.upper[2]; k += kSlab) {
-    IndexBox slab = box;
+  for (int k = box.lower[2]; k < end; k += kSlab) {
+    IndexBox<3> slab = box;
     slab.lower[2] = k;
-    slab.upper[2] = std::min(k + kSlab, box.upper[2]);
+    slab.size[2] = std::min(kSlab, end - k);
     const SampleCounts of_slab = count_slab(surface, labels, label, slab, samples_per_axis);
     counts.inside += of_slab.inside;
     counts.common += of_slab.common;

@@ -9,6 +9,7 @@
 #include <numbers>
 #include <vector>
 
+#include "libsurf/base/arrays.h"
 #include "libsurf/base/error.h"
 
 namespace surf::mesh {
@@ -42,23 +43,12 @@ class PointSet {
     return at->second;
   }
 
-  Points<3> points() const {
-    Points<3> result(points_.size(), 3);
-    for (std::size_t i = 0; i < points_.size(); ++i) result.row(i) = points_[i].transpose();
-    return result;
-  }
+  Points<3> points() const { return points_of<3>(points_); }
 
  private:
   std::map<Key, int> indices_;
   std::vector<Vector3d> points_;
 };
-
-Elements<3> to_elements(const std::vector<std::array<int, 3>>& triangles) {
-  Elements<3> result(triangles.size(), 3);
-  for (std::size_t j = 0; j < triangles.size(); ++j)
-    for (int corner = 0; corner < 3; ++corner) result(j, corner) = triangles[j][corner];
-  return result;
-}
 
 std::array<Vector3d, 12> icosahedron_points() {
   constexpr double kGolden = std::numbers::phi;
@@ -134,7 +124,7 @@ Triangles unit_sphere(int k) {
           triangles.push_back({vertex(i + 1, j), vertex(i + 1, j + 1), vertex(i, j + 1)});
       }
   }
-  return {points.points(), to_elements(triangles)};
+  return {points.points(), elements_of(triangles)};
 }
 
 /// Parts of the icosahedron's edges for a sphere of the given radius.
@@ -216,26 +206,10 @@ Triangles box(const Vector3d& lower, const Vector3d& upper, double edge_length) 
           }
         }
     }
-  return {points.points(), to_elements(triangles)};
+  return {points.points(), elements_of(triangles)};
 }
 
-Triangles joined(const std::vector<Triangles>& parts) {
-  Eigen::Index n_points = 0, n_triangles = 0;
-  for (const Triangles& part : parts) {
-    n_points += part.points.rows();
-    n_triangles += part.elements.rows();
-  }
-  Triangles all{Points<3>(n_points, 3), Elements<3>(n_triangles, 3)};
-  Eigen::Index point = 0, triangle = 0;
-  for (const Triangles& part : parts) {
-    all.points.middleRows(point, part.points.rows()) = part.points;
-    all.elements.middleRows(triangle, part.elements.rows()) =
-        part.elements.array() + static_cast<int>(point);
-    point += part.points.rows();
-    triangle += part.elements.rows();
-  }
-  return all;
-}
+Triangles joined(const std::vector<Triangles>& parts) { return all_of(parts); }
 
 Triangles flipped(Triangles surface) {
   surface.elements.col(1).swap(surface.elements.col(2));

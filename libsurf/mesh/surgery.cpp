@@ -2,20 +2,20 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Geometry>
+#include <OpenMesh/Core/Utils/PropertyManager.hh>
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdint>
 #include <limits>
 #include <map>
-#include <set>
 #include <unordered_map>
 
+#include "libsurf/base/disjoint_sets.h"
 #include "libsurf/base/error.h"
 #include "libsurf/mesh/bisection.h"
-#include "libsurf/mesh/detail/edge_uses.h"
-#include "libsurf/mesh/detail/surgery_region.h"
+#include "libsurf/mesh/detail/event_refinement.h"
+#include "libsurf/mesh/detail/rebuilt_regions.h"
+#include "libsurf/mesh/detail/surgery_cluster.h"
 #include "libsurf/mesh/measure.h"
 #include "libsurf/mesh/self_intersections.h"
 #include "libsurf/mesh/triangle_shape.h"
@@ -23,10 +23,6 @@
 namespace surf::mesh {
 namespace {
 
-using OpenMesh::FaceHandle;
-using OpenMesh::VertexHandle;
-
-constexpr double kReach = 2;  // of a region along the surface, in units of the resolution
 constexpr double kGrowthOfReach = 1.6;
 constexpr int kMostGrowths = 3;
 constexpr int kLocalGrowths = 4;  // of a patch that intersects others, before its reach grows
@@ -36,21 +32,16 @@ class Surgery {
  public:
   Surgery(TriMesh& mesh, std::vector<char> events, const SurgeryOptions& options,
           const BisectionHook& hook)
-      : mesh_(mesh), options_(options), hook_(hook), h_(options.resolution_mm) {
-    mesh_.add_property(is_event_);
-    for (int t = 0; t < static_cast<int>(events.size()); ++t)
-      mesh_.property(is_event_, FaceHandle(t)) = events[t];
+      : mesh_(mesh), options_(options), hook_(hook), h_(options.resolution_mm), is_event_(mesh) {
+    for (int t = 0; t < static_cast<int>(events.size()); ++t) is_event_[FaceHandle(t)] = events[t];
   }
-  ~Surgery() { mesh_.remove_property(is_event_); }
-  Surgery(const Surgery&) = delete;
-  Surgery& operator=(const Surgery&) = delete;
 
   SurgeryReport run() {
-    refine_near_events();
+    refine_near_events(mesh_, is_event_, h_, hook_);
     const ConnectedSurface surface(mesh_);
     std::vector<char> is_event(surface.triangles.elements.rows());
     for (int t = 0; t < static_cast<int>(is_event.size()); ++t)
-      is_event[t] = mesh_.property(is_event_, FaceHandle(t));
+      is_event[t] = is_event_[FaceHandle(t)];
     make_clusters(surface, is_event);
     SurgeryReport report;
     constexpr int kRounds = 200;  // each enlarges or joins a cluster
@@ -59,7 +50,9 @@ class Surgery {
       if (join_overlapping(surface)) continue;
       if (!enlarge_intersecting(surface, is_event)) {
         const std::vector<Cluster> refused = refuse_handles(surface);
-        describe(surface, report.regions);
+        report.regions = rebuilt_regions(surface, clusters_);
+        for (std::size_t c = 0; c < clusters_.size(); ++c)
+          report.regions[c].is_whole = std::isinf(reach(clusters_[c]));
         apply(surface);
         if (!refused.empty()) report.refused = flags_of_events();
         return report;
@@ -73,83 +66,11 @@ class Surgery {
   }
 
  private:
-  struct Cluster {
-    std::vector<int> events;
-    std::vector<int> others;  // see RegionRequest
-    int n_failures = 0, n_growths = 0;
-    bool is_planned = false;
-    Patch patch;
-  };
-
   double reach(const Cluster& cluster) const {
     return cluster.n_failures + 1 >= options_.max_attempts
                ? std::numeric_limits<double>::infinity()
                : kReach * h_ * std::pow(kGrowthOfReach, std::min(cluster.n_failures, kMostGrowths));
   }
-
-  /// Alg. 11: faces near events get edges of the resolution's size.
-  void refine_near_events() {
-    constexpr int kRounds = 24;
-    for (int round = 0; round < kRounds; ++round) {
-      std::vector<Vector<3>> places;
-      for (const FaceHandle face : mesh_.faces())
-        if (mesh_.property(is_event_, face)) places.push_back(mesh_.calc_face_centroid(face));
-      const Neighbourhood near(places, (kReach + kLongestEdgeAtEvent) * h_);
-      std::vector<FaceHandle> marked;
-      for (const FaceHandle face : mesh_.faces()) {
-        double longest = 0;
-        for (const auto side : mesh_.fh_range(face))
-          longest = std::max(longest, mesh_.calc_edge_length(side));
-        if (longest <= kLongestEdgeAtEvent * h_) continue;
-        if (mesh_.property(is_event_, face) ||
-            near.contains(mesh_.calc_face_centroid(face), longest))
-          marked.push_back(face);
-      }
-      if (marked.empty()) return;
-      bisect(mesh_, marked, hook_);
-    }
-  }
-
-  /// Places by the cells of a coarse grid.
-  class Neighbourhood {
-   public:
-    Neighbourhood(const std::vector<Vector<3>>& places, double reach) : reach_(reach) {
-      for (const Vector<3>& place : places) cells_[cell_of(place)].push_back(place);
-    }
-    /// Whether a place lies within the reach, longer by some length.
-    bool contains(const Vector<3>& at, double more) const {
-      const double reach = reach_ + more;
-      const std::array<int, 3> low = cell_of(at.array() - reach),
-                               high = cell_of(at.array() + reach);
-      if (std::size_t n =
-              std::size_t(high[0] - low[0] + 1) * (high[1] - low[1] + 1) * (high[2] - low[2] + 1);
-          n > cells_.size()) {
-        for (const auto& [cell, places] : cells_)
-          if (is_near(places, at, reach)) return true;
-        return false;
-      }
-      for (int x = low[0]; x <= high[0]; ++x)
-        for (int y = low[1]; y <= high[1]; ++y)
-          for (int z = low[2]; z <= high[2]; ++z)
-            if (const auto cell = cells_.find({x, y, z});
-                cell != cells_.end() && is_near(cell->second, at, reach))
-              return true;
-      return false;
-    }
-
-   private:
-    static bool is_near(const std::vector<Vector<3>>& places, const Vector<3>& at, double reach) {
-      return std::any_of(places.begin(), places.end(), [&](const Vector<3>& place) {
-        return (place - at).squaredNorm() <= reach * reach;
-      });
-    }
-    std::array<int, 3> cell_of(const Vector<3>& at) const {
-      const Eigen::Array3d cell = (at.array() / reach_).floor();
-      return {int(cell[0]), int(cell[1]), int(cell[2])};
-    }
-    double reach_;
-    std::map<std::array<int, 3>, std::vector<Vector<3>>> cells_;
-  };
 
   /// Events whose regions may meet are one cluster.
   void make_clusters(const ConnectedSurface& surface, const std::vector<char>& is_event) {
@@ -266,75 +187,6 @@ class Surgery {
     return join(sets);
   }
 
-  /// The surface with all patches.
-  struct Patched {
-    Points<3> points;
-    Elements<3> elements;
-    std::vector<int> owner;  // cluster of each triangle, -1 for those that stay
-    std::vector<int> kept;   // number of those that stay, which are the first ones
-  };
-
-  Patched patched(const ConnectedSurface& surface) const {
-    const Triangles& old = surface.triangles;
-    std::vector<char> is_removed(old.elements.rows(), 0);
-    std::size_t n_points = old.points.rows(), n_triangles = old.elements.rows();
-    for (const Cluster& cluster : clusters_) {
-      for (const int t : cluster.patch.removed) is_removed[t] = 1;
-      n_points += cluster.patch.points.size();
-      n_triangles += cluster.patch.triangles.size() - cluster.patch.removed.size();
-    }
-    Patched out;
-    out.points.resize(static_cast<Eigen::Index>(n_points), 3);
-    out.points.topRows(old.points.rows()) = old.points;
-    out.elements.resize(static_cast<Eigen::Index>(n_triangles), 3);
-    out.owner.assign(n_triangles, -1);
-    Eigen::Index row = 0, point = old.points.rows();
-    for (Eigen::Index t = 0; t < old.elements.rows(); ++t)
-      if (!is_removed[t]) {
-        out.elements.row(row++) = old.elements.row(t);
-        out.kept.push_back(static_cast<int>(t));
-      }
-    for (std::size_t c = 0; c < clusters_.size(); ++c) {
-      const Patch& patch = clusters_[c].patch;
-      const int shift = static_cast<int>(point - old.points.rows());
-      for (const auto& triangle : patch.triangles) {
-        for (int i = 0; i < 3; ++i)
-          out.elements(row, i) =
-              triangle[i] < old.points.rows() ? triangle[i] : triangle[i] + shift;
-        out.owner[row++] = static_cast<int>(c);
-      }
-      for (const Vector<3>& p : patch.points) out.points.row(point++) = p;
-    }
-    return out;
-  }
-
-  /// Clusters with a side that another triangle runs through the same way, or whose two ends are an
-  /// edge of the rest already.
-  void mark_crowded_edges(const Patched& all, std::vector<char>& is_bad) const {
-    struct Side {
-      int from, to, owner;
-      auto operator<=>(const Side&) const = default;
-    };
-    std::vector<Side> sides;  // of new triangles
-    std::vector<char> is_used(all.points.rows(), 0);
-    for (Eigen::Index t = 0; t < all.elements.rows(); ++t)
-      for (int i = 0; all.owner[t] >= 0 && i < 3; ++i) {
-        sides.push_back({all.elements(t, i), all.elements(t, (i + 1) % 3), all.owner[t]});
-        is_used[all.elements(t, i)] = 1;
-      }
-    std::sort(sides.begin(), sides.end());
-    for (std::size_t i = 1; i < sides.size(); ++i)
-      if (sides[i].from == sides[i - 1].from && sides[i].to == sides[i - 1].to)
-        is_bad[sides[i].owner] = 1;
-    for (Eigen::Index t = 0; t < all.elements.rows(); ++t)
-      for (int i = 0; all.owner[t] < 0 && i < 3; ++i) {
-        const int from = all.elements(t, i), to = all.elements(t, (i + 1) % 3);
-        if (!is_used[from] || !is_used[to]) continue;
-        const auto at = std::lower_bound(sides.begin(), sides.end(), Side{from, to, -1});
-        if (at != sides.end() && at->from == from && at->to == to) is_bad[at->owner] = 1;
-      }
-  }
-
   /// Where a new triangle intersects others, the stars of its vertices on the old surface join the
   /// region. False if they have already.
   static bool grow_at(const ConnectedSurface& surface, const Eigen::Matrix<int, 1, 3>& triangle,
@@ -354,7 +206,7 @@ class Surgery {
   /// Whether a patch has triangles without area or that intersect others. It needs more reach, and
   /// what it intersects is too close to stay.
   bool enlarge_intersecting(const ConnectedSurface& surface, std::vector<char>& is_event) {
-    const Patched all = patched(surface);
+    const PatchedSurface all = patched(surface, clusters_);
     std::vector<char> is_new(all.owner.size());
     std::vector<char> is_bad(clusters_.size(), 0), has_more(clusters_.size(), 0),
         has_grown(clusters_.size(), 0);
@@ -400,7 +252,7 @@ class Surgery {
     all.swap(clusters_);
     for (Cluster& cluster : all) {
       clusters_.push_back(std::move(cluster));
-      const Patched now = patched(surface);
+      const PatchedSurface now = patched(surface, clusters_);
       int genus = 0;
       for (const ComponentMeasures& shell : measure_components({now.points, now.elements}))
         genus = std::max(genus, shell.genus());
@@ -413,104 +265,8 @@ class Surgery {
 
   std::vector<char> flags_of_events() const {
     std::vector<char> flags(mesh_.n_faces());
-    for (int t = 0; t < static_cast<int>(flags.size()); ++t)
-      flags[t] = mesh_.property(is_event_, FaceHandle(t));
+    for (int t = 0; t < static_cast<int>(flags.size()); ++t) flags[t] = is_event_[FaceHandle(t)];
     return flags;
-  }
-
-  void describe(const ConnectedSurface& surface, std::vector<RebuiltRegion>& regions) const {
-    const Patched all = patched(surface);
-    Shells before(surface.triangles.points, surface.triangles.elements);
-    Shells after(all.points, all.elements);
-    std::vector<std::vector<int>> added(clusters_.size());
-    for (int t = 0; t < static_cast<int>(all.owner.size()); ++t)
-      if (all.owner[t] >= 0) added[all.owner[t]].push_back(t);
-    for (std::size_t c = 0; c < clusters_.size(); ++c) {
-      const Cluster& cluster = clusters_[c];
-      RebuiltRegion& region = regions.emplace_back();
-      region.place = Eigen::Vector3d::Zero();
-      for (const int t : cluster.events) region.place += surface.centroid(t);
-      region.place /= double(cluster.events.size());
-      region.n_events = static_cast<int>(cluster.events.size());
-      region.n_removed = static_cast<int>(cluster.patch.removed.size());
-      region.n_added = static_cast<int>(cluster.patch.triangles.size());
-      region.is_whole = std::isinf(reach(cluster));
-      // Both parts have the same rim, so the reference point does not matter.
-      region.volume_change_mm3 = enclosed(all.points, all.elements, added[c], region.place) -
-                                 enclosed(surface.triangles.points, surface.triangles.elements,
-                                          cluster.patch.removed, region.place);
-      region.change =
-          change(surface, cluster, before.of(cluster.patch.removed), after.of(added[c]), after);
-    }
-  }
-
-  /// Components of a surface, and the volume of each.
-  class Shells {
-   public:
-    Shells(const Points<3>& points, const Elements<3>& elements)
-        : elements_(elements), sets_(points.rows()), volume_(points.rows(), 0.0) {
-      for (const auto t : elements.rowwise()) {
-        sets_.join(t[0], t[1]);
-        sets_.join(t[0], t[2]);
-      }
-      for (Eigen::Index t = 0; t < elements.rows(); ++t) {
-        const Vector<3> a = points.row(elements(t, 0)), b = points.row(elements(t, 1)),
-                        c = points.row(elements(t, 2));
-        volume_[sets_.find(elements(t, 0))] += a.cross(b).dot(c) / 6;
-      }
-    }
-    /// Those of some triangles.
-    std::set<int> of(const std::vector<int>& triangles) {
-      std::set<int> out;
-      for (const int t : triangles) out.insert(sets_.find(elements_(t, 0)));
-      return out;
-    }
-    double volume(int shell) const { return volume_[shell]; }
-
-   private:
-    const Elements<3>& elements_;
-    DisjointSets sets_;
-    std::vector<double> volume_;
-  };
-
-  static double enclosed(const Points<3>& points, const Elements<3>& elements,
-                         const std::vector<int>& triangles, const Vector<3>& reference) {
-    double volume = 0;
-    for (const int t : triangles) {
-      const Vector<3> a = points.row(elements(t, 0)).transpose() - reference,
-                      b = points.row(elements(t, 1)).transpose() - reference,
-                      c = points.row(elements(t, 2)).transpose() - reference;
-      volume += a.cross(b).dot(c) / 6;
-    }
-    return volume;
-  }
-
-  static TopologyChange change(const ConnectedSurface& surface, const Cluster& cluster,
-                               const std::set<int>& before, const std::set<int>& now,
-                               const Shells& after) {
-    if (now.empty()) return TopologyChange::kVanishing;
-    if (now.size() > before.size()) {
-      const bool has_cavity =
-          std::any_of(now.begin(), now.end(), [&](int shell) { return after.volume(shell) < 0; });
-      return has_cavity ? TopologyChange::kInsideOpening : TopologyChange::kSplitting;
-    }
-    if (now.size() < before.size()) return TopologyChange::kMerging;
-    const int euler = euler_change(surface, cluster);
-    if (euler == 0) return TopologyChange::kUntangling;
-    return euler < 0 ? TopologyChange::kSelfMerging : TopologyChange::kHandleClosing;
-  }
-
-  /// Change of V - E + F. The rim stays, so that two more sides of triangles are one edge more.
-  static int euler_change(const ConnectedSurface& surface, const Cluster& cluster) {
-    const Patch& patch = cluster.patch;
-    std::unordered_map<int, int> n_removed;  // of each vertex
-    for (const int t : patch.removed)
-      for (int i = 0; i < 3; ++i) ++n_removed[surface.triangles.elements(t, i)];
-    const auto n_gone = std::count_if(n_removed.begin(), n_removed.end(), [&](const auto& entry) {
-      return std::size_t(entry.second) == surface.stars[entry.first].size();
-    });
-    const int new_faces = int(patch.triangles.size()) - int(patch.removed.size());
-    return int(patch.points.size()) - int(n_gone) - new_faces / 2;
   }
 
   void apply(const ConnectedSurface& surface) {
@@ -525,7 +281,7 @@ class Surgery {
         const auto handle = [&](int v) { return VertexHandle(v < n_old ? v : v - n_old + first); };
         const FaceHandle face = mesh_.add_face(handle(t[0]), handle(t[1]), handle(t[2]));
         if (!face.is_valid()) throw InvalidMesh("surgery: a patch is not a manifold");
-        mesh_.property(is_event_, face) = 0;
+        is_event_[face] = 0;
         added.push_back(face);
       }
     }
@@ -539,7 +295,7 @@ class Surgery {
   const SurgeryOptions& options_;
   const BisectionHook& hook_;
   double h_;
-  OpenMesh::FPropHandleT<char> is_event_;
+  OpenMesh::FProp<char> is_event_;
   std::vector<Cluster> clusters_;
 };
 
@@ -551,26 +307,6 @@ std::string SurgeryOptions::error() const {
   if (max_attempts < 1)
     return fmt::format("SurgeryOptions::max_attempts = {} violates >= 1", max_attempts);
   return {};
-}
-
-std::string to_string(TopologyChange change) {
-  switch (change) {
-    case TopologyChange::kUntangling:
-      return "untangling";
-    case TopologyChange::kMerging:
-      return "merging";
-    case TopologyChange::kSelfMerging:
-      return "self-merging";
-    case TopologyChange::kHandleClosing:
-      return "handle-closing";
-    case TopologyChange::kSplitting:
-      return "splitting";
-    case TopologyChange::kInsideOpening:
-      return "inside-opening";
-    case TopologyChange::kVanishing:
-      break;
-  }
-  return "vanishing";
 }
 
 SurgeryReport operate(TriMesh& mesh, std::vector<char> events, const SurgeryOptions& options,

@@ -14,11 +14,6 @@
 namespace surf::mesh {
 namespace {
 
-using EdgeHandle = OpenMesh::EdgeHandle;
-using FaceHandle = OpenMesh::FaceHandle;
-using HalfedgeHandle = OpenMesh::HalfedgeHandle;
-using VertexHandle = OpenMesh::VertexHandle;
-
 /// Side `corner` -> `corner + 1` of a triangle.
 struct Side {
   std::uint64_t vertices;  // smaller index in the upper half, larger in the lower: sorts as a pair

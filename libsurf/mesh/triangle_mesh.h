@@ -19,6 +19,11 @@ inline void OpenMesh::PropertyT<Eigen::Vector3d>::push_back() {
 
 namespace surf::mesh {
 
+using OpenMesh::EdgeHandle;
+using OpenMesh::FaceHandle;
+using OpenMesh::HalfedgeHandle;
+using OpenMesh::VertexHandle;
+
 struct TriMeshTraits : OpenMesh::DefaultTraits {
   using Point = Eigen::Vector3d;
   using Normal = Eigen::Vector3d;

@@ -18,10 +18,6 @@ Corners corners(const TriMesh& mesh, OpenMesh::FaceHandle face) {
           mesh.point(mesh.to_vertex_handle(second))};
 }
 
-double angle_deg(const Eigen::Vector3d& u, const Eigen::Vector3d& v) {
-  return std::atan2(u.cross(v).norm(), u.dot(v)) * 180 / std::numbers::pi;
-}
-
 }  // namespace
 
 AngleCosines angle_cosines(const Eigen::Vector3d& a, const Eigen::Vector3d& b,
@@ -38,37 +34,6 @@ AngleCosines angle_cosines(const Eigen::Vector3d& a, const Eigen::Vector3d& b,
 AngleCosines angle_cosines(const TriMesh& mesh, OpenMesh::FaceHandle face) {
   const auto [a, b, c] = corners(mesh, face);
   return angle_cosines(a, b, c);
-}
-
-Points<3> angles_deg(const TriMesh& mesh) {
-  Points<3> result(mesh.n_faces(), 3);
-  for (const auto face : mesh.faces()) {
-    const auto [a, b, c] = corners(mesh, face);
-    result.row(face.idx()) << angle_deg(b - a, c - a), angle_deg(c - b, a - b),
-        angle_deg(a - c, b - c);
-  }
-  return result;
-}
-
-double enclosed_volume(const TriMesh& mesh) {
-  Eigen::Vector3d centre = Eigen::Vector3d::Zero();
-  for (const auto vertex : mesh.vertices()) centre += mesh.point(vertex);
-  centre /= static_cast<double>(mesh.n_vertices());
-  double volume = 0;
-  for (const auto face : mesh.faces()) {
-    const auto [a, b, c] = corners(mesh, face);
-    volume += (a - centre).dot((b - centre).cross(c - centre));
-  }
-  return volume / 6;
-}
-
-double surface_area(const TriMesh& mesh) {
-  double area = 0;
-  for (const auto face : mesh.faces()) {
-    const auto [a, b, c] = corners(mesh, face);
-    area += area_normal(a, b, c).norm();
-  }
-  return area / 2;
 }
 
 double cos_deg(double degrees) { return std::cos(degrees * std::numbers::pi / 180); }

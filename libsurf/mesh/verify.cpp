@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "libsurf/base/disjoint_sets.h"
 #include "libsurf/mesh/detail/edge_uses.h"
 #include "libsurf/mesh/hierarchy.h"
 #include "libsurf/mesh/measure.h"

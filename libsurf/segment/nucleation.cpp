@@ -1,9 +1,10 @@
 #include "libsurf/segment/nucleation.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdint>
+
+#include "libsurf/base/index_box.h"
 
 namespace surf::segment {
 namespace {
@@ -23,45 +24,35 @@ class Lattice {
     }
     Vector<Dim> first;
     for (int axis = 0; axis < Dim; ++axis) {
-      lower_[axis] = int(std::floor(low[axis])) - 1;
-      size_[axis] = int(std::ceil(high[axis])) + 2 - lower_[axis];
-      first[axis] = lower_[axis];
+      box_.lower[axis] = int(std::floor(low[axis])) - 1;
+      box_.size[axis] = int(std::ceil(high[axis])) + 2 - box_.lower[axis];
+      first[axis] = box_.lower[axis];
     }
-    inside_ = setting.rasterized(shape, size_,
+    inside_ = setting.rasterized(shape, box_.size,
                                  extent_.index_to_world * Eigen::Translation<double, Dim>(first));
     depth_.assign(inside_.size(), 0);
   }
 
   std::size_t n() const { return inside_.size(); }
   bool is_inside(std::size_t at) const { return inside_[at] != 0; }
-  std::array<int, Dim> index(std::size_t at) const {
-    std::array<int, Dim> out;
-    for (int axis = 0; axis < Dim; ++axis, at /= size_[axis - 1]) out[axis] = int(at % size_[axis]);
-    return out;
-  }
   Vector<Dim> position(std::size_t at) const {
-    const auto here = index(at);
+    const auto here = box_.node(at);
     Vector<Dim> out;
-    for (int axis = 0; axis < Dim; ++axis) out[axis] = here[axis] + lower_[axis];
+    for (int axis = 0; axis < Dim; ++axis) out[axis] = here[axis];
     return extent_.index_to_world * out;
   }
   /// Calls visit(neighbour) for the neighbours along the axes; the box has a border that is
   /// outside.
   template <class Visit>
   void for_neighbours(std::size_t at, const Visit& visit) const {
-    const auto here = index(at);
-    std::size_t stride = 1;
-    for (int axis = 0; axis < Dim; stride *= size_[axis], ++axis) {
-      if (here[axis] > 0) visit(at - stride);
-      if (here[axis] + 1 < size_[axis]) visit(at + stride);
-    }
+    box_.for_neighbours(at, visit);
   }
   /// Layers of neighbours to the next cell that is not wanted; 0 where this one is not.
   std::vector<int>& depth() { return depth_; }
 
  private:
   const ImageExtent<Dim>& extent_;
-  std::array<int, Dim> lower_, size_;
+  IndexBox<Dim> box_;
   std::vector<std::uint8_t> inside_;
   std::vector<int> depth_;
 };

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "libsurf/base/error.h"
+#include "libsurf/base/index_box.h"
 #include "libsurf/volume/detail/spline.h"
 
 namespace surf::volume {
@@ -15,17 +16,10 @@ namespace {
 using Index3 = std::array<int, 3>;
 
 /// A box of float values, i fastest.
-struct Box {
-  Index3 lower, upper;
+struct Box : IndexBox<3> {
   std::vector<float> values;
 
-  Box(const Index3& low, const Index3& high) : lower(low), upper(high) {
-    values.resize(std::size_t(extent(0)) * extent(1) * extent(2));
-  }
-  int extent(int axis) const { return upper[axis] - lower[axis]; }
-  std::size_t stride(int axis) const {
-    return axis == 0 ? 1 : axis == 1 ? extent(0) : std::size_t(extent(0)) * extent(1);
-  }
+  Box(const Index3& low, const Index3& high) : IndexBox<3>(between(low, high)), values(n()) {}
 };
 
 Index3 widened(Index3 index, const Index3& by, int sign) {
@@ -50,7 +44,7 @@ std::array<double, 3> sigma_in_voxels(const Volume& volume, double sigma_mm) {
 /// lower <= index < upper of the coarser grid; `in` covers what they need.
 Box convolved(const Box& in, int axis, const Kernel& half, int factor, int lower, int upper) {
   const int radius = static_cast<int>(half.size()) - 1;
-  Index3 out_lower = in.lower, out_upper = in.upper;
+  Index3 out_lower = in.lower, out_upper = in.upper();
   out_lower[axis] = lower;
   out_upper[axis] = upper;
   Box out(out_lower, out_upper);
@@ -58,16 +52,16 @@ Box convolved(const Box& in, int axis, const Kernel& half, int factor, int lower
   const std::size_t along = axis == 0 ? factor : 1;  // from one value of a row to the next
   const auto across = [&](int other) { return in.stride(other) * (other == axis ? factor : 1); };
   std::size_t to = 0;
-  std::vector<double> sums(out.extent(0));
-  for (int k = 0; k < out.extent(2); ++k)
-    for (int j = 0; j < out.extent(1); ++j) {
+  std::vector<double> sums(out.size[0]);
+  for (int k = 0; k < out.size[2]; ++k)
+    for (int j = 0; j < out.size[1]; ++j) {
       const float* centre = in.values.data() + k * across(2) + j * across(1) + radius * step;
-      for (int i = 0; i < out.extent(0); ++i) sums[i] = half[0] * centre[i * along];
+      for (int i = 0; i < out.size[0]; ++i) sums[i] = half[0] * centre[i * along];
       for (int d = 1; d <= radius; ++d)
-        for (int i = 0; i < out.extent(0); ++i)
+        for (int i = 0; i < out.size[0]; ++i)
           sums[i] +=
               half[d] * (double(centre[i * along - d * step]) + centre[i * along + d * step]);
-      for (int i = 0; i < out.extent(0); ++i) out.values[to++] = static_cast<float>(sums[i]);
+      for (int i = 0; i < out.size[0]; ++i) out.values[to++] = static_cast<float>(sums[i]);
     }
   return out;
 }
@@ -132,26 +126,26 @@ class Smoother {
   Box selected(const Index3& lower, const Index3& upper) const {
     const Index3 radius = radii(selective_);
     Box raw(widened(lower, radius, -1), widened(upper, radius, 1));
-    volume_.copy_box(raw.lower, raw.upper, raw.values.data());
+    volume_.copy_box(raw.lower, raw.upper(), raw.values.data());
     if (radius == Index3{0, 0, 0}) return raw;
     Box out(lower, upper);
     std::size_t to = 0;
-    for (int k = 0; k < out.extent(2); ++k)
-      for (int j = 0; j < out.extent(1); ++j)
-        for (int i = 0; i < out.extent(0); ++i)
+    for (int k = 0; k < out.size[2]; ++k)
+      for (int j = 0; j < out.size[1]; ++j)
+        for (int i = 0; i < out.size[0]; ++i)
           out.values[to++] =
               selective_mean(raw, i + radius[0], j + radius[1], k + radius[2], radius);
     return out;
   }
 
   float selective_mean(const Box& raw, int i, int j, int k, const Index3& radius) const {
-    const float* centre = raw.values.data() + k * raw.stride(2) + j * raw.stride(1) + i;
+    const auto row = std::ptrdiff_t(raw.stride(1)), slice = std::ptrdiff_t(raw.stride(2));
+    const float* centre = raw.values.data() + k * slice + j * row + i;
     double sum = 0, weights = 0;
     for (int c = -radius[2]; c <= radius[2]; ++c)
       for (int b = -radius[1]; b <= radius[1]; ++b)
         for (int a = -radius[0]; a <= radius[0]; ++a) {
-          const float value =
-              centre[std::ptrdiff_t(c) * raw.stride(2) + std::ptrdiff_t(b) * raw.stride(1) + a];
+          const float value = centre[c * slice + b * row + a];
           if (std::abs(value - *centre) > threshold_) continue;
           const double weight =
               selective_[0][std::abs(a)] * selective_[1][std::abs(b)] * selective_[2][std::abs(c)];
@@ -172,13 +166,13 @@ class Smoother {
 Box filtered(const Box& in, int axis, const std::array<float, 3>& weights) {
   Index3 by = {0, 0, 0};
   by[axis] = 1;
-  Box out(widened(in.lower, by, 1), widened(in.upper, by, -1));
+  Box out(widened(in.lower, by, 1), widened(in.upper(), by, -1));
   const std::size_t step = in.stride(axis);
   float* to = out.values.data();
-  for (int k = 0; k < out.extent(2); ++k)
-    for (int j = 0; j < out.extent(1); ++j, to += out.extent(0)) {
+  for (int k = 0; k < out.size[2]; ++k)
+    for (int j = 0; j < out.size[1]; ++j, to += out.size[0]) {
       const float* from = in.values.data() + k * in.stride(2) + j * in.stride(1);
-      for (int i = 0; i < out.extent(0); ++i)
+      for (int i = 0; i < out.size[0]; ++i)
         to[i] =
             weights[0] * from[i] + weights[1] * from[i + step] + weights[2] * from[i + 2 * step];
     }
@@ -237,23 +231,22 @@ std::shared_ptr<const TiledField> edge_indicator(const Volume& volume,
   const auto smoother = std::make_shared<const Smoother>(volume, smoothing);
   // Gradients in units of lambda.
   const Eigen::Matrix3d scaled = smoother->grid().index_to_world.linear().inverse() / lambda;
-  return std::make_shared<const TiledField>(
-      smoother->grid(), [=](const Index3& lower, const Index3& upper, float* out) {
-        const Box box = smoother->box(widened(lower, {1, 1, 1}, -1), widened(upper, {1, 1, 1}, 1));
-        if (is_constant(box)) {
-          const std::size_t n =
-              std::size_t(box.extent(0) - 2) * (box.extent(1) - 2) * (box.extent(2) - 2);
-          std::fill(out, out + n, 1.0f);
-          return;
-        }
-        const std::array<Box, 3> gradient = index_gradient(box, filter);
-        for (std::size_t at = 0; at < gradient[0].values.size(); ++at) {
-          const Eigen::Vector3d along(gradient[0].values[at], gradient[1].values[at],
-                                      gradient[2].values[at]);
-          const double squared = (scaled.transpose() * along).squaredNorm();
-          out[at] = static_cast<float>(1 / (1 + squared));
-        }
-      });
+  return std::make_shared<const TiledField>(smoother->grid(), [=](const Index3& lower,
+                                                                  const Index3& upper, float* out) {
+    const Box box = smoother->box(widened(lower, {1, 1, 1}, -1), widened(upper, {1, 1, 1}, 1));
+    if (is_constant(box)) {
+      const std::size_t n = std::size_t(box.size[0] - 2) * (box.size[1] - 2) * (box.size[2] - 2);
+      std::fill(out, out + n, 1.0f);
+      return;
+    }
+    const std::array<Box, 3> gradient = index_gradient(box, filter);
+    for (std::size_t at = 0; at < gradient[0].values.size(); ++at) {
+      const Eigen::Vector3d along(gradient[0].values[at], gradient[1].values[at],
+                                  gradient[2].values[at]);
+      const double squared = (scaled.transpose() * along).squaredNorm();
+      out[at] = static_cast<float>(1 / (1 + squared));
+    }
+  });
 }
 
 }  // namespace surf::volume

@@ -15,20 +15,21 @@
 #include <vector>
 
 #include "libsurf/base/error.h"
-#include "libsurf/fem/indicators.h"
-#include "libsurf/io/render.h"
-#include "libsurf/io/write_surface.h"
+#include "libsurf/base/products.h"
 #include "libsurf/mesh/distance.h"
 #include "libsurf/mesh/measure.h"
 #include "libsurf/mesh/primitives.h"
+#include "libsurf/mesh/triangle_mesh.h"
 #include "libsurf/mesh/verify.h"
 #include "libsurf/segment/segment.h"
 #include "libsurf/volume/phantom.h"
+#include "tests/bench/draw_surface.h"
 
 namespace {
 
 using namespace surf;
 
+const io::RenderOptions kPicture = {.width = 1200, .height = 600, .has_edges = true};
 constexpr int kSize = 128;
 constexpr double kTolerance = 0.02;  // epsilon_geom of 5.1
 
@@ -100,20 +101,13 @@ Lengths edge_lengths(const Triangles& surface, volume::PhantomKind kind) {
 
 /// Largest h_S theta_S of a side.
 double largest_side(const Triangles& surface) {
-  const fem::Geometry<3> shape(surface.points, surface.elements);
-  return fem::largest_side_variation(shape);
-}
-
-void draw(const std::filesystem::path& directory, const std::string& name,
-          const Triangles& surface) {
-  if (directory.empty()) return;
-  io::write_surface((directory / (name + ".vtp")).string(), surface);
-  try {
-    io::write_png((directory / (name + ".png")).string(),
-                  io::render_surface(surface, {.width = 1200, .height = 600, .has_edges = true}));
-  } catch (const OutputError& error) {
-    fmt::print(stderr, "{}.png: not drawn: {}\n", name, error.what());
-  }
+  const mesh::TriMesh mesh = mesh::to_mesh(surface);
+  double largest = 0;
+  for (const auto side : mesh.edges())
+    largest = std::max(largest, mesh.calc_edge_length(side) *
+                                    angle_between(mesh.calc_face_normal(side.h0().face()),
+                                                  mesh.calc_face_normal(side.h1().face())));
+  return largest;
 }
 
 void experiment(const std::string& name, volume::PhantomKind kind,
@@ -129,7 +123,7 @@ void experiment(const std::string& name, volume::PhantomKind kind,
         records.push_back(record);
         for (const Sample& sample : samples)
           if (record.k == sample.k)
-            draw(directory, fmt::format("{}-k{}", name, record.k), surface());
+            bench::draw(directory, fmt::format("{}-k{}", name, record.k), surface(), kPicture);
         return true;
       });
   for (const Sample& sample : samples) {
@@ -159,7 +153,7 @@ void experiment(const std::string& name, volume::PhantomKind kind,
       distance.mean_mm / image.voxel_size(), quality.min_angle_deg,
       100 * quality.share_above_25_deg, lengths.near, lengths.far, lengths.far / lengths.near,
       largest_side(end), kTolerance);
-  draw(directory, name + "-end", end);
+  bench::draw(directory, name + "-end", end, kPicture);
   std::fflush(stdout);
 }
 

@@ -1,4 +1,4 @@
-// Finding the intersections of curves: boxes and sweep of libcurve against CGAL's.
+// Finding the intersections of curves: the boxes of libcurve against CGAL's.
 //
 //   curve_detection_bench [LARGEST [REPEATS]]
 //
@@ -108,10 +108,6 @@ int main(int argc, char** argv) {
   const std::vector<Method> methods = {
       {"boxes",
        [](const Segments& c) { return curve::intersections(c.points, c.elements).size(); }},
-      {"sweep",
-       [](const Segments& c) {
-         return curve::intersections(c.points, c.elements, curve::Detection::kSweep).size();
-       }},
       {"CGAL boxes", by_cgal_boxes},
       {"CGAL sweep", by_cgal_sweep}};
   fmt::print("CPU ms, median of {}; in brackets what was found\n{:>9}", repeats, "elements");

@@ -20,6 +20,7 @@
 #include "libsurf/mesh/primitives.h"
 #include "libsurf/segment/segment.h"
 #include "libsurf/volume/phantom.h"
+#include "tests/surf/torus.h"
 
 namespace {
 
@@ -78,17 +79,7 @@ int n_trials(const flow::FlowSummary& summary) {
 /// and shorter ones round the tube.
 Triangles torus(double R, double r, double edge_length) {
   const int nu = int(2 * kPi * R / edge_length), nv = int(2 * kPi * r / (0.64 * edge_length));
-  Triangles out{Points<3>(nu * nv, 3), Elements<3>(2 * nu * nv, 3)};
-  for (int i = 0; i < nu; ++i)
-    for (int j = 0; j < nv; ++j) {
-      const double u = 2 * kPi * i / nu, v = 2 * kPi * j / nv, rho = R + r * std::cos(v);
-      out.points.row(i * nv + j) << rho * std::cos(u), rho * std::sin(u), r * std::sin(v);
-      const int a = i * nv + j, b = ((i + 1) % nu) * nv + j;
-      const int c = ((i + 1) % nu) * nv + (j + 1) % nv, d = i * nv + (j + 1) % nv;
-      out.elements.row(2 * (i * nv + j)) << a, b, c;
-      out.elements.row(2 * (i * nv + j) + 1) << a, c, d;
-    }
-  return out;
+  return test::torus_triangles(R, r, nu, nv);
 }
 
 /// The unit ball, its radius changed by random waves of up to 0.2.

@@ -26,6 +26,8 @@
 #include "libsurf/fem/curvature.h"
 #include "libsurf/fem/stiffness.h"
 #include "tests/bench/mumford_shah_runs.h"
+#include "tests/curve/analytic_fields.h"
+#include "tests/curve/mumford_shah_options.h"
 
 namespace {
 
@@ -38,51 +40,15 @@ double now() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
-class Formula : public Field<2> {
- public:
-  using Value = std::function<double(const Vector<2>&)>;
-  using Gradient = std::function<Vector<2>(const Vector<2>&)>;
-  Formula(Value value, Gradient gradient)
-      : value_(std::move(value)), gradient_(std::move(gradient)) {}
-  void sample(const Points<2>& x, Derivatives order, Samples<2>& out) const override {
-    out.resize(x.rows(), order);
-    for (Eigen::Index i = 0; i < x.rows(); ++i) {
-      out.value[i] = value_(x.row(i));
-      if (order >= Derivatives::kFirst) out.gradient.row(i) = gradient_(x.row(i));
-    }
-  }
-
- private:
-  Value value_;
-  Gradient gradient_;
-};
-
-Points<2> square(double half) {
-  Points<2> out(4, 2);
-  out << -half, -half, half, -half, half, half, -half, half;
-  return out;
-}
-
 // --- orders: u_i = a_i cos(pi x) cos(pi y) + b_i inside and outside the square |x|, |y| <= 1.
 
-constexpr double kMu = 0.05, kA[2] = {-0.3, 1.0}, kB[2] = {0.2, -0.5};
-
-double exact(const Vector<2>& x, bool in) {
-  return kA[in] * std::cos(pi * x[0]) * std::cos(pi * x[1]) + kB[in];
-}
-Vector<2> exact_gradient(const Vector<2>& x, bool in) {
-  return -pi * kA[in] *
-         Vector<2>(std::sin(pi * x[0]) * std::cos(pi * x[1]),
-                   std::cos(pi * x[0]) * std::sin(pi * x[1]));
-}
+constexpr double kMu = TwoSquares::kMu;
+constexpr auto kA = TwoSquares::kA, kB = TwoSquares::kB;
+constexpr auto exact = TwoSquares::exact;
+constexpr auto exact_gradient = TwoSquares::exact_gradient;
 
 std::array<double, 3> solution_errors(double h) {
-  const auto I = std::make_shared<Formula>(
-      [](const Vector<2>& x) {
-        const bool in = x.cwiseAbs().maxCoeff() < 1;
-        return (1 + 2 * pi * pi * kMu) * (exact(x, in) - kB[in]) + kB[in];
-      },
-      [](const Vector<2>&) { return Vector<2>::Zero(); });
+  const auto I = TwoSquares::image();
   const NeumannOptions options{.mu = kMu, .spacing_mm = h / 2};
   const DomainMesh mesh =
       mesh_domain(polygon(square(1), h), square(2), SizeField(square(2), h, 0.1));
@@ -128,17 +94,6 @@ void orders() {
 
 // --- derivative: exact for J_h; to the boundary form with h.
 
-std::shared_ptr<const Field<2>> waves() {
-  return std::make_shared<Formula>(
-      [](const Vector<2>& x) {
-        return std::exp(-x.squaredNorm()) + 0.2 * std::sin(3 * x[0] + x[1]);
-      },
-      [](const Vector<2>& x) {
-        const double e = std::exp(-x.squaredNorm()), c = 0.2 * std::cos(3 * x[0] + x[1]);
-        return Vector<2>(-2 * x[0] * e + 3 * c, -2 * x[1] * e + c);
-      });
-}
-
 /// A field sampled from pixels.
 std::shared_ptr<const Field<2>> pixels_of(const Field<2>& field, int n) {
   Eigen::Affine2d map = Eigen::Affine2d::Identity();
@@ -170,17 +125,6 @@ Segments blob(int n, std::uint64_t seed) {
   return out;
 }
 
-MumfordShahOptions analytic_options(double h) {
-  MumfordShahOptions out;
-  out.mu = 0.1;
-  out.gamma = 0.05;
-  out.outer = square(2);
-  out.pixel_mm = h;
-  out.max_size_mm = 2 * h;
-  out.data_tolerance = 0;
-  return out;
-}
-
 fem::Geometry<2> geometry(const Segments& curves) { return {curves.points, curves.elements}; }
 
 void derivative() {
@@ -192,12 +136,12 @@ void derivative() {
   for (double step = 0.04; step > 5e-5; step /= 4) {
     fmt::print("| {:.1e} |", step);
     for (int kind = 0; kind < 2; ++kind) {
-      const auto I = kind == 0 ? waves() : pixels_of(*waves(), 128);
+      const auto I = kind == 0 ? bright_waves() : pixels_of(*bright_waves(), 128);
       double worst = 0;
       for (std::uint64_t seed = 1; seed <= 5; ++seed) {
         const Segments curves = blob(100, seed);
         const fem::Geometry<2> shape = geometry(curves);
-        MumfordShah J(I, analytic_options(0.03));
+        MumfordShah J(I, options_on_square(0.03));
         J.reset(shape);
         energy::ShapeTerms<2> terms(shape);
         J.differentiate({Eigen::VectorXd::Zero(100), Eigen::VectorXd::Zero(100)}, 1, terms);
@@ -221,7 +165,7 @@ void derivative() {
   double before = 0;
   for (int n = 50; n <= 400; n *= 2) {
     const fem::Geometry<2> shape = geometry(blob(n, 7));
-    MumfordShah J(waves(), analytic_options(3.0 / n));
+    MumfordShah J(bright_waves(), options_on_square(3.0 / n));
     J.reset(shape);
     energy::ShapeTerms<2> terms(shape);
     const auto A = fem::stiffness<2>(shape, Eigen::VectorXd::Ones(n));

@@ -14,20 +14,20 @@
 #include <vector>
 
 #include "libsurf/base/error.h"
-#include "libsurf/io/render.h"
-#include "libsurf/io/write_surface.h"
 #include "libsurf/mesh/distance.h"
 #include "libsurf/mesh/hierarchy.h"
 #include "libsurf/mesh/primitives.h"
 #include "libsurf/mesh/verify.h"
 #include "libsurf/segment/segment.h"
 #include "libsurf/volume/phantom.h"
+#include "tests/bench/draw_surface.h"
 
 namespace {
 
 using namespace surf;
 using volume::PhantomKind;
 
+const io::RenderOptions kPicture = {.width = 800, .height = 800};
 constexpr int kSize = 128;
 
 struct Expected {
@@ -115,18 +115,6 @@ std::vector<Case> cases() {
   return all;
 }
 
-void draw(const std::filesystem::path& directory, const std::string& name,
-          const Triangles& surface) {
-  if (directory.empty()) return;
-  io::write_surface((directory / (name + ".vtp")).string(), surface);
-  try {
-    io::write_png((directory / (name + ".png")).string(),
-                  io::render_surface(surface, {.width = 800, .height = 800}));
-  } catch (const OutputError& error) {
-    fmt::print(stderr, "{}.png: not drawn: {}\n", name, error.what());
-  }
-}
-
 void run(const Case& one, const std::filesystem::path& directory) {
   volume::PhantomOptions phantom;
   phantom.kind = one.kind;
@@ -171,7 +159,7 @@ void run(const Case& one, const std::filesystem::path& directory) {
   std::string name = one.name + "-" + one.start;
   for (char& c : name)
     if (c == ' ' || c == ',') c = '-';
-  draw(directory, name, result.shape);
+  bench::draw(directory, name, result.shape, kPicture);
 }
 
 }  // namespace

@@ -13,6 +13,7 @@
 #include "libsurf/base/field.h"
 #include "libsurf/fem/curvature.h"
 #include "libsurf/fem/geometry.h"
+#include "tests/surf/torus.h"
 
 namespace surf::test {
 
@@ -25,6 +26,12 @@ struct DimName {
     return "Dim" + std::to_string(T::value);
   }
 };
+/// A suite of TYPED_TESTs that run in the plane and in space, with the dimension as
+/// TypeParam::value.
+#define IN_BOTH_DIMENSIONS(Suite)    \
+  template <class T>                 \
+  struct Suite : ::testing::Test {}; \
+  TYPED_TEST_SUITE(Suite, ::surf::test::Dims, ::surf::test::DimName)
 
 template <int Dim>
 struct Arrays {
@@ -85,20 +92,22 @@ fem::Curvature unit_curvature(Eigen::Index n) {
 
 /// Torus with radii R > r about the z axis, nu x nv quads split in two. Outward.
 inline Arrays<3> torus(double R, double r, int nu, int nv) {
-  Arrays<3> out;
-  out.X.resize(nu * nv, 3);
-  out.T.resize(2 * nu * nv, 3);
-  for (int i = 0; i < nu; ++i)
-    for (int j = 0; j < nv; ++j) {
-      const double u = 2 * std::numbers::pi * i / nu, v = 2 * std::numbers::pi * j / nv;
-      const double rho = R + r * std::cos(v);
-      out.X.row(i * nv + j) << rho * std::cos(u), rho * std::sin(u), r * std::sin(v);
-      const int a = i * nv + j, b = ((i + 1) % nu) * nv + j;
-      const int c = ((i + 1) % nu) * nv + (j + 1) % nv, d = i * nv + (j + 1) % nv;
-      out.T.row(2 * (i * nv + j)) << a, b, c;
-      out.T.row(2 * (i * nv + j) + 1) << a, c, d;
-    }
-  return out;
+  auto [points, elements] = torus_triangles(R, r, nu, nv);
+  return {std::move(points), std::move(elements)};
+}
+
+/// Calls visit(k, phase, amplitude) for six random plane waves of low frequency, the amplitude in
+/// [-1, 1].
+template <int Dim, class Visit>
+void for_random_waves(unsigned seed, const Visit& visit) {
+  std::mt19937 generator(seed);
+  std::uniform_real_distribution<double> uniform(-1, 1);
+  for (int wave = 0; wave < 6; ++wave) {
+    Vector<Dim> k;
+    for (int d = 0; d < Dim; ++d) k[d] = 3 * uniform(generator);
+    const double phase = 3 * uniform(generator), amplitude = uniform(generator);
+    visit(k, phase, amplitude);
+  }
 }
 
 /// A random smooth star-shaped perturbation of the unit sphere: radius 1 + a sum of random plane
@@ -106,17 +115,12 @@ inline Arrays<3> torus(double R, double r, int nu, int nv) {
 template <int Dim>
 Arrays<Dim> random_smooth_shape(unsigned seed, int level) {
   Arrays<Dim> shape = unit_sphere<Dim>(level);
-  std::mt19937 generator(seed);
-  std::uniform_real_distribution<double> uniform(-1, 1);
-  for (int wave = 0; wave < 6; ++wave) {
-    Vector<Dim> k;
-    for (int d = 0; d < Dim; ++d) k[d] = 3 * uniform(generator);
-    const double phase = 3 * uniform(generator), amplitude = 0.05 * uniform(generator);
+  for_random_waves<Dim>(seed, [&](const Vector<Dim>& k, double phase, double amplitude) {
     for (Eigen::Index i = 0; i < shape.X.rows(); ++i) {
       const Vector<Dim> x = shape.X.row(i).normalized();
-      shape.X.row(i) *= 1 + amplitude * std::cos(k.dot(x) + phase);
+      shape.X.row(i) *= 1 + 0.05 * amplitude * std::cos(k.dot(x) + phase);
     }
-  }
+  });
   return shape;
 }
 
@@ -129,6 +133,37 @@ Arrays<Dim> rough_sphere(unsigned seed, int level = 2) {
   std::uniform_real_distribution<double> uniform(-size, size);
   for (Eigen::Index i = 0; i < shape.X.size(); ++i) shape.X.data()[i] += uniform(generator);
   return shape;
+}
+
+/// The same three as geometries.
+template <int Dim>
+fem::Geometry<Dim> sphere_geometry(int level) {
+  const auto [X, T] = unit_sphere<Dim>(level);
+  return {X, T};
+}
+template <int Dim>
+fem::Geometry<Dim> smooth_geometry(unsigned seed, int level) {
+  const auto [X, T] = random_smooth_shape<Dim>(seed, level);
+  return {X, T};
+}
+template <int Dim>
+fem::Geometry<Dim> rough_geometry(unsigned seed, int level = 2) {
+  const auto [X, T] = rough_sphere<Dim>(seed, level);
+  return {X, T};
+}
+
+/// The gradient of a functional by the vertices is that of its central differences.
+template <int Dim, class Functional>
+void expect_gradient(const Points<Dim>& gradient, const fem::Geometry<Dim>& shape,
+                     const Functional& functional, double step, double tolerance) {
+  for (Eigen::Index i = 0; i < gradient.size(); ++i) {
+    Points<Dim> plus = shape.points(), minus = shape.points();
+    plus.data()[i] += step;
+    minus.data()[i] -= step;
+    const double difference =
+        (functional(shape.moved_to(plus)) - functional(shape.moved_to(minus))) / (2 * step);
+    EXPECT_NEAR(gradient.data()[i], difference, tolerance) << "coordinate " << i;
+  }
 }
 
 /// A smooth vector field at the points: random plane waves of low frequency.

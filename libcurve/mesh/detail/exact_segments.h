@@ -17,7 +17,5 @@ bool do_meet(const Points<2>& points, const Elements<2>& elements, int e, int f)
 std::vector<ElementPair> intersections_by_boxes(const Points<2>& points,
                                                 const Elements<2>& elements,
                                                 const std::vector<char>* flagged);
-std::vector<ElementPair> intersections_by_sweep(const Points<2>& points,
-                                                const Elements<2>& elements);
 
 }  // namespace surf::curve

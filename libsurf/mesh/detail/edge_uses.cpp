@@ -1,8 +1,9 @@
 #include "libsurf/mesh/detail/edge_uses.h"
 
 #include <algorithm>
-#include <numeric>
 #include <tuple>
+
+#include "libsurf/base/disjoint_sets.h"
 
 namespace surf::mesh {
 
@@ -35,21 +36,6 @@ Components components(const std::vector<EdgeUse>& uses, Eigen::Index n_elements)
     result.of_element[row] = of_root;
   }
   return result;
-}
-
-DisjointSets::DisjointSets(std::size_t n) : parent_(n) {
-  std::iota(parent_.begin(), parent_.end(), 0);
-}
-
-int DisjointSets::find(int i) {
-  while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
-  return i;
-}
-
-void DisjointSets::join(int i, int j) {
-  i = find(i);
-  j = find(j);
-  parent_[std::max(i, j)] = std::min(i, j);
 }
 
 }  // namespace surf::mesh

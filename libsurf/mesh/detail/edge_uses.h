@@ -40,15 +40,4 @@ struct Components {
 };
 Components components(const std::vector<EdgeUse>& uses, Eigen::Index n_elements);
 
-/// Sets of 0 .. n-1 that grow together.
-class DisjointSets {
- public:
-  explicit DisjointSets(std::size_t n);
-  int find(int i);
-  void join(int i, int j);
-
- private:
-  std::vector<int> parent_;
-};
-
 }  // namespace surf::mesh

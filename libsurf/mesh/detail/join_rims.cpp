@@ -6,8 +6,8 @@
 #include <unordered_map>
 #include <utility>
 
+#include "libsurf/base/disjoint_sets.h"
 #include "libsurf/mesh/detail/annulus.h"
-#include "libsurf/mesh/detail/edge_uses.h"
 
 namespace surf::mesh {
 namespace {

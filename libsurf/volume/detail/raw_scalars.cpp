@@ -6,6 +6,7 @@
 #include <bit>
 #include <cstring>
 #include <limits>
+#include <tuple>
 
 #include "libsurf/base/error.h"
 
@@ -23,35 +24,31 @@ void convert_as(bool swap, const std::byte* stored, std::size_t stride, double s
   }
 }
 
+/// In the order of ScalarType.
+using CppTypes = std::tuple<std::int8_t, std::uint8_t, std::int16_t, std::uint16_t, std::int32_t,
+                            std::uint32_t, std::int64_t, std::uint64_t, float, double>;
+
 /// Calls f with a value of the C++ type.
-template <class F>
+template <std::size_t First = 0, class F>
 auto visit(ScalarType type, const F& f) {
-  switch (type) {
-    case ScalarType::kInt8:
-      return f(std::int8_t());
-    case ScalarType::kUint8:
-      return f(std::uint8_t());
-    case ScalarType::kInt16:
-      return f(std::int16_t());
-    case ScalarType::kUint16:
-      return f(std::uint16_t());
-    case ScalarType::kInt32:
-      return f(std::int32_t());
-    case ScalarType::kUint32:
-      return f(std::uint32_t());
-    case ScalarType::kInt64:
-      return f(std::int64_t());
-    case ScalarType::kUint64:
-      return f(std::uint64_t());
-    case ScalarType::kFloat32:
-      return f(float());
-    case ScalarType::kFloat64:
-      break;
-  }
-  return f(double());
+  if constexpr (First + 1 < std::tuple_size_v<CppTypes>)
+    if (static_cast<std::size_t>(type) != First) return visit<First + 1>(type, f);
+  return f(std::tuple_element_t<First, CppTypes>());
 }
 
 }  // namespace
+
+std::optional<ScalarType> find_scalar_type(ScalarKind kind, std::size_t n_bytes) {
+  if (kind == ScalarKind::kFloat) {
+    if (n_bytes == 4) return ScalarType::kFloat32;
+    if (n_bytes == 8) return ScalarType::kFloat64;
+    return std::nullopt;
+  }
+  if (!std::has_single_bit(n_bytes) || n_bytes > 8) return std::nullopt;
+  // Signed and unsigned ones take turns, from the shortest to the longest.
+  const int place = 2 * std::countr_zero(n_bytes) + (kind == ScalarKind::kUnsigned);
+  return static_cast<ScalarType>(place);
+}
 
 std::size_t n_bytes(ScalarType type) {
   return visit(type, [](auto value) { return sizeof value; });

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 
 #include "libsurf/volume/detail/byte_stream.h"
@@ -23,6 +24,10 @@ enum class ScalarType {
   kFloat32,
   kFloat64
 };
+
+enum class ScalarKind { kSigned, kUnsigned, kFloat };
+/// The type of a kind with so many bytes, if there is one.
+std::optional<ScalarType> find_scalar_type(ScalarKind kind, std::size_t n_bytes);
 
 std::size_t n_bytes(ScalarType type);
 /// "int8", ..., "float64"

@@ -64,28 +64,12 @@ Loaded load(const std::string& path, Load what) {
 }
 
 ScalarType scalar_type(int type, const std::string& path) {
-  switch (type) {
-    case nrrdTypeChar:
-      return ScalarType::kInt8;
-    case nrrdTypeUChar:
-      return ScalarType::kUint8;
-    case nrrdTypeShort:
-      return ScalarType::kInt16;
-    case nrrdTypeUShort:
-      return ScalarType::kUint16;
-    case nrrdTypeInt:
-      return ScalarType::kInt32;
-    case nrrdTypeUInt:
-      return ScalarType::kUint32;
-    case nrrdTypeLLong:
-      return ScalarType::kInt64;
-    case nrrdTypeULLong:
-      return ScalarType::kUint64;
-    case nrrdTypeFloat:
-      return ScalarType::kFloat32;
-    case nrrdTypeDouble:
-      return ScalarType::kFloat64;
-  }
+  const ScalarKind kind = !nrrdTypeIsIntegral[type]  ? ScalarKind::kFloat
+                          : nrrdTypeIsUnsigned[type] ? ScalarKind::kUnsigned
+                                                     : ScalarKind::kSigned;
+  const auto found =
+      type == nrrdTypeBlock ? std::nullopt : find_scalar_type(kind, nrrdTypeSize[type]);
+  if (found) return *found;
   throw InputError(
       fmt::format("{}: voxels of type '{}' are not scalars surfseg reads; convert the file", path,
                   airEnumStr(nrrdType, type)));

@@ -23,35 +23,14 @@ namespace surf::volume {
 namespace {
 
 ScalarType scalar_type(int type, const std::string& path) {
-  const bool is_long_64 = sizeof(long) == 8;
-  switch (type) {
-    case VTK_CHAR:
-    case VTK_SIGNED_CHAR:
-      return ScalarType::kInt8;
-    case VTK_UNSIGNED_CHAR:
-      return ScalarType::kUint8;
-    case VTK_SHORT:
-      return ScalarType::kInt16;
-    case VTK_UNSIGNED_SHORT:
-      return ScalarType::kUint16;
-    case VTK_INT:
-      return ScalarType::kInt32;
-    case VTK_UNSIGNED_INT:
-      return ScalarType::kUint32;
-    case VTK_LONG:
-      return is_long_64 ? ScalarType::kInt64 : ScalarType::kInt32;
-    case VTK_UNSIGNED_LONG:
-      return is_long_64 ? ScalarType::kUint64 : ScalarType::kUint32;
-    case VTK_LONG_LONG:
-    case VTK_ID_TYPE:
-      return ScalarType::kInt64;
-    case VTK_UNSIGNED_LONG_LONG:
-      return ScalarType::kUint64;
-    case VTK_FLOAT:
-      return ScalarType::kFloat32;
-    case VTK_DOUBLE:
-      return ScalarType::kFloat64;
-  }
+  const bool is_float = type == VTK_FLOAT || type == VTK_DOUBLE;
+  // Plain characters are signed here, whatever they are on this machine.
+  const bool is_signed = type == VTK_CHAR || vtkDataArray::GetDataTypeMin(type) < 0;
+  const ScalarKind kind = is_float    ? ScalarKind::kFloat
+                          : is_signed ? ScalarKind::kSigned
+                                      : ScalarKind::kUnsigned;
+  const auto found = find_scalar_type(kind, std::size_t(vtkDataArray::GetDataTypeSize(type)));
+  if (found) return *found;
   throw InputError(
       fmt::format("{}: voxels of VTK's type {} are not scalars surfseg reads", path, type));
 }

@@ -9,6 +9,7 @@
 #include <numbers>
 
 #include "libsurf/base/error.h"
+#include "libsurf/base/products.h"
 
 namespace surf::volume {
 namespace {
@@ -124,7 +125,7 @@ SliceStack stack_slices(std::vector<DicomSlice> slices, const std::string& path)
 
   SliceStack stack;
   stack.size = {slices[0].columns, slices[0].rows, static_cast<int>(slices.size())};
-  stack.tilt_deg = std::atan2(normal.cross(step).norm(), normal.dot(step)) * 180 / std::numbers::pi;
+  stack.tilt_deg = angle_between(normal, step) * 180 / std::numbers::pi;
   Eigen::Matrix4d lps = Eigen::Matrix4d::Identity();
   lps.col(0).head<3>() = slices[0].along_row_lps * slices[0].pixel_width_mm;
   lps.col(1).head<3>() = slices[0].along_column_lps * slices[0].pixel_height_mm;

@@ -9,31 +9,14 @@
 #include "libsurf/fem/stiffness.h"
 #include "tests/curve/analytic_fields.h"
 #include "tests/curve/curves.h"
+#include "tests/curve/mumford_shah_options.h"
 
 namespace surf::curve {
 namespace {
 
-/// Bright round the origin, with waves all over.
-std::shared_ptr<const Field<2>> waves() {
-  return std::make_shared<FormulaField>(
-      [](const Vector<2>& x) {
-        return std::exp(-x.squaredNorm()) + 0.2 * std::sin(3 * x[0] + x[1]);
-      },
-      [](const Vector<2>& x) {
-        const double e = std::exp(-x.squaredNorm()), c = 0.2 * std::cos(3 * x[0] + x[1]);
-        return Vector<2>(-2 * x[0] * e + 3 * c, -2 * x[1] * e + c);
-      });
-}
-
 MumfordShahOptions options(double h) {
-  MumfordShahOptions out;
-  out.mu = 0.1;
-  out.gamma = 0.05;
+  MumfordShahOptions out = options_on_square(h);
   out.contrast = 1.3;
-  out.outer = square(2);
-  out.pixel_mm = h;
-  out.max_size_mm = 2 * h;
-  out.data_tolerance = 0;
   return out;
 }
 
@@ -67,7 +50,7 @@ TEST(MumfordShah, DerivativeIsThatOfTheDiscreteEnergy) {
   for (const std::uint64_t seed : {1, 2, 3, 4, 5}) {
     const Segments curves = random_blob(40, seed);
     const fem::Geometry<2> shape = geometry(curves);
-    MumfordShah J(waves(), options(0.05));
+    MumfordShah J(bright_waves(), options(0.05));
     J.reset(shape);
     const Points<2> exact = derivative(J, shape);
     Points<2> V(shape.n_vertices(), 2);
@@ -86,7 +69,7 @@ TEST(MumfordShah, DerivativeConvergesToTheBoundaryForm) {
   for (int level = 0; level < 2; ++level) {
     const int n = 80 << level;
     const fem::Geometry<2> shape = geometry(random_blob(n, 7));
-    MumfordShah J(waves(), options(3.0 / n));
+    MumfordShah J(bright_waves(), options(3.0 / n));
     J.reset(shape);
     const auto A = fem::stiffness<2>(shape, Eigen::VectorXd::Ones(shape.n_elements()));
     const Eigen::VectorXd G = J.shape_gradient(fem::mean_curvature<2>(shape, A));
@@ -102,7 +85,7 @@ TEST(MumfordShah, DerivativeConvergesToTheBoundaryForm) {
 TEST(MumfordShah, EnergyOfATrialIsThatOfANewMesh) {
   const Segments curves = circle({0.1, 0}, 0.8, 0.05);
   const fem::Geometry<2> shape = geometry(curves);
-  MumfordShah J(waves(), options(0.05));
+  MumfordShah J(bright_waves(), options(0.05));
   J.reset(shape);
   const double before = J.value();
   const fem::Geometry<2> moved = shape.moved_to(curves.points * 1.05);
@@ -117,7 +100,7 @@ TEST(MumfordShah, EnergyDoesNotDependOnTheUnitOfIntensity) {
   class Mapped : public Field<2> {
    public:
     void sample(const Points<2>& x, Derivatives order, Samples<2>& out) const override {
-      waves()->sample(x, order, out);
+      bright_waves()->sample(x, order, out);
       out.value = 300 * out.value.array() + 1000;
       out.gradient *= 300;
     }
@@ -125,7 +108,7 @@ TEST(MumfordShah, EnergyDoesNotDependOnTheUnitOfIntensity) {
   const fem::Geometry<2> shape = geometry(random_blob(40, 3));
   MumfordShahOptions mapped = options(0.05);
   mapped.contrast *= 300;
-  MumfordShah J(waves(), options(0.05)), K(std::make_shared<Mapped>(), mapped);
+  MumfordShah J(bright_waves(), options(0.05)), K(std::make_shared<Mapped>(), mapped);
   J.reset(shape);
   K.reset(shape);
   constexpr double kTolerance = 1e-9;  // of the solver
@@ -174,7 +157,7 @@ TEST(MumfordShah, HoleIsWorthOpeningWhereTheBackgroundShows) {
 TEST(MumfordShah, TrialWhoseCurvesCrossHasTheEnergyOfTheirUnion) {
   const Segments two = joined({circle({-0.7, 0}, 0.6, 0.05), circle({0.7, 0}, 0.6, 0.05)});
   const fem::Geometry<2> shape = geometry(two);
-  MumfordShah J(waves(), options(0.05));
+  MumfordShah J(bright_waves(), options(0.05));
   J.reset(shape);
   Points<2> to = two.points;
   for (Eigen::Index i = 0; i < to.rows(); ++i) to(i, 0) += to(i, 0) < 0 ? 0.2 : -0.2;
@@ -196,14 +179,14 @@ TEST(MumfordShah, TrialWhoseCurvesCrossHasTheEnergyOfTheirUnion) {
 }
 
 TEST(MumfordShah, CurvesOutsideTheBoxAreRefused) {
-  MumfordShah J(waves(), options(0.05));
+  MumfordShah J(bright_waves(), options(0.05));
   EXPECT_THROW(J.reset(geometry(circle({1.5, 0}, 0.8, 0.05))), InvalidMesh);
 }
 
 TEST(MumfordShah, OptionsAreChecked) {
   MumfordShahOptions bad = options(0.05);
   bad.mu = 0;
-  EXPECT_THROW(MumfordShah(waves(), bad), UsageError);
+  EXPECT_THROW(MumfordShah(bright_waves(), bad), UsageError);
   bad = options(0.05);
   bad.contrast = -1;
   EXPECT_NE(bad.error().find("MumfordShahOptions::contrast = -1"), std::string::npos);
@@ -217,7 +200,7 @@ TEST(MumfordShah, DataAdaptivityRefinesUntilTheImageIsResolved) {
   fine.data_tolerance = 5e-5;
   const fem::Geometry<2> shape = geometry(circle({0.2, 0}, 0.8, 0.2));
   const auto mean_error = [&](const MumfordShahOptions& o) {
-    MumfordShah J(waves(), o);
+    MumfordShah J(bright_waves(), o);
     for (int k = 0; k < 5; ++k) J.reset(shape);  // bounds on sizes stay
     return J.solution().integrals().errors.sum() / 16;
   };

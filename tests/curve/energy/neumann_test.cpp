@@ -11,31 +11,12 @@ namespace surf::curve {
 namespace {
 
 using std::numbers::pi;
-constexpr double kMu = 0.05;
-
-// u_i = a_i cos(pi x) cos(pi y) + b_i has no normal derivative on the squares |x|, |y| <= 1 and 2,
-// nor has any other: I_i = (1 + 2 pi^2 mu) a_i cos cos + b_i.
-constexpr std::array<double, 2> kA = {-0.3, 1.0}, kB = {0.2, -0.5};  // outside, inside
-
-bool is_inside(const Vector<2>& x) { return x.cwiseAbs().maxCoeff() < 1; }
-double exact(const Vector<2>& x, bool inside) {
-  return kA[inside] * std::cos(pi * x[0]) * std::cos(pi * x[1]) + kB[inside];
-}
-Vector<2> exact_gradient(const Vector<2>& x, bool inside) {
-  return -pi * kA[inside] *
-         Vector<2>(std::sin(pi * x[0]) * std::cos(pi * x[1]),
-                   std::cos(pi * x[0]) * std::sin(pi * x[1]));
-}
-std::shared_ptr<const Field<2>> image() {
-  return std::make_shared<FormulaField>(
-      [](const Vector<2>& x) {
-        const bool inside = is_inside(x);
-        return (1 + 2 * pi * pi * kMu) * (exact(x, inside) - kB[inside]) + kB[inside];
-      },
-      [](const Vector<2>& x) {
-        return Vector<2>((1 + 2 * pi * pi * kMu) * exact_gradient(x, is_inside(x)));
-      });
-}
+constexpr double kMu = TwoSquares::kMu;
+constexpr auto kA = TwoSquares::kA, kB = TwoSquares::kB;
+constexpr auto exact = TwoSquares::exact;
+constexpr auto exact_gradient = TwoSquares::exact_gradient;
+constexpr auto image = TwoSquares::image;
+constexpr auto is_inside = TwoSquares::is_inside;
 
 Neumann solved(const DomainMesh& mesh, std::shared_ptr<const Field<2>> I,
                const NeumannOptions& options) {

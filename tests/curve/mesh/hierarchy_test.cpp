@@ -40,7 +40,11 @@ TEST(CurveHierarchy, NamesPhantomsByTheirWindingNumbers) {
 
 TEST(CurveHierarchy, DropsPhantomsAndKeepsTheRestBitForBit) {
   const Segments real = joined({disc(0, 3), hole(0, 1)});
-  const Segments left = without_phantoms(joined({hole(10, 1), disc(0, 3), hole(0, 1)}));
+  const Segments curves = joined({hole(10, 1), disc(0, 3), hole(0, 1)});
+  const CurveHierarchy h = curve_hierarchy(curves);
+  std::vector<char> keep;
+  for (const Component& part : h.components) keep.push_back(part.is_real());
+  const Segments left = kept(curves, h, keep);
   EXPECT_EQ(left.points, real.points);
   EXPECT_EQ(left.elements, real.elements);
 }

@@ -5,12 +5,7 @@
 namespace surf::energy {
 namespace {
 
-using test::DimName;
-using test::Dims;
-
-template <class T>
-struct Density : ::testing::Test {};
-TYPED_TEST_SUITE(Density, Dims, DimName);
+IN_BOTH_DIMENSIONS(Density);
 
 template <int Dim>
 std::map<std::string, DensityPointer<Dim>> every_density() {

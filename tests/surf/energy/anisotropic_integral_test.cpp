@@ -6,12 +6,7 @@
 namespace surf::energy {
 namespace {
 
-using test::DimName;
-using test::Dims;
-
-template <class T>
-struct Anisotropic : ::testing::Test {};
-TYPED_TEST_SUITE(Anisotropic, Dims, DimName);
+IN_BOTH_DIMENSIONS(Anisotropic);
 
 // A linear map B takes the area element to |det B| |B^-T nu| dS: exact on any polyhedron.
 TYPED_TEST(Anisotropic, NormOfALinearMapIsTheMeasureOfTheMappedShapeExactly) {
@@ -38,8 +33,7 @@ TYPED_TEST(Anisotropic, NormOfALinearMapIsTheMeasureOfTheMappedShapeExactly) {
 TYPED_TEST(Anisotropic, WithoutDependenceOnTheNormalIsTheBoundaryIntegral) {
   constexpr int Dim = TypeParam::value;
   const auto H = std::make_shared<const test::WaveField<Dim>>(1);
-  const auto arrays = test::rough_sphere<Dim>(1);
-  const fem::Geometry<Dim> shape(arrays.X, arrays.T);
+  const auto shape = test::rough_geometry<Dim>(1);
   const auto kappa = fem::curvature<Dim>(
       shape, fem::stiffness<Dim>(shape, Eigen::VectorXd::Ones(shape.n_elements())));
   AnisotropicIntegral<Dim> J(isotropic_density<Dim>(H));
@@ -118,8 +112,7 @@ TYPED_TEST(Anisotropic, SignedAlignmentIsTheIntegralOfTheLaplacian) {
       for (int axis = 0; axis < Dim; ++axis) out.hessian.col(axis * (Dim + 1)).setConstant(2);
     }
   };
-  const auto arrays = test::rough_sphere<Dim>(4);
-  const fem::Geometry<Dim> shape(arrays.X, arrays.T);
+  const auto shape = test::rough_geometry<Dim>(4);
   AnisotropicIntegral<Dim> J(alignment_density<Dim>(std::make_shared<const Square>(),
                                                     signed_alignment(1, 1), /*step_mm=*/0.01));
   J.reset(shape);

@@ -6,12 +6,7 @@
 namespace surf::energy {
 namespace {
 
-using test::DimName;
-using test::Dims;
-
-template <class T>
-struct Functional : ::testing::Test {};
-TYPED_TEST_SUITE(Functional, Dims, DimName);
+IN_BOTH_DIMENSIONS(Functional);
 
 template <int Dim>
 fem::Curvature curvature_of(const fem::Geometry<Dim>& shape) {
@@ -21,8 +16,7 @@ fem::Curvature curvature_of(const fem::Geometry<Dim>& shape) {
 
 TYPED_TEST(Functional, AverageOfAConstantIsTheConstantWithoutDerivatives) {
   constexpr int Dim = TypeParam::value;
-  const auto arrays = test::rough_sphere<Dim>(1);
-  const fem::Geometry<Dim> shape(arrays.X, arrays.T);
+  const auto shape = test::rough_geometry<Dim>(1);
   BoundaryFunctional<Dim> J(average<Dim>(isotropic_density<Dim>(constant_field<Dim>(3))));
   J.reset(shape);
   EXPECT_NEAR(J.value(), 3, 1e-14);
@@ -31,7 +25,7 @@ TYPED_TEST(Functional, AverageOfAConstantIsTheConstantWithoutDerivatives) {
   EXPECT_LT(terms.derivative.cwiseAbs().maxCoeff(), 1e-14);
   SecondDerivative<Dim> second(shape);
   J.differentiate_twice(curvature_of<Dim>(shape), 1, second);
-  const Eigen::VectorXd W = test::smooth_function<Dim>(arrays.X, 1);
+  const Eigen::VectorXd W = test::smooth_function<Dim>(shape.points(), 1);
   const SparseMatrix A = fem::stiffness<Dim>(shape, Eigen::VectorXd::Ones(shape.n_elements()));
   EXPECT_LT(second.times(shape, A, W).cwiseAbs().maxCoeff(), 1e-12);
 }
@@ -39,8 +33,7 @@ TYPED_TEST(Functional, AverageOfAConstantIsTheConstantWithoutDerivatives) {
 TYPED_TEST(Functional, AverageIsTheBoundaryIntegralOverTheMeasure) {
   constexpr int Dim = TypeParam::value;
   const auto H = std::make_shared<const test::WaveField<Dim>>(2);
-  const auto arrays = test::rough_sphere<Dim>(1);
-  const fem::Geometry<Dim> shape(arrays.X, arrays.T);
+  const auto shape = test::rough_geometry<Dim>(1);
   BoundaryFunctional<Dim> J(average<Dim>(isotropic_density<Dim>(H)));
   BoundaryIntegral<Dim> integral(H);
   J.reset(shape), integral.reset(shape);
@@ -54,8 +47,7 @@ TYPED_TEST(Functional, VarianceAgreesWithItsExpansion) {
   const auto square = mapped_field<Dim>(f, [](double v) {
     return std::array<double, 3>{v * v, 2 * v, 2};
   });
-  const auto arrays = test::rough_sphere<Dim>(1);
-  const fem::Geometry<Dim> shape(arrays.X, arrays.T);
+  const auto shape = test::rough_geometry<Dim>(1);
   BoundaryFunctional<Dim> J(std::make_shared<const test::BoundaryVariance<Dim>>(f));
   BoundaryIntegral<Dim> mean(f), squares(square);
   J.reset(shape), mean.reset(shape), squares.reset(shape);
@@ -84,8 +76,7 @@ class Excess : public DensityFamily<Dim> {
 TYPED_TEST(Functional, ADensityThatIsNotThereCountsAsZero) {
   constexpr int Dim = TypeParam::value;
   const auto f = std::make_shared<const test::WaveField<Dim>>(2);
-  const auto arrays = test::rough_sphere<Dim>(1);
-  const fem::Geometry<Dim> shape(arrays.X, arrays.T);
+  const auto shape = test::rough_geometry<Dim>(1);
   const auto derivative = [&](DensityPointer<Dim> own) {
     BoundaryFunctional<Dim> J(std::make_shared<const Excess<Dim>>(f, std::move(own)));
     J.reset(shape);
@@ -101,8 +92,7 @@ TYPED_TEST(Functional, ADensityThatIsNotThereCountsAsZero) {
 TYPED_TEST(Functional, HasTwoRankOneTermsPerIntegral) {
   constexpr int Dim = TypeParam::value;
   const auto f = std::make_shared<const test::WaveField<Dim>>(2);
-  const auto arrays = test::rough_sphere<Dim>(1);
-  const fem::Geometry<Dim> shape(arrays.X, arrays.T);
+  const auto shape = test::rough_geometry<Dim>(1);
   BoundaryFunctional<Dim> J(std::make_shared<const test::BoundaryVariance<Dim>>(f));
   J.reset(shape);
   SecondDerivative<Dim> second(shape);

@@ -7,24 +7,18 @@
 namespace surf::energy {
 namespace {
 
-using test::DimName;
-using test::Dims;
-
-template <class T>
-struct BoundaryTerm : ::testing::Test {};
-TYPED_TEST_SUITE(BoundaryTerm, Dims, DimName);
+IN_BOTH_DIMENSIONS(BoundaryTerm);
 
 TYPED_TEST(BoundaryTerm, OfOneIsTheMeasureWithTheStiffnessTimesPositionsAsDerivative) {
   constexpr int Dim = TypeParam::value;
-  const auto arrays = test::rough_sphere<Dim>(1);
-  const fem::Geometry<Dim> shape(arrays.X, arrays.T);
+  const auto shape = test::rough_geometry<Dim>(1);
   BoundaryIntegral<Dim> J(constant_field<Dim>(1));
   J.reset(shape);
   EXPECT_NEAR(J.value(), shape.measure(), 1e-13);
   ShapeTerms<Dim> terms(shape);
   J.differentiate(test::no_curvature(shape.n_vertices()), 3, terms);
   const Points<Dim> expected =
-      3 * (fem::stiffness<Dim>(shape, Eigen::VectorXd::Ones(shape.n_elements())) * arrays.X);
+      3 * (fem::stiffness<Dim>(shape, Eigen::VectorXd::Ones(shape.n_elements())) * shape.points());
   EXPECT_LT((terms.derivative - expected).cwiseAbs().maxCoeff(), 1e-13);
   EXPECT_LT((terms.g.array() - 3).abs().maxCoeff(), 1e-13);
   EXPECT_LT((terms.alpha.array() - 3).abs().maxCoeff(), 1e-13);
@@ -48,8 +42,7 @@ class HalfSquare : public Field<Dim> {
 
 TYPED_TEST(BoundaryTerm, HasTheScalarProductWeightsOfItsSecondDerivative) {
   constexpr int Dim = TypeParam::value;
-  const auto arrays = test::unit_sphere<Dim>(Dim == 2 ? 5 : 4);
-  const fem::Geometry<Dim> shape(arrays.X, arrays.T);
+  const auto shape = test::sphere_geometry<Dim>(Dim == 2 ? 5 : 4);
   BoundaryIntegral<Dim> J(std::make_shared<const HalfSquare<Dim>>());
   J.reset(shape);
   ShapeTerms<Dim> terms(shape);

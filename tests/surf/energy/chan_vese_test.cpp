@@ -6,9 +6,6 @@
 namespace surf::energy {
 namespace {
 
-using test::DimName;
-using test::Dims;
-
 /// 1 inside the sphere of radius 0.8 about the origin and 3 outside, with a smooth step between.
 template <int Dim>
 class Step : public Field<Dim> {
@@ -50,9 +47,7 @@ ChanVese<Dim> energy_of_ball(double radius, double scale = 1) {
   return J;
 }
 
-template <class T>
-struct TwoRegions : ::testing::Test {};
-TYPED_TEST_SUITE(TwoRegions, Dims, DimName);
+IN_BOTH_DIMENSIONS(TwoRegions);
 
 TYPED_TEST(TwoRegions, MeansAreThoseOfBothSides) {
   constexpr int Dim = TypeParam::value;

@@ -6,31 +6,24 @@
 namespace surf::energy {
 namespace {
 
-using test::DimName;
-using test::Dims;
-
-template <class T>
-struct Contents : ::testing::Test {};
-TYPED_TEST_SUITE(Contents, Dims, DimName);
+IN_BOTH_DIMENSIONS(Contents);
 
 TYPED_TEST(Contents, AreTheEnclosedOnesAndHomogeneous) {
   constexpr int Dim = TypeParam::value;
-  const auto arrays = test::rough_sphere<Dim>(1);
-  const fem::Geometry<Dim> shape(arrays.X, arrays.T);
+  const auto shape = test::rough_geometry<Dim>(1);
   Content<Dim> J;
   J.reset(shape);
   EXPECT_EQ(J.value(), shape.enclosed());
   ShapeTerms<Dim> terms(shape);
   J.differentiate(test::no_curvature(shape.n_vertices()), 1, terms);
-  EXPECT_NEAR(terms.derivative.cwiseProduct(arrays.X).sum(), Dim * J.value(), 1e-13);
+  EXPECT_NEAR(terms.derivative.cwiseProduct(shape.points()).sum(), Dim * J.value(), 1e-13);
   EXPECT_EQ(terms.g.norm() + terms.alpha.norm() + terms.beta.norm(), 0);
 }
 
 // |B_r| = c r^Dim: its second derivative by r is that of |dB_r|.
 TYPED_TEST(Contents, OfAGrowingSphereHaveTheSecondDerivativeOfTheMeasure) {
   constexpr int Dim = TypeParam::value;
-  const auto arrays = test::unit_sphere<Dim>(4);
-  const fem::Geometry<Dim> shape(arrays.X, arrays.T);
+  const auto shape = test::sphere_geometry<Dim>(4);
   Content<Dim> J;
   J.reset(shape);
   SecondDerivative<Dim> second(shape);

@@ -6,9 +6,6 @@
 namespace surf::energy {
 namespace {
 
-using test::DimName;
-using test::Dims;
-
 constexpr double kPi = std::numbers::pi;
 
 template <int Dim>
@@ -40,9 +37,7 @@ struct Setting {
   fem::Curvature curvature;
 };
 
-template <class T>
-struct Willmore : ::testing::Test {};
-TYPED_TEST_SUITE(Willmore, Dims, DimName);
+IN_BOTH_DIMENSIONS(Willmore);
 
 TYPED_TEST(Willmore, OfASphereConvergesToItsKnownValue) {
   constexpr int Dim = TypeParam::value;

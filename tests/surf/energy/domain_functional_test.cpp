@@ -5,12 +5,7 @@
 namespace surf::energy {
 namespace {
 
-using test::DimName;
-using test::Dims;
-
-template <class T>
-struct DomainWithIntegrals : ::testing::Test {};
-TYPED_TEST_SUITE(DomainWithIntegrals, Dims, DimName);
+IN_BOTH_DIMENSIONS(DomainWithIntegrals);
 
 /// (1 + p_1) f with p_1 = |Omega|: J = (1 + |Omega|) int f.
 template <int Dim>
@@ -35,8 +30,7 @@ class Product : public FieldFamily<Dim> {
 TYPED_TEST(DomainWithIntegrals, IsTheProductThatItsDensityStatesWithVanishingSecondDerivative) {
   constexpr int Dim = TypeParam::value;
   const auto f = std::make_shared<const test::WaveField<Dim>>(1);
-  const auto arrays = test::random_smooth_shape<Dim>(1, 3);
-  const fem::Geometry<Dim> shape(arrays.X, arrays.T);
+  const auto shape = test::smooth_geometry<Dim>(1, 3);
   const DomainIntegralOptions options{.ray_spacing_mm = 0.05};
   DomainFunctional<Dim> J(std::make_shared<const Product<Dim>>(f), options);
   DomainIntegral<Dim> integral(f, options);

@@ -6,17 +6,11 @@
 namespace surf::energy {
 namespace {
 
-using test::DimName;
-using test::Dims;
-
-template <class T>
-struct DomainTerm : ::testing::Test {};
-TYPED_TEST_SUITE(DomainTerm, Dims, DimName);
+IN_BOTH_DIMENSIONS(DomainTerm);
 
 TYPED_TEST(DomainTerm, OfOneIsTheEnclosedContentWithTheNormalsAsDerivative) {
   constexpr int Dim = TypeParam::value;
-  const auto arrays = test::rough_sphere<Dim>(1);
-  const fem::Geometry<Dim> shape(arrays.X, arrays.T);
+  const auto shape = test::rough_geometry<Dim>(1);
   DomainIntegral<Dim> J(constant_field<Dim>(1), {});
   J.reset(shape);
   EXPECT_NEAR(J.value(), shape.enclosed(), 1e-13);
@@ -30,18 +24,17 @@ TYPED_TEST(DomainTerm, OfOneIsTheEnclosedContentWithTheNormalsAsDerivative) {
 
 TYPED_TEST(DomainTerm, RemembersATrialOnlyIfItIsAccepted) {
   constexpr int Dim = TypeParam::value;
-  const auto arrays = test::rough_sphere<Dim>(2);
-  const fem::Geometry<Dim> shape(arrays.X, arrays.T);
+  const auto shape = test::rough_geometry<Dim>(2);
   DomainIntegral<Dim> J(std::make_shared<const test::WaveField<Dim>>(1), {});
   J.reset(shape);
   const double before = J.value();
-  const double tried = J.try_move(shape.moved_to(1.1 * arrays.X));
+  const double tried = J.try_move(shape.moved_to(1.1 * shape.points()));
   EXPECT_NE(tried, before);
   EXPECT_EQ(J.value(), before);
-  EXPECT_EQ(J.try_move(shape.moved_to(1.1 * arrays.X)), tried);
+  EXPECT_EQ(J.try_move(shape.moved_to(1.1 * shape.points())), tried);
   J.accept();
   EXPECT_EQ(J.value(), tried);
-  EXPECT_EQ(J.try_move(shape.moved_to(1.1 * arrays.X)), tried);  // no way to go
+  EXPECT_EQ(J.try_move(shape.moved_to(1.1 * shape.points())), tried);  // no way to go
 }
 
 TYPED_TEST(DomainTerm, KeepsItsValueWhenTheMeshChanges) {

@@ -6,9 +6,6 @@
 namespace surf::energy {
 namespace {
 
-using test::DimName;
-using test::Dims;
-
 constexpr double kPi = std::numbers::pi;
 
 void value_itself(const Eigen::VectorXd& value, Eigen::MatrixXd& out) { out.col(0) = value; }
@@ -27,9 +24,7 @@ class SquareField : public Field<Dim> {
   }
 };
 
-template <class T>
-struct Integrals : ::testing::Test {};
-TYPED_TEST_SUITE(Integrals, Dims, DimName);
+IN_BOTH_DIMENSIONS(Integrals);
 
 // Constants are integrated exactly: two Gauss points per interval are exact for s^(Dim-1).
 TYPED_TEST(Integrals, AbsoluteOfOneIsTheEnclosedContentExactly) {
@@ -124,8 +119,7 @@ TYPED_TEST(Integrals, SweptIsTheDifferenceOfTheAbsoluteIntegrals) {
 
 TYPED_TEST(Integrals, OfSeveralIntegrandsAreThoseOfEach) {
   constexpr int Dim = TypeParam::value;
-  const auto arrays = test::random_smooth_shape<Dim>(5, 3);
-  const fem::Geometry<Dim> shape(arrays.X, arrays.T);
+  const auto shape = test::smooth_geometry<Dim>(5, 3);
   const test::WaveField<Dim> F(3);
   const auto both = [](const Eigen::VectorXd& value, Eigen::MatrixXd& out) {
     out.col(0).setOnes();

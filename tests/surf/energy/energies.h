@@ -252,19 +252,15 @@ SmoothShape<Dim> smooth_shape(unsigned seed, int level) {
   const auto sphere = unit_sphere<Dim>(level);
   SmoothShape<Dim> out{sphere.X, sphere.T, sphere.X};
   Points<Dim> log_gradient = Points<Dim>::Zero(sphere.X.rows(), Dim);  // of the radius
-  std::mt19937 generator(seed);
-  std::uniform_real_distribution<double> uniform(-1, 1);
-  for (int wave = 0; wave < 6; ++wave) {
-    Vector<Dim> k;
-    for (int d = 0; d < Dim; ++d) k[d] = 3 * uniform(generator);
-    const double phase = 3 * uniform(generator), amplitude = 0.08 * uniform(generator);
+  for_random_waves<Dim>(seed, [&](const Vector<Dim>& k, double phase, double part) {
+    const double amplitude = 0.08 * part;
     for (Eigen::Index i = 0; i < sphere.X.rows(); ++i) {
       const double angle = k.dot(sphere.X.row(i)) + phase;
       const double factor = 1 + amplitude * std::cos(angle);
       out.X.row(i) *= factor;
       log_gradient.row(i) -= amplitude * std::sin(angle) / factor * k.transpose();
     }
-  }
+  });
   for (Eigen::Index i = 0; i < sphere.X.rows(); ++i) {
     const Vector<Dim> e = sphere.X.row(i), slope = log_gradient.row(i);
     out.normals.row(i) = (e - (slope - e * e.dot(slope))).normalized();

@@ -7,19 +7,13 @@
 namespace surf::energy {
 namespace {
 
-using test::DimName;
-using test::Dims;
-
-template <class T>
-struct Sum : ::testing::Test {};
-TYPED_TEST_SUITE(Sum, Dims, DimName);
+IN_BOTH_DIMENSIONS(Sum);
 
 TYPED_TEST(Sum, IsTheWeightedSumOfItsTermsAtEveryCall) {
   constexpr int Dim = TypeParam::value;
   const auto H = std::make_shared<const test::WaveField<Dim>>(1);
-  const auto arrays = test::rough_sphere<Dim>(1);
-  const fem::Geometry<Dim> shape(arrays.X, arrays.T);
-  const auto moved = shape.moved_to(1.05 * arrays.X);
+  const auto shape = test::rough_geometry<Dim>(1);
+  const auto moved = shape.moved_to(1.05 * shape.points());
   EnergySum<Dim> sum;
   add_minimal_surface<Dim>(sum, H, 0.7, -1.3, {});
   BoundaryIntegral<Dim> boundary(H);

@@ -5,12 +5,7 @@
 namespace surf::energy {
 namespace {
 
-using test::DimName;
-using test::Dims;
-
-template <class T>
-struct Fields : ::testing::Test {};
-TYPED_TEST_SUITE(Fields, Dims, DimName);
+IN_BOTH_DIMENSIONS(Fields);
 
 TYPED_TEST(Fields, ConstantHasItsValueAndNoDerivatives) {
   constexpr int Dim = TypeParam::value;

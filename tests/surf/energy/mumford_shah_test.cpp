@@ -60,16 +60,15 @@ TEST(MumfordShah, DerivativeIsTheDifferenceQuotientOfTheValue) {
   constexpr double kStep = 1e-4;       // truncation ~ kStep^2
   constexpr double kTolerance = 1e-6;  // of the sum of |derivative|
   for (unsigned seed = 1; seed <= 3; ++seed) {
-    const auto arrays = test::random_smooth_shape<3>(seed, 3);
-    const fem::Geometry<3> shape(arrays.X, arrays.T);
-    const Points<3> W = test::random_smooth_vectors<3>(arrays.X, 100 + seed);
+    const auto shape = test::smooth_geometry<3>(seed, 3);
+    const Points<3> W = test::random_smooth_vectors<3>(shape.points(), 100 + seed);
     MumfordShah energy(std::make_shared<const test::WaveField<3>>(seed), oblique_grid(24),
                        options(0.05, seed == 2 ? 0.3 : 0));
     energy.reset(shape);
     const ShapeTerms<3> terms = terms_of(energy, shape);
     const double exact = terms.derivative.cwiseProduct(W).sum();
-    const double plus = energy.try_move(shape.moved_to(arrays.X + kStep * W));
-    const double minus = energy.try_move(shape.moved_to(arrays.X - kStep * W));
+    const double plus = energy.try_move(shape.moved_to(shape.points() + kStep * W));
+    const double minus = energy.try_move(shape.moved_to(shape.points() - kStep * W));
     const double scale = terms.derivative.cwiseProduct(W).cwiseAbs().sum();
     EXPECT_NEAR(exact, (plus - minus) / (2 * kStep), kTolerance * scale) << "seed " << seed;
   }
@@ -78,9 +77,8 @@ TEST(MumfordShah, DerivativeIsTheDifferenceQuotientOfTheValue) {
 // The whole gradient stands where Theorem 2.2.10 has the tangential one: the rest vanishes with h.
 TEST(MumfordShah, DerivativeConvergesWithTheGrid) {
   const auto field = std::make_shared<const test::WaveField<3>>(2);
-  const auto arrays = test::random_smooth_shape<3>(2, 4);
-  const fem::Geometry<3> shape(arrays.X, arrays.T);
-  const Points<3> W = test::random_smooth_vectors<3>(arrays.X, 3);
+  const auto shape = test::smooth_geometry<3>(2, 4);
+  const Points<3> W = test::random_smooth_vectors<3>(shape.points(), 3);
   std::vector<double> values;
   for (const int n : {16, 32, 64}) {
     MumfordShah energy(field, oblique_grid(n), options(0.1, 0));
@@ -155,8 +153,7 @@ TEST(MumfordShah, DoesNotFeelAffineMapsOfTheIntensities) {
    private:
     std::shared_ptr<const Field<3>> I_;
   };
-  const auto arrays = test::random_smooth_shape<3>(4, 3);
-  const fem::Geometry<3> shape(arrays.X, arrays.T);
+  const auto shape = test::smooth_geometry<3>(4, 3);
   MumfordShahOptions scaled = options(0.05, 0.1);
   MumfordShah first(I, oblique_grid(24), scaled);
   scaled.contrast *= 40;
@@ -209,8 +206,7 @@ TEST(MumfordShah, HardlyFeelsWhatIsFarAway) {
 }
 
 TEST(MumfordShah, SaysThatThereIsNoSecondDerivative) {
-  const auto arrays = test::unit_sphere<3>(2);
-  const fem::Geometry<3> shape(arrays.X, arrays.T);
+  const auto shape = test::sphere_geometry<3>(2);
   MumfordShah energy(std::make_shared<const SoftBall>(), oblique_grid(16), options(0.05, 0));
   energy.reset(shape);
   SecondDerivative<3> second(shape);

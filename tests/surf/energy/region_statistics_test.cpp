@@ -7,15 +7,10 @@
 namespace surf::energy {
 namespace {
 
-using test::DimName;
-using test::Dims;
-
 constexpr StatisticsOptions kOptions{.quadrature_order = 2, .ray_spacing_mm = 0.05};
 const ImageTotals kTotals{30, 44, 70};
 
-template <class T>
-struct Statistics : ::testing::Test {};
-TYPED_TEST_SUITE(Statistics, Dims, DimName);
+IN_BOTH_DIMENSIONS(Statistics);
 
 /// p = (|Omega|, int I, int I^2).
 std::vector<Profile> moments() {
@@ -45,8 +40,7 @@ StatisticsValue deviation(double V, double S, double Q) {
 
 template <int Dim>
 void expect_equal(ShapeEnergy<Dim>& a, ShapeEnergy<Dim>& b) {
-  const auto arrays = test::random_smooth_shape<Dim>(1, 3);
-  const fem::Geometry<Dim> shape(arrays.X, arrays.T);
+  const auto shape = test::smooth_geometry<Dim>(1, 3);
   const SparseMatrix A = fem::stiffness<Dim>(shape, Eigen::VectorXd::Ones(shape.n_elements()));
   const auto kappa = fem::curvature<Dim>(shape, A);
   a.reset(shape), b.reset(shape);
@@ -57,9 +51,9 @@ void expect_equal(ShapeEnergy<Dim>& a, ShapeEnergy<Dim>& b) {
   EXPECT_LT((a1.beta - b1.beta).cwiseAbs().maxCoeff(), 1e-11);
   SecondDerivative<Dim> a2(shape), b2(shape);
   a.differentiate_twice(kappa, 1, a2), b.differentiate_twice(kappa, 1, b2);
-  const Eigen::VectorXd W = test::smooth_function<Dim>(arrays.X, 1);
+  const Eigen::VectorXd W = test::smooth_function<Dim>(shape.points(), 1);
   EXPECT_LT((a2.times(shape, A, W) - b2.times(shape, A, W)).cwiseAbs().maxCoeff(), 1e-11);
-  const auto moved = shape.moved_to(1.01 * arrays.X);
+  const auto moved = shape.moved_to(1.01 * shape.points());
   EXPECT_NEAR(a.try_move(moved), b.try_move(moved), 1e-5);  // one sums swept squares, one does not
   Eigen::VectorXd inner = Eigen::VectorXd::Zero(1), expected = inner;
   a.add_density(Points<Dim>::Zero(1, Dim), 2, inner);

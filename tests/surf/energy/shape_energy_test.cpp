@@ -8,9 +8,6 @@
 namespace surf::energy {
 namespace {
 
-using test::DimName;
-using test::Dims;
-
 template <int Dim>
 std::vector<test::EnergyCase<Dim>> all_energies(unsigned seed, double ray_spacing_mm = 0.02) {
   auto fields = test::wave_fields<Dim>(seed);
@@ -18,9 +15,7 @@ std::vector<test::EnergyCase<Dim>> all_energies(unsigned seed, double ray_spacin
   return test::every_energy<Dim>(fields);
 }
 
-template <class T>
-struct EveryEnergy : ::testing::Test {};
-TYPED_TEST_SUITE(EveryEnergy, Dims, DimName);
+IN_BOTH_DIMENSIONS(EveryEnergy);
 
 TYPED_TEST(EveryEnergy, DerivativeIsTheDifferenceQuotientOfTheValue) {
   constexpr int Dim = TypeParam::value;
@@ -28,16 +23,15 @@ TYPED_TEST(EveryEnergy, DerivativeIsTheDifferenceQuotientOfTheValue) {
   constexpr double kTolerance = 1e-7;          // of the sum of |derivative|
   constexpr double kRounding = 1e-14 / kStep;  // of |J|
   for (unsigned seed = 1; seed <= 5; ++seed) {
-    const auto arrays = test::random_smooth_shape<Dim>(seed, Dim == 2 ? 4 : 3);
-    const fem::Geometry<Dim> shape(arrays.X, arrays.T);
-    const Points<Dim> W = test::random_smooth_vectors<Dim>(arrays.X, 100 + seed);
+    const auto shape = test::smooth_geometry<Dim>(seed, Dim == 2 ? 4 : 3);
+    const Points<Dim> W = test::random_smooth_vectors<Dim>(shape.points(), 100 + seed);
     for (auto& [name, energy] : all_energies<Dim>(seed)) {
       energy->reset(shape);
       ShapeTerms<Dim> terms(shape);
       energy->differentiate(test::no_curvature(shape.n_vertices()), 1, terms);
       const double exact = terms.derivative.cwiseProduct(W).sum();
-      const double plus = energy->try_move(shape.moved_to(arrays.X + kStep * W));
-      const double minus = energy->try_move(shape.moved_to(arrays.X - kStep * W));
+      const double plus = energy->try_move(shape.moved_to(shape.points() + kStep * W));
+      const double minus = energy->try_move(shape.moved_to(shape.points() - kStep * W));
       const double difference = (plus - minus) / (2 * kStep);
       const double scale = terms.derivative.cwiseAbs().sum();
       EXPECT_NEAR(exact, difference, kTolerance * scale + kRounding * std::abs(plus))
@@ -48,17 +42,16 @@ TYPED_TEST(EveryEnergy, DerivativeIsTheDifferenceQuotientOfTheValue) {
 
 TYPED_TEST(EveryEnergy, DerivativeErrorFallsWithTheSquareOfTheStep) {
   constexpr int Dim = TypeParam::value;
-  const auto arrays = test::random_smooth_shape<Dim>(3, 3);
-  const fem::Geometry<Dim> shape(arrays.X, arrays.T);
-  const Points<Dim> W = test::random_smooth_vectors<Dim>(arrays.X, 7);
+  const auto shape = test::smooth_geometry<Dim>(3, 3);
+  const Points<Dim> W = test::random_smooth_vectors<Dim>(shape.points(), 7);
   for (auto& [name, energy] : all_energies<Dim>(3)) {
     energy->reset(shape);
     ShapeTerms<Dim> terms(shape);
     energy->differentiate(test::no_curvature(shape.n_vertices()), 1, terms);
     const double exact = terms.derivative.cwiseProduct(W).sum();
     const auto error = [&](double step) {
-      const double plus = energy->try_move(shape.moved_to(arrays.X + step * W));
-      const double minus = energy->try_move(shape.moved_to(arrays.X - step * W));
+      const double plus = energy->try_move(shape.moved_to(shape.points() + step * W));
+      const double minus = energy->try_move(shape.moved_to(shape.points() - step * W));
       return std::abs((plus - minus) / (2 * step) - exact);
     };
     const double order = std::log2(error(0.04) / error(0.02));
@@ -93,19 +86,18 @@ TYPED_TEST(EveryEnergy, NormalDerivativeConvergesToTheShapeGradient) {
   const double gamma_0 = 0.7, gamma = -1.3;
   double errors[2];
   for (int finer = 0; finer < 2; ++finer) {
-    const auto arrays = test::unit_sphere<Dim>((Dim == 2 ? 4 : 3) + finer);
-    const fem::Geometry<Dim> shape(arrays.X, arrays.T);
+    const auto shape = test::sphere_geometry<Dim>((Dim == 2 ? 4 : 3) + finer);
     EnergySum<Dim> energy;
     add_minimal_surface<Dim>(energy, H, gamma_0, gamma, {.ray_spacing_mm = 0.05});
     energy.reset(shape);
     ShapeTerms<Dim> terms(shape);
     energy.differentiate(test::no_curvature(shape.n_vertices()), 1, terms);
     Samples<Dim> samples;
-    H->sample(arrays.X, Derivatives::kFirst, samples);
-    const Points<Dim> W = test::random_smooth_vectors<Dim>(arrays.X, 5);
+    H->sample(shape.points(), Derivatives::kFirst, samples);
+    const Points<Dim> W = test::random_smooth_vectors<Dim>(shape.points(), 5);
     double discrete = 0, exact = 0;  // tested with the smooth normal velocity W . nu
     for (Eigen::Index i = 0; i < shape.n_vertices(); ++i) {
-      const Vector<Dim> nu = arrays.X.row(i);  // of the unit sphere, where kappa = Dim - 1
+      const Vector<Dim> nu = shape.points().row(i);  // of the unit sphere, where kappa = Dim - 1
       const double G = (gamma_0 * (Dim - 1) + gamma) * samples.value[i] +
                        gamma_0 * samples.gradient.row(i).dot(nu);
       const double V = W.row(i).dot(nu);
@@ -121,8 +113,7 @@ TYPED_TEST(EveryEnergy, NormalDerivativeConvergesToTheShapeGradient) {
 TYPED_TEST(EveryEnergy, ScalarProductWeightsAreThoseOfTheSecondDerivativeOnABall) {
   constexpr int Dim = TypeParam::value;
   // H = 1: alpha = gamma_0, beta = gamma kappa (not 2 gamma kappa, as printed in 5.1).
-  const auto arrays = test::unit_sphere<Dim>(4);
-  const fem::Geometry<Dim> shape(arrays.X, arrays.T);
+  const auto shape = test::sphere_geometry<Dim>(4);
   EnergySum<Dim> energy;
   add_minimal_surface<Dim>(energy, constant_field<Dim>(1), 0.7, 1.3, {});
   energy.reset(shape);
@@ -187,12 +178,11 @@ TYPED_TEST(EveryEnergy, SecondDerivativeErrorFallsWithTheSquareOfTheMeshSize) {
 
 TYPED_TEST(EveryEnergy, SecondDerivativeIsSymmetricAndProportionalToItsWeight) {
   constexpr int Dim = TypeParam::value;
-  const auto arrays = test::rough_sphere<Dim>(3);
-  const fem::Geometry<Dim> shape(arrays.X, arrays.T);
+  const auto shape = test::rough_geometry<Dim>(3);
   const SparseMatrix A = fem::stiffness<Dim>(shape, Eigen::VectorXd::Ones(shape.n_elements()));
   const auto curvature = fem::curvature<Dim>(shape, A);
-  const Eigen::VectorXd V = test::smooth_function<Dim>(arrays.X, 1);
-  const Eigen::VectorXd W = test::smooth_function<Dim>(arrays.X, 2);
+  const Eigen::VectorXd V = test::smooth_function<Dim>(shape.points(), 1);
+  const Eigen::VectorXd W = test::smooth_function<Dim>(shape.points(), 2);
   for (auto& [name, energy] : all_energies<Dim>(4)) {
     energy->reset(shape);
     SecondDerivative<Dim> once(shape), thrice(shape);

@@ -6,17 +6,12 @@
 namespace surf::fem {
 namespace {
 
-using test::DimName;
-using test::Dims;
-
 template <int Dim>
 Curvature curvature_of(const Geometry<Dim>& shape) {
   return curvature<Dim>(shape, stiffness<Dim>(shape, Eigen::VectorXd::Ones(shape.n_elements())));
 }
 
-template <class T>
-struct Curvatures : ::testing::Test {};
-TYPED_TEST_SUITE(Curvatures, Dims, DimName);
+IN_BOTH_DIMENSIONS(Curvatures);
 
 TYPED_TEST(Curvatures, OfASphereConvergeInTheMean) {
   constexpr int Dim = TypeParam::value;

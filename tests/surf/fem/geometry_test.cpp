@@ -6,18 +6,7 @@
 namespace surf::fem {
 namespace {
 
-using test::DimName;
-using test::Dims;
-
-template <class T>
-struct GeometryOf : ::testing::Test {};
-TYPED_TEST_SUITE(GeometryOf, Dims, DimName);
-
-template <int Dim>
-Geometry<Dim> rough(unsigned seed) {
-  const auto arrays = test::rough_sphere<Dim>(seed);
-  return {arrays.X, arrays.T};
-}
+IN_BOTH_DIMENSIONS(GeometryOf);
 
 TYPED_TEST(GeometryOf, MeasuresTheInscribedOctagonAndOctahedronExactly) {
   constexpr int Dim = TypeParam::value;
@@ -34,8 +23,7 @@ TYPED_TEST(GeometryOf, MeasureAndRadiusOfTheSphereConvergeWithTheSquareOfTheEdge
   constexpr int Dim = TypeParam::value;
   const double sphere = Dim == 2 ? 2 * std::numbers::pi : 4 * std::numbers::pi;
   const auto errors = [&](int level) {
-    const auto arrays = test::unit_sphere<Dim>(level);
-    const Geometry<Dim> shape(arrays.X, arrays.T);
+    const auto shape = test::sphere_geometry<Dim>(level);
     return Eigen::Array2d(sphere - shape.measure(), 1 - shape.radius());
   };
   const Eigen::Array2d order = (errors(3) / errors(4)).log() / std::log(2.0);
@@ -46,7 +34,7 @@ TYPED_TEST(GeometryOf, MeasureAndRadiusOfTheSphereConvergeWithTheSquareOfTheEdge
 // Gauss: the integral of the normal over a closed shape is zero.
 TYPED_TEST(GeometryOf, AreaVectorsAndWeightedNodalNormalsOfAClosedShapeAddUpToZero) {
   constexpr int Dim = TypeParam::value;
-  const auto shape = rough<Dim>(1);
+  const auto shape = test::rough_geometry<Dim>(1);
   const double tolerance = 1e-14 * shape.measure();
   EXPECT_LT((shape.measures().asDiagonal() * shape.normals()).colwise().sum().norm(), tolerance);
   EXPECT_LT((shape.lumped_mass().asDiagonal() * shape.nodal_normals()).colwise().sum().norm(),
@@ -56,7 +44,7 @@ TYPED_TEST(GeometryOf, AreaVectorsAndWeightedNodalNormalsOfAClosedShapeAddUpToZe
 
 TYPED_TEST(GeometryOf, EnclosedContentDoesNotDependOnThePlaceAndChangesSignWithTheNormals) {
   constexpr int Dim = TypeParam::value;
-  const auto shape = rough<Dim>(2);
+  const auto shape = test::rough_geometry<Dim>(2);
   constexpr double kShift = 1000;
   const Points<Dim> far = shape.points().array() + kShift;
   // Coordinates are rounded to eps * kShift when they are moved.
@@ -69,22 +57,16 @@ TYPED_TEST(GeometryOf, EnclosedContentDoesNotDependOnThePlaceAndChangesSignWithT
 // d|Omega|/dx_i = integral of phi_i nu = m_i n_i; |Omega| is linear in each coordinate.
 TYPED_TEST(GeometryOf, NodalNormalsAreTheGradientOfTheEnclosedContent) {
   constexpr int Dim = TypeParam::value;
-  const auto shape = rough<Dim>(3);
+  const auto shape = test::rough_geometry<Dim>(3);
   const Points<Dim> gradient = shape.lumped_mass().asDiagonal() * shape.nodal_normals();
   constexpr double kStep = 0.01;
-  for (Eigen::Index i = 0; i < gradient.size(); ++i) {
-    Points<Dim> plus = shape.points(), minus = shape.points();
-    plus.data()[i] += kStep;
-    minus.data()[i] -= kStep;
-    const double difference =
-        (shape.moved_to(plus).enclosed() - shape.moved_to(minus).enclosed()) / (2 * kStep);
-    EXPECT_NEAR(gradient.data()[i], difference, 1e-14 / kStep) << i;
-  }
+  const auto enclosed = [](const Geometry<Dim>& moved) { return moved.enclosed(); };
+  test::expect_gradient<Dim>(gradient, shape, enclosed, kStep, 1e-14 / kStep);
 }
 
 TYPED_TEST(GeometryOf, NormalsPointOutwardAndNodalOnesAreShorterThanOneWhereTheShapeBends) {
   constexpr int Dim = TypeParam::value;
-  const auto shape = rough<Dim>(4);
+  const auto shape = test::rough_geometry<Dim>(4);
   for (Eigen::Index t = 0; t < shape.n_elements(); ++t) {
     EXPECT_NEAR(shape.normals().row(t).norm(), 1, 1e-15);
     EXPECT_GT(shape.normals().row(t).dot(shape.points().row(shape.elements()(t, 0))), 0);
@@ -95,7 +77,7 @@ TYPED_TEST(GeometryOf, NormalsPointOutwardAndNodalOnesAreShorterThanOneWhereTheS
 
 TYPED_TEST(GeometryOf, BasisGradientsAreTangentialAndReproduceLinearFunctions) {
   constexpr int Dim = TypeParam::value;
-  const auto shape = rough<Dim>(5);
+  const auto shape = test::rough_geometry<Dim>(5);
   Vector<Dim> a;
   for (int d = 0; d < Dim; ++d) a[d] = 1.5 - d;
   const double longest_gradient = 100;  // 1 / height of the elements is far below
@@ -113,8 +95,8 @@ TYPED_TEST(GeometryOf, BasisGradientsAreTangentialAndReproduceLinearFunctions) {
 
 TYPED_TEST(GeometryOf, WithMovedPointsIsTheGeometryOfThosePoints) {
   constexpr int Dim = TypeParam::value;
-  const auto shape = rough<Dim>(6);
-  const auto other = rough<Dim>(7);
+  const auto shape = test::rough_geometry<Dim>(6);
+  const auto other = test::rough_geometry<Dim>(7);
   const auto moved = shape.moved_to(other.points());
   EXPECT_EQ(moved.measures(), other.measures());
   EXPECT_EQ(moved.nodal_normals(), other.nodal_normals());
@@ -123,7 +105,7 @@ TYPED_TEST(GeometryOf, WithMovedPointsIsTheGeometryOfThosePoints) {
 
 TYPED_TEST(GeometryOf, SlotsOfTheTopologyNameTheEntriesOfThePattern) {
   constexpr int Dim = TypeParam::value;
-  const auto shape = rough<Dim>(8);
+  const auto shape = test::rough_geometry<Dim>(8);
   const auto& topology = shape.topology();
   SparseMatrix numbered = topology.pattern();
   for (Eigen::Index at = 0; at < numbered.nonZeros(); ++at)
@@ -137,7 +119,7 @@ TYPED_TEST(GeometryOf, SlotsOfTheTopologyNameTheEntriesOfThePattern) {
 
 TYPED_TEST(GeometryOf, QuadraturePointsAreTheBarycentricMeansElementByElement) {
   constexpr int Dim = TypeParam::value;
-  const auto shape = rough<Dim>(9);
+  const auto shape = test::rough_geometry<Dim>(9);
   Eigen::Matrix<double, Eigen::Dynamic, Dim, Eigen::RowMajor> barycentric(Dim + 1, Dim);
   barycentric.template topRows<Dim>().setIdentity();
   barycentric.row(Dim).setConstant(1.0 / Dim);

@@ -6,18 +6,7 @@
 namespace surf::fem {
 namespace {
 
-using test::DimName;
-using test::Dims;
-
-template <class T>
-struct Indicators : ::testing::Test {};
-TYPED_TEST_SUITE(Indicators, Dims, DimName);
-
-template <int Dim>
-Geometry<Dim> sphere(int level) {
-  const auto arrays = test::unit_sphere<Dim>(level);
-  return {arrays.X, arrays.T};
-}
+IN_BOTH_DIMENSIONS(Indicators);
 
 /// A polynomial of one coordinate.
 template <int Dim>
@@ -35,7 +24,7 @@ class Power : public Field<Dim> {
 
 TYPED_TEST(Indicators, GeometricVariationIsExactOnTheOctagonAndTheOctahedron) {
   constexpr int Dim = TypeParam::value;
-  const Eigen::VectorXd eta = geometric_variation(sphere<Dim>(0));
+  const Eigen::VectorXd eta = geometric_variation(test::sphere_geometry<Dim>(0));
   const double pi = std::numbers::pi;
   const double expected =
       Dim == 2 ? 2 * (2 * std::sin(pi / 8)) * (pi / 4) : 3 * std::sqrt(2.0) * std::acos(1.0 / 3);
@@ -44,8 +33,8 @@ TYPED_TEST(Indicators, GeometricVariationIsExactOnTheOctagonAndTheOctahedron) {
 
 TYPED_TEST(Indicators, GeometricVariationFallsWithTheSquareOfTheEdge) {
   constexpr int Dim = TypeParam::value;
-  const double coarse = geometric_variation(sphere<Dim>(3)).maxCoeff();
-  const double fine = geometric_variation(sphere<Dim>(4)).maxCoeff();
+  const double coarse = geometric_variation(test::sphere_geometry<Dim>(3)).maxCoeff();
+  const double fine = geometric_variation(test::sphere_geometry<Dim>(4)).maxCoeff();
   EXPECT_NEAR(std::log2(coarse / fine), 2, 0.1);
 }
 
@@ -64,14 +53,14 @@ TYPED_TEST(Indicators, GeometricVariationHasTheShapesUnitAndVanishesOnFlatParts)
 
 TYPED_TEST(Indicators, QuadratureErrorVanishesWhereTheLowerRuleIsExact) {
   constexpr int Dim = TypeParam::value;
-  const auto shape = sphere<Dim>(1);
+  const auto shape = test::sphere_geometry<Dim>(1);
   EXPECT_LT(quadrature_error(shape, Power<Dim>(2)).maxCoeff(), 1e-14);
   EXPECT_GT(quadrature_error(shape, Power<Dim>(4), 2, 4).maxCoeff(), 1e-5);
 }
 
 TYPED_TEST(Indicators, QuadratureErrorIsTheErrorOfTheIntegral) {
   constexpr int Dim = TypeParam::value;
-  const auto shape = sphere<Dim>(2);
+  const auto shape = test::sphere_geometry<Dim>(2);
   // x^4 is integrated exactly by the higher rule.
   const auto& rule = quadrature<Dim>(1);
   const Eigen::VectorXd eta = quadrature_error(shape, Power<Dim>(4), 1, 4);
@@ -85,24 +74,6 @@ TYPED_TEST(Indicators, QuadratureErrorIsTheErrorOfTheIntegral) {
     const double mid = std::pow(rule.points.row(0).dot(x0), 4);
     EXPECT_NEAR(eta[t], shape.measures()[t] * std::abs(exact - mid), 1e-14);
   }
-}
-
-TYPED_TEST(Indicators, InterpolationErrorVanishesForLinearFunctionsAndHasOrderFour) {
-  constexpr int Dim = TypeParam::value;
-  EXPECT_LT(interpolation_error(sphere<Dim>(1), Power<Dim>(1)).maxCoeff(), 1e-28);
-  const test::WaveField<Dim> f(5);
-  const double coarse = interpolation_error(sphere<Dim>(3), f).sum();
-  const double fine = interpolation_error(sphere<Dim>(4), f).sum();
-  EXPECT_NEAR(std::log2(coarse / fine), 4, 0.2);
-}
-
-TEST(InterpolationError, OfASquareOnASegmentIsExact) {
-  Points<2> X(3, 2);
-  X << 0, 0, 0.5, 0, 0.2, 1;
-  Elements<2> T(3, 2);
-  T << 0, 1, 1, 2, 2, 0;
-  // int_0^h (x (h - x))^2 dx = h^5 / 30.
-  EXPECT_NEAR(interpolation_error(Geometry<2>(X, T), Power<2>(2))[0], std::pow(0.5, 5) / 30, 1e-16);
 }
 
 std::vector<Mark> geometry_marks(std::vector<double> eta, double tolerance) {

@@ -6,20 +6,9 @@
 namespace surf::fem {
 namespace {
 
-using test::DimName;
-using test::Dims;
-
 constexpr double kTolerance = 1e-14;  // rounding; masses are below 1
 
-template <class T>
-struct Mass : ::testing::Test {};
-TYPED_TEST_SUITE(Mass, Dims, DimName);
-
-template <int Dim>
-Geometry<Dim> rough(unsigned seed) {
-  const auto arrays = test::rough_sphere<Dim>(seed);
-  return {arrays.X, arrays.T};
-}
+IN_BOTH_DIMENSIONS(Mass);
 
 Eigen::VectorXd random_weights(Eigen::Index n) {
   std::mt19937 generator(5);
@@ -46,7 +35,7 @@ Eigen::MatrixXd by_quadrature(const Geometry<Dim>& shape, int order, const Weigh
 
 TYPED_TEST(Mass, MatrixHasTheLumpedMassesAsRowSums) {
   constexpr int Dim = TypeParam::value;
-  const auto shape = rough<Dim>(1);
+  const auto shape = test::rough_geometry<Dim>(1);
   const Eigen::VectorXd one = Eigen::VectorXd::Ones(shape.n_elements());
   const SparseMatrix M = mass<Dim>(shape, one);
   const Eigen::VectorXd sums = M * Eigen::VectorXd::Ones(shape.n_vertices());
@@ -55,7 +44,7 @@ TYPED_TEST(Mass, MatrixHasTheLumpedMassesAsRowSums) {
 
 TYPED_TEST(Mass, MatrixIsTheQuadratureOfOrderTwo) {
   constexpr int Dim = TypeParam::value;
-  const auto shape = rough<Dim>(2);
+  const auto shape = test::rough_geometry<Dim>(2);
   const Eigen::VectorXd w = random_weights(shape.n_elements());
   const Eigen::MatrixXd expected =
       by_quadrature<Dim>(shape, 2, [&](Eigen::Index t, int) { return w[t]; });
@@ -65,7 +54,7 @@ TYPED_TEST(Mass, MatrixIsTheQuadratureOfOrderTwo) {
 
 TYPED_TEST(Mass, MatrixIsSymmetricAndPositiveDefinite) {
   constexpr int Dim = TypeParam::value;
-  const auto shape = rough<Dim>(3);
+  const auto shape = test::rough_geometry<Dim>(3);
   const Eigen::MatrixXd M = mass<Dim>(shape, random_weights(shape.n_elements())).toDense();
   EXPECT_EQ(M, M.transpose());
   EXPECT_EQ(M.llt().info(), Eigen::Success);
@@ -73,7 +62,7 @@ TYPED_TEST(Mass, MatrixIsSymmetricAndPositiveDefinite) {
 
 TYPED_TEST(Mass, WithNodalWeightIsTheQuadratureOfOrderThree) {
   constexpr int Dim = TypeParam::value;
-  const auto shape = rough<Dim>(4);
+  const auto shape = test::rough_geometry<Dim>(4);
   const Eigen::VectorXd w = random_weights(shape.n_vertices());
   const Eigen::MatrixXd expected = by_quadrature<Dim>(
       shape, 3, [&](Eigen::Index t, int k) { return w[shape.elements()(t, k)]; });
@@ -83,7 +72,7 @@ TYPED_TEST(Mass, WithNodalWeightIsTheQuadratureOfOrderThree) {
 
 TYPED_TEST(Mass, WithNodalWeightAppliedToOneIsTheMassAppliedToTheWeight) {
   constexpr int Dim = TypeParam::value;
-  const auto shape = rough<Dim>(5);
+  const auto shape = test::rough_geometry<Dim>(5);
   const Eigen::VectorXd w = random_weights(shape.n_vertices());
   const SparseMatrix M = mass<Dim>(shape, Eigen::VectorXd::Ones(shape.n_elements()));
   const Eigen::VectorXd load =
@@ -93,7 +82,7 @@ TYPED_TEST(Mass, WithNodalWeightAppliedToOneIsTheMassAppliedToTheWeight) {
 
 TYPED_TEST(Mass, OfTheNormalHasTheNodalNormalsAsRowSums) {
   constexpr int Dim = TypeParam::value;
-  const auto shape = rough<Dim>(6);
+  const auto shape = test::rough_geometry<Dim>(6);
   const auto N = normal_mass<Dim>(shape);
   for (int k = 0; k < Dim; ++k) {
     const Eigen::VectorXd sums = N[k] * Eigen::VectorXd::Ones(shape.n_vertices());

@@ -7,12 +7,7 @@
 namespace surf::fem {
 namespace {
 
-using test::DimName;
-using test::Dims;
-
-template <class T>
-struct QuadratureRule : ::testing::Test {};
-TYPED_TEST_SUITE(QuadratureRule, Dims, DimName);
+IN_BOTH_DIMENSIONS(QuadratureRule);
 
 /// Integral of prod lambda_i^a_i over a simplex of Dim vertices and measure 1:
 /// (Dim - 1)! prod a_i! / (Dim - 1 + sum a_i)!.

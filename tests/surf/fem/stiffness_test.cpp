@@ -9,18 +9,7 @@
 namespace surf::fem {
 namespace {
 
-using test::DimName;
-using test::Dims;
-
-template <class T>
-struct Stiffness : ::testing::Test {};
-TYPED_TEST_SUITE(Stiffness, Dims, DimName);
-
-template <int Dim>
-Geometry<Dim> rough(unsigned seed) {
-  const auto arrays = test::rough_sphere<Dim>(seed);
-  return {arrays.X, arrays.T};
-}
+IN_BOTH_DIMENSIONS(Stiffness);
 
 template <int Dim>
 SparseMatrix plain_stiffness(const Geometry<Dim>& shape) {
@@ -41,18 +30,12 @@ test::Arrays<Dim> side_by_side(const test::Arrays<Dim>& a, const test::Arrays<Di
 // First variation of length and area: A X = d|Gamma|/dX, exact for any mesh.
 TYPED_TEST(Stiffness, TimesPositionsIsTheGradientOfTheMeasure) {
   constexpr int Dim = TypeParam::value;
-  const auto shape = rough<Dim>(7);
+  const auto shape = test::rough_geometry<Dim>(7);
   const Points<Dim> gradient = plain_stiffness<Dim>(shape) * shape.points();
   constexpr double kStep = 1e-5;       // truncation ~ kStep^2 / edge^2
   constexpr double kTolerance = 1e-8;  // rounding ~ eps * measure / kStep
-  for (Eigen::Index i = 0; i < gradient.size(); ++i) {
-    Points<Dim> plus = shape.points(), minus = shape.points();
-    plus.data()[i] += kStep;
-    minus.data()[i] -= kStep;
-    const double difference =
-        (shape.moved_to(plus).measure() - shape.moved_to(minus).measure()) / (2 * kStep);
-    EXPECT_NEAR(gradient.data()[i], difference, kTolerance) << "coordinate " << i;
-  }
+  const auto measure = [](const Geometry<Dim>& moved) { return moved.measure(); };
+  test::expect_gradient<Dim>(gradient, shape, measure, kStep, kTolerance);
 }
 
 TYPED_TEST(Stiffness, IsSymmetricWithTheConstantsOfEachComponentAsItsKernel) {
@@ -75,7 +58,7 @@ TYPED_TEST(Stiffness, IsSymmetricWithTheConstantsOfEachComponentAsItsKernel) {
 
 TYPED_TEST(Stiffness, OfALinearFunctionIsTheIntegralOfItsTangentialGradientSquared) {
   constexpr int Dim = TypeParam::value;
-  const auto shape = rough<Dim>(4);
+  const auto shape = test::rough_geometry<Dim>(4);
   Vector<Dim> a;
   for (int d = 0; d < Dim; ++d) a[d] = 0.3 + d;
   const Eigen::VectorXd alpha = Eigen::VectorXd::LinSpaced(shape.n_elements(), 0.5, 2);
@@ -89,7 +72,7 @@ TYPED_TEST(Stiffness, OfALinearFunctionIsTheIntegralOfItsTangentialGradientSquar
 
 TYPED_TEST(Stiffness, BetweenNormalsIsTheProductOfTheMatricesOfTheSchurComplement) {
   constexpr int Dim = TypeParam::value;
-  const auto shape = rough<Dim>(5);
+  const auto shape = test::rough_geometry<Dim>(5);
   const SparseMatrix A = plain_stiffness<Dim>(shape);
   const Eigen::VectorXd inverse_mass = shape.lumped_mass().cwiseInverse();
   Eigen::MatrixXd product = Eigen::MatrixXd::Zero(shape.n_vertices(), shape.n_vertices());
@@ -104,7 +87,7 @@ TYPED_TEST(Stiffness, BetweenNormalsIsTheProductOfTheMatricesOfTheSchurComplemen
 
 TYPED_TEST(Stiffness, BetweenNormalsIsPositiveSemidefinite) {
   constexpr int Dim = TypeParam::value;
-  const auto shape = rough<Dim>(6);
+  const auto shape = test::rough_geometry<Dim>(6);
   const Eigen::MatrixXd S = normal_stiffness<Dim>(shape, plain_stiffness<Dim>(shape)).toDense();
   EXPECT_GT(Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(S).eigenvalues()[0], -1e-12);
 }

@@ -5,21 +5,16 @@
 namespace surf::flow {
 namespace {
 
-using test::DimName;
-using test::Dims;
-
-template <class T>
-struct Content : ::testing::Test {};
-TYPED_TEST_SUITE(Content, Dims, DimName);
+IN_BOTH_DIMENSIONS(Content);
 
 TYPED_TEST(Content, IsThatOfTheGeometryAndItsGradientLumpedMassTimesNodalNormal) {
   constexpr int Dim = TypeParam::value;
-  const auto arrays = test::random_smooth_shape<Dim>(1, 3);
-  const fem::Geometry<Dim> shape(arrays.X, arrays.T);
+  const auto shape = test::smooth_geometry<Dim>(1, 3);
   constexpr double kRounding = 1e-13;
-  EXPECT_NEAR(content<Dim>(arrays.X, arrays.T), shape.enclosed(), kRounding * shape.enclosed());
+  EXPECT_NEAR(content<Dim>(shape.points(), shape.elements()), shape.enclosed(),
+              kRounding * shape.enclosed());
   const Points<Dim> expected = shape.lumped_mass().asDiagonal() * shape.nodal_normals();
-  EXPECT_LT((content_gradient<Dim>(arrays.X, arrays.T) - expected).norm(),
+  EXPECT_LT((content_gradient<Dim>(shape.points(), shape.elements()) - expected).norm(),
             kRounding * expected.norm());
 }
 
@@ -51,14 +46,14 @@ TYPED_TEST(Content, IsCorrectedToRoundingAtAnyScaleAndPlace) {
 
 TYPED_TEST(Content, IsChangedNoFurtherThanTheLongestMoveAllows) {
   constexpr int Dim = TypeParam::value;
-  const auto arrays = test::unit_sphere<Dim>(3);
-  const fem::Geometry<Dim> shape(arrays.X, arrays.T);
-  Points<Dim> X = arrays.X;
-  EXPECT_FALSE(correct_content<Dim>(X, arrays.T, shape.nodal_normals(), 100, 0.05));
-  EXPECT_NEAR((X - arrays.X).rowwise().norm().maxCoeff(), 0.05, 1e-15);
-  X = arrays.X;
-  EXPECT_FALSE(correct_content<Dim>(X, arrays.T, Points<Dim>::Zero(X.rows(), Dim), 100, 0.05));
-  EXPECT_EQ(X, arrays.X);
+  const auto shape = test::sphere_geometry<Dim>(3);
+  Points<Dim> X = shape.points();
+  EXPECT_FALSE(correct_content<Dim>(X, shape.elements(), shape.nodal_normals(), 100, 0.05));
+  EXPECT_NEAR((X - shape.points()).rowwise().norm().maxCoeff(), 0.05, 1e-15);
+  X = shape.points();
+  EXPECT_FALSE(
+      correct_content<Dim>(X, shape.elements(), Points<Dim>::Zero(X.rows(), Dim), 100, 0.05));
+  EXPECT_EQ(X, shape.points());
 }
 
 TYPED_TEST(Content, LeavesTheShapeWhereTheDirectionDoesNotChangeIt) {

@@ -10,16 +10,11 @@
 namespace surf::flow {
 namespace {
 
-using test::DimName;
-using test::Dims;
-
 using test::PlainShape;
 using test::start;
 using test::valley_energy;
 
-template <class T>
-struct Evolution : ::testing::Test {};
-TYPED_TEST_SUITE(Evolution, Dims, DimName);
+IN_BOTH_DIMENSIONS(Evolution);
 
 TYPED_TEST(Evolution, DescendsMonotonicallyToTheSameMinimumWithEveryProductSchemeAndRule) {
   constexpr int Dim = TypeParam::value;

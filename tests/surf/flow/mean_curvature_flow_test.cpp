@@ -8,16 +8,11 @@
 namespace surf::flow {
 namespace {
 
-using test::DimName;
-using test::Dims;
-
 VelocityOptions l2(Scheme scheme) {
   return {.product = ScalarProduct::kL2, .scheme = scheme, .solver_tolerance = 1e-12};
 }
 
-template <class T>
-struct MeanCurvatureFlow : ::testing::Test {};
-TYPED_TEST_SUITE(MeanCurvatureFlow, Dims, DimName);
+IN_BOTH_DIMENSIONS(MeanCurvatureFlow);
 
 constexpr double kEnd = 0.1;
 
@@ -112,8 +107,7 @@ TYPED_TEST(MeanCurvatureFlow, SemiImplicitL2SchemeKeepsTheAreaBoundAtAnyStep) {
 // One step of any length: the area inequality needs no bound on tau.
 TYPED_TEST(MeanCurvatureFlow, SemiImplicitL2StepWithoutForceNeverIncreasesTheArea) {
   constexpr int Dim = TypeParam::value;
-  const auto arrays = test::rough_sphere<Dim>(5, 3);
-  const fem::Geometry<Dim> shape(arrays.X, arrays.T);
+  const auto shape = test::rough_geometry<Dim>(5, 3);
   auto J = test::area_energy<Dim>();
   const test::Direction<Dim> direction(shape, J, l2(Scheme::kSemiImplicit));
   for (const double tau : {1e-3, 0.1, 10.0, 1000.0}) {
@@ -126,8 +120,7 @@ TYPED_TEST(MeanCurvatureFlow, SemiImplicitL2StepWithoutForceNeverIncreasesTheAre
 // the tests above test the implicit term.
 TYPED_TEST(MeanCurvatureFlow, ExplicitL2StepIncreasesTheAreaBeyondTheSquareOfTheEdge) {
   constexpr int Dim = TypeParam::value;
-  const auto arrays = test::rough_sphere<Dim>(5, 3);
-  const fem::Geometry<Dim> shape(arrays.X, arrays.T);
+  const auto shape = test::rough_geometry<Dim>(5, 3);
   auto J = test::area_energy<Dim>();
   const test::Direction<Dim> direction(shape, J, l2(Scheme::kExplicit));
   EXPECT_GT(test::stepped<Dim>(shape, direction.system.solve(0), 0.2).measure(), shape.measure());

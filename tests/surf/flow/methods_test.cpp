@@ -9,15 +9,11 @@
 namespace surf::flow {
 namespace {
 
-using test::DimName;
-using test::Dims;
 using test::PlainShape;
 using test::start;
 using test::valley_energy;
 
-template <class T>
-struct Methods : ::testing::Test {};
-TYPED_TEST_SUITE(Methods, Dims, DimName);
+IN_BOTH_DIMENSIONS(Methods);
 
 // Methods take different ways to a minimum among normal displacements: vertices end at different
 // places of it, and the discrete J differs by a share of the discretisation's error.

@@ -5,9 +5,6 @@
 namespace surf::flow {
 namespace {
 
-using test::DimName;
-using test::Dims;
-
 /// J(tau) = -tau + tau^2 / (2 newton): minimal at tau = newton, where half of the expected decrease
 /// is reached. actual / expected = 1 - tau / (2 newton).
 struct Quadratic {
@@ -140,15 +137,12 @@ TEST(Backtracking, FindsNothingWhereNoStepDecreasesTheEnergy) {
   EXPECT_FALSE(step);
 }
 
-template <class T>
-struct VelocityGradient : ::testing::Test {};
-TYPED_TEST_SUITE(VelocityGradient, Dims, DimName);
+IN_BOTH_DIMENSIONS(VelocityGradient);
 
 // V = B x has grad_Gamma V = B P with the tangential projection P of each element.
 TYPED_TEST(VelocityGradient, OfALinearFieldIsTheMatrixTimesTheTangentialProjection) {
   constexpr int Dim = TypeParam::value;
-  const auto arrays = test::rough_sphere<Dim>(1);
-  const fem::Geometry<Dim> shape(arrays.X, arrays.T);
+  const auto shape = test::rough_geometry<Dim>(1);
   Eigen::Matrix<double, Dim, Dim> B;
   for (int i = 0; i < Dim * Dim; ++i) B.data()[i] = std::cos(3.0 * i);
   double expected = 0;
@@ -156,15 +150,14 @@ TYPED_TEST(VelocityGradient, OfALinearFieldIsTheMatrixTimesTheTangentialProjecti
     const Vector<Dim> nu = shape.normals().row(t);
     expected = std::max(expected, (B - B * nu * nu.transpose()).norm());
   }
-  const Points<Dim> V = arrays.X * B.transpose();
+  const Points<Dim> V = shape.points() * B.transpose();
   EXPECT_NEAR(max_velocity_gradient<Dim>(shape, V), expected, 1e-12);
 }
 
 TYPED_TEST(VelocityGradient, LeavesOutTheSteepestElementsUpToTheExemptShare) {
   constexpr int Dim = TypeParam::value;
-  const auto arrays = test::rough_sphere<Dim>(3);
-  const fem::Geometry<Dim> shape(arrays.X, arrays.T);
-  Points<Dim> V = Points<Dim>::Zero(arrays.X.rows(), Dim);
+  const auto shape = test::rough_geometry<Dim>(3);
+  Points<Dim> V = Points<Dim>::Zero(shape.points().rows(), Dim);
   V(0, 0) = 1e6;  // only the elements of vertex 0 have a gradient
   double share = 0;
   for (Eigen::Index t = 0; t < shape.n_elements(); ++t)

@@ -6,12 +6,7 @@
 namespace surf::flow {
 namespace {
 
-using test::DimName;
-using test::Dims;
-
-template <class T>
-struct FourthOrder : ::testing::Test {};
-TYPED_TEST_SUITE(FourthOrder, Dims, DimName);
+IN_BOTH_DIMENSIONS(FourthOrder);
 
 template <int Dim>
 SparseMatrix plain_stiffness(const fem::Geometry<Dim>& shape) {
@@ -24,11 +19,10 @@ TYPED_TEST(FourthOrder, MatrixConvergesToTheBilaplacian) {
   const double exact = Dim == 2 ? std::numbers::pi : 4 * 4 * std::numbers::pi / 3;
   double before = 0;
   for (int level = 2; level < 5; ++level) {
-    const auto arrays = test::unit_sphere<Dim>(level);
-    const fem::Geometry<Dim> shape(arrays.X, arrays.T);
+    const auto shape = test::sphere_geometry<Dim>(level);
     const Eigen::VectorXd two = Eigen::VectorXd::Constant(shape.n_vertices(), 2);
     const SparseMatrix K = bilaplacian_matrix<Dim>(shape, plain_stiffness(shape), two);
-    const Eigen::VectorXd x = arrays.X.col(0);
+    const Eigen::VectorXd x = shape.points().col(0);
     const double error = std::abs(x.dot(K * x) / 2 - exact);
     if (level > 2) {
       EXPECT_NEAR(std::log2(before / error), 2, 0.3);
@@ -49,12 +43,11 @@ TEST(SymmetricSolver, SolutionIsNaNWhereAPivotIsZero) {
 
 TYPED_TEST(FourthOrder, SystemIsSolvedToRounding) {
   constexpr int Dim = TypeParam::value;
-  const auto arrays = test::random_smooth_shape<Dim>(3, 3);
-  const fem::Geometry<Dim> shape(arrays.X, arrays.T);
+  const auto shape = test::smooth_geometry<Dim>(3, 3);
   SparseMatrix matrix = bilaplacian_matrix<Dim>(shape, plain_stiffness(shape),
                                                 Eigen::VectorXd::Ones(shape.n_vertices()));
   matrix.diagonal() += shape.lumped_mass();
-  const Eigen::VectorXd rhs = arrays.X.col(1);
+  const Eigen::VectorXd rhs = shape.points().col(1);
   const Eigen::VectorXd x = SymmetricSolver(matrix).solve(rhs);
   EXPECT_LT((matrix * x - rhs).norm(), 1e-11 * rhs.norm());
 }
@@ -62,8 +55,7 @@ TYPED_TEST(FourthOrder, SystemIsSolvedToRounding) {
 // ((A, M), (M, -A)) with the kernel of A in both blocks, and units 1e12 apart.
 TYPED_TEST(FourthOrder, SystemWithSemiDefiniteBlocksIsSolvedToRounding) {
   constexpr int Dim = TypeParam::value;
-  const auto arrays = test::random_smooth_shape<Dim>(5, 2);
-  const fem::Geometry<Dim> shape(arrays.X, arrays.T);
+  const auto shape = test::smooth_geometry<Dim>(5, 2);
   const int n = int(shape.n_vertices());
   const Eigen::MatrixXd A = plain_stiffness(shape).toDense();
   for (const double tau : {1e-6, 1.0, 1e6}) {
@@ -73,7 +65,7 @@ TYPED_TEST(FourthOrder, SystemWithSemiDefiniteBlocksIsSolvedToRounding) {
     dense.topRightCorner(n, n) = shape.lumped_mass().asDiagonal();
     dense.bottomLeftCorner(n, n) = shape.lumped_mass().asDiagonal();
     Eigen::VectorXd rhs = Eigen::VectorXd::Zero(2 * n);
-    rhs.head(n) = arrays.X.col(0);
+    rhs.head(n) = shape.points().col(0);
     const SparseMatrix matrix = dense.sparseView();
     const Eigen::VectorXd x = SymmetricSolver(matrix).solve(rhs);
     EXPECT_LT((dense * x - rhs).norm(), 1e-10 * rhs.norm()) << tau;

@@ -7,12 +7,7 @@
 namespace surf::flow {
 namespace {
 
-using test::DimName;
-using test::Dims;
-
-template <class T>
-struct VelocityOf : ::testing::Test {};
-TYPED_TEST_SUITE(VelocityOf, Dims, DimName);
+IN_BOTH_DIMENSIONS(VelocityOf);
 
 constexpr std::array kProducts = {ScalarProduct::kL2, ScalarProduct::kH1};
 constexpr std::array kSchemes = {Scheme::kExplicit, Scheme::kSemiImplicit};
@@ -48,8 +43,7 @@ class Transplanted : public Field<Dim> {
 // With b(V, .) = -dJ(.) the decrease along V is b(V, V).
 TYPED_TEST(VelocityOf, OfTheExplicitSchemesDescendsByItsOwnSquaredNorm) {
   constexpr int Dim = TypeParam::value;
-  const auto arrays = test::random_smooth_shape<Dim>(2, 3);
-  const fem::Geometry<Dim> shape(arrays.X, arrays.T);
+  const auto shape = test::smooth_geometry<Dim>(2, 3);
   auto J = minimal_surface<Dim>(std::make_shared<const test::WaveField<Dim>>(1));
   for (const ScalarProduct product : kProducts) {
     const VelocityOptions options{.product = product, .solver_tolerance = 1e-12};
@@ -63,8 +57,7 @@ TYPED_TEST(VelocityOf, OfTheExplicitSchemesDescendsByItsOwnSquaredNorm) {
 
 TYPED_TEST(VelocityOf, OfEverySchemeHasTheShapeDerivativeOfItsVector) {
   constexpr int Dim = TypeParam::value;
-  const auto arrays = test::random_smooth_shape<Dim>(3, 3);
-  const fem::Geometry<Dim> shape(arrays.X, arrays.T);
+  const auto shape = test::smooth_geometry<Dim>(3, 3);
   auto J = minimal_surface<Dim>(std::make_shared<const test::WaveField<Dim>>(2));
   for (const ScalarProduct product : kProducts)
     for (const Scheme scheme : kSchemes) {
@@ -79,8 +72,7 @@ TYPED_TEST(VelocityOf, OfEverySchemeHasTheShapeDerivativeOfItsVector) {
 // The H1 system written out: (A_alpha + M_beta) V = -dJ.n with beta >= 100 g_max / r^2.
 TYPED_TEST(VelocityOf, OfExplicitH1SolvesTheWeightedSystemWithItsFloor) {
   constexpr int Dim = TypeParam::value;
-  const auto arrays = test::random_smooth_shape<Dim>(4, 2);
-  const fem::Geometry<Dim> shape(arrays.X, arrays.T);
+  const auto shape = test::smooth_geometry<Dim>(4, 2);
   auto J = minimal_surface<Dim>(std::make_shared<const test::WaveField<Dim>>(3));
   const test::Direction<Dim> direction(shape, J, {.solver_tolerance = 1e-13});
   const auto& terms = direction.terms;
@@ -98,8 +90,7 @@ TYPED_TEST(VelocityOf, OfExplicitH1SolvesTheWeightedSystemWithItsFloor) {
 // the H1 product in place of M.
 TYPED_TEST(VelocityOf, OfTheSemiImplicitSchemeSolvesTheSchurComplement) {
   constexpr int Dim = TypeParam::value;
-  const auto arrays = test::random_smooth_shape<Dim>(5, 2);
-  const fem::Geometry<Dim> shape(arrays.X, arrays.T);
+  const auto shape = test::smooth_geometry<Dim>(5, 2);
   auto J = minimal_surface<Dim>(std::make_shared<const test::WaveField<Dim>>(4));
   constexpr double kTau = 0.02;
   for (const ScalarProduct product : kProducts) {
@@ -125,8 +116,7 @@ TYPED_TEST(VelocityOf, OfTheSemiImplicitSchemeSolvesTheSchurComplement) {
 
 TYPED_TEST(VelocityOf, OfTheSemiImplicitSchemeIsTheExplicitOneAtStepZero) {
   constexpr int Dim = TypeParam::value;
-  const auto arrays = test::random_smooth_shape<Dim>(6, 3);
-  const fem::Geometry<Dim> shape(arrays.X, arrays.T);
+  const auto shape = test::smooth_geometry<Dim>(6, 3);
   auto J = minimal_surface<Dim>(std::make_shared<const test::WaveField<Dim>>(5));
   for (const ScalarProduct product : kProducts) {
     const auto normal = [&](Scheme scheme) {
@@ -143,8 +133,7 @@ TYPED_TEST(VelocityOf, OfTheSemiImplicitSchemeIsTheExplicitOneAtStepZero) {
 // part scales as s^(Dim-1). Then V_L2 scales as 1/s and the H1 step, an inexact Newton step, as s.
 TYPED_TEST(VelocityOf, IsUnchangedByTranslationAndScalesWithTheUnitOfLength) {
   constexpr int Dim = TypeParam::value;
-  const auto arrays = test::random_smooth_shape<Dim>(7, Dim == 2 ? 3 : 2);
-  const fem::Geometry<Dim> shape(arrays.X, arrays.T);
+  const auto shape = test::smooth_geometry<Dim>(7, Dim == 2 ? 3 : 2);
   const auto H = std::make_shared<const test::WaveField<Dim>>(6);
   const Vector<Dim> shift = Vector<Dim>::LinSpaced(3, -8);
   constexpr double kTau = 0.01;
@@ -155,8 +144,8 @@ TYPED_TEST(VelocityOf, IsUnchangedByTranslationAndScalesWithTheUnitOfLength) {
             .product = product, .scheme = scheme, .solver_tolerance = 1e-13};
         auto J = minimal_surface<Dim>(H);
         const test::Direction<Dim> direction(shape, J, options);
-        const Points<Dim> X = (s * arrays.X).rowwise() + (s * shift).transpose();
-        const fem::Geometry<Dim> other(X, arrays.T);
+        const Points<Dim> X = (s * shape.points()).rowwise() + (s * shift).transpose();
+        const fem::Geometry<Dim> other(X, shape.elements());
         auto J_other = minimal_surface<Dim>(
             std::make_shared<const Transplanted<Dim>>(H, s * shift, s), 0.7, -1.3 / s);
         const test::Direction<Dim> other_direction(other, J_other, options);
@@ -174,8 +163,7 @@ TYPED_TEST(VelocityOf, IsUnchangedByTranslationAndScalesWithTheUnitOfLength) {
 // Intensities do not enter the H1 direction: alpha, beta and dJ all scale with the energy.
 TYPED_TEST(VelocityOf, OfTheH1FlowIsUnchangedWhenTheEnergyIsScaled) {
   constexpr int Dim = TypeParam::value;
-  const auto arrays = test::random_smooth_shape<Dim>(8, 3);
-  const fem::Geometry<Dim> shape(arrays.X, arrays.T);
+  const auto shape = test::smooth_geometry<Dim>(8, 3);
   const auto H = std::make_shared<const test::WaveField<Dim>>(7);
   const auto normal = [&](double factor) {
     auto J = minimal_surface<Dim>(H, 0.7 * factor, -1.3 * factor);
@@ -190,22 +178,22 @@ TYPED_TEST(VelocityOf, OfTheH1FlowIsUnchangedWhenTheEnergyIsScaled) {
 // (M A^+ M) V = -r: minus the gradient in H^-1, so dJ(V) = -b(V, V); and the content stands.
 TYPED_TEST(VelocityOf, OfTheHMinus1FlowDescendsByItsSquaredNormAndKeepsTheContent) {
   constexpr int Dim = TypeParam::value;
-  const auto arrays = test::random_smooth_shape<Dim>(9, 3);
-  const fem::Geometry<Dim> shape(arrays.X, arrays.T);
+  const auto shape = test::smooth_geometry<Dim>(9, 3);
   auto J = minimal_surface<Dim>(std::make_shared<const test::WaveField<Dim>>(8));
   const test::Direction<Dim> direction(shape, J, {.product = ScalarProduct::kHMinus1});
   const auto velocity = direction.system.solve(0);
   EXPECT_LT(velocity.shape_derivative, 0);
   EXPECT_NEAR(velocity.shape_derivative, -velocity.norm_squared, 1e-12 * velocity.norm_squared);
-  const Eigen::VectorXd change =
-      content_gradient<Dim>(arrays.X, arrays.T).cwiseProduct(velocity.vector).rowwise().sum();
+  const Eigen::VectorXd change = content_gradient<Dim>(shape.points(), shape.elements())
+                                     .cwiseProduct(velocity.vector)
+                                     .rowwise()
+                                     .sum();
   EXPECT_LT(std::abs(change.sum()), 1e-12 * change.cwiseAbs().sum());
 }
 
 TYPED_TEST(VelocityOf, OfTheSemiImplicitHMinus1FlowSolvesTheMixedSystem) {
   constexpr int Dim = TypeParam::value;
-  const auto arrays = test::random_smooth_shape<Dim>(10, 2);
-  const fem::Geometry<Dim> shape(arrays.X, arrays.T);
+  const auto shape = test::smooth_geometry<Dim>(10, 2);
   auto J = minimal_surface<Dim>(std::make_shared<const test::WaveField<Dim>>(9));
   const test::Direction<Dim> direction(
       shape, J, {.product = ScalarProduct::kHMinus1, .scheme = Scheme::kSemiImplicit});
@@ -266,11 +254,12 @@ TYPED_TEST(VelocityOf, OfSurfaceDiffusionConvergesToTheLaplacianOfTheCurvature) 
 // B V + lambda q = -r, q^T V = 0.
 TYPED_TEST(VelocityOf, ThatKeepsTheContentSolvesTheSystemWithItsMultiplier) {
   constexpr int Dim = TypeParam::value;
-  const auto arrays = test::random_smooth_shape<Dim>(11, 3);
-  const fem::Geometry<Dim> shape(arrays.X, arrays.T);
+  const auto shape = test::smooth_geometry<Dim>(11, 3);
   auto J = minimal_surface<Dim>(std::make_shared<const test::WaveField<Dim>>(10));
-  const Eigen::VectorXd q =
-      content_gradient<Dim>(arrays.X, arrays.T).cwiseProduct(shape.nodal_normals()).rowwise().sum();
+  const Eigen::VectorXd q = content_gradient<Dim>(shape.points(), shape.elements())
+                                .cwiseProduct(shape.nodal_normals())
+                                .rowwise()
+                                .sum();
   for (const ScalarProduct product : kProducts) {
     const VelocityOptions options{
         .product = product, .solver_tolerance = 1e-13, .keeps_content = true};
@@ -290,8 +279,7 @@ TYPED_TEST(VelocityOf, ThatKeepsTheContentSolvesTheSystemWithItsMultiplier) {
 
 TYPED_TEST(VelocityOf, OfTheSemiImplicitSchemeIsTheExplicitOneWithoutACurvatureTerm) {
   constexpr int Dim = TypeParam::value;
-  const auto arrays = test::random_smooth_shape<Dim>(12, 3);
-  const fem::Geometry<Dim> shape(arrays.X, arrays.T);
+  const auto shape = test::smooth_geometry<Dim>(12, 3);
   energy::DomainIntegral<Dim> J(std::make_shared<const test::WaveField<Dim>>(11),
                                 {.ray_spacing_mm = 0.1});
   for (const ScalarProduct product :

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -15,9 +16,11 @@ class ScratchFolder : public ::testing::Test {
  protected:
   ScratchFolder() {
     const auto* test = ::testing::UnitTest::GetInstance()->current_test_info();
+    std::string name = std::string(test->test_suite_name()) + "-" + test->name();
+    std::replace(name.begin(), name.end(), '/', '-');
     folder_ = std::filesystem::temp_directory_path() /
-              (std::string("surfseg-") + test->test_suite_name() + "-" + test->name() + "-" +
-               std::to_string(::getpid()));
+              ("surfseg-" + name + "-" + std::to_string(::getpid()));
+    std::filesystem::remove_all(folder_);
     std::filesystem::create_directories(folder_);
   }
   ~ScratchFolder() override {

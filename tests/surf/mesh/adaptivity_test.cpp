@@ -120,19 +120,6 @@ TEST(Adaptivity, NeitherRefinesNorCoarsensForEver) {
     }
 }
 
-TEST(Adaptivity, ByAFunctionNeitherRefinesNorCoarsensForEver) {
-  TriMesh mesh = to_mesh(ball({0, 0, 0}, 1, 0.35));
-  AdaptivityOptions options;
-  options.functions = {std::make_shared<Spot>(Eigen::Vector3d(0, 1, 0), 0.1)};
-  options.max_length_mm = 1;
-  options.function_tolerance = 1e-8;  // finer than what follows needs
-  adapt(mesh, options);
-  for (double tolerance = 1e-7; tolerance < 1e-3; tolerance *= 4) {
-    options.function_tolerance = tolerance;
-    EXPECT_TRUE(adapt(mesh, options).is_settled) << tolerance;
-  }
-}
-
 TEST(Adaptivity, ByAnIntegralRefinesWhereTheIntegrandChanges) {
   TriMesh mesh = to_mesh(ball({0, 0, 0}, 1, 0.35));
   const Eigen::Vector3d place(1, 0, 0);
@@ -154,19 +141,6 @@ TEST(Adaptivity, ByAnIntegralRefinesWhereTheIntegrandChanges) {
       EXPECT_GT(size[face.idx()], 0.2);
     }
   }
-}
-
-TEST(Adaptivity, ByAFunctionBringsItsInterpolationErrorBelowTheTolerance) {
-  TriMesh mesh = to_mesh(ball({0, 0, 0}, 1, 0.35));
-  const auto spot = std::make_shared<Spot>(Eigen::Vector3d(0, 1, 0), 0.1);
-  AdaptivityOptions options;
-  options.function_tolerance = 1e-6;
-  options.functions = {spot};
-  options.max_length_mm = 1;
-  EXPECT_TRUE(adapt(mesh, options).is_settled);
-  const fem::Geometry<3> shape = geometry(mesh);
-  EXPECT_LE(fem::interpolation_error(shape, *spot).sum(), 1e-6 * shape.measure());
-  EXPECT_LT(mesh.n_faces(), 20000);
 }
 
 TEST(Adaptivity, RefinesIfAnyIndicatorSaysSoAndCoarsensIfAllDo) {

@@ -8,21 +8,15 @@
 #include <numbers>
 #include <vector>
 
+#include "libsurf/base/arrays.h"
 #include "libsurf/base/types.h"
+#include "tests/surf/torus.h"
 
 namespace surf::test {
 
 inline Triangles to_triangles(const std::vector<Vector<3>>& points,
                               const std::vector<std::array<int, 3>>& elements) {
-  Triangles surface;
-  surface.points.resize(static_cast<Eigen::Index>(points.size()), 3);
-  surface.elements.resize(static_cast<Eigen::Index>(elements.size()), 3);
-  for (std::size_t i = 0; i < points.size(); ++i)
-    surface.points.row(static_cast<Eigen::Index>(i)) = points[i].transpose();
-  for (std::size_t i = 0; i < elements.size(); ++i)
-    surface.elements.row(static_cast<Eigen::Index>(i)) =
-        Eigen::RowVector3i::Map(elements[i].data());
-  return surface;
+  return {points_of<3>(points), elements_of(elements)};
 }
 
 inline Triangles tetrahedron() {
@@ -87,18 +81,7 @@ inline Triangles sphere(const Vector<3>& center, double radius, int levels) {
 
 /// Torus round the z axis, n times m quadrilaterals.
 inline Triangles torus(double big_radius, double small_radius, int n, int m) {
-  std::vector<Vector<3>> points;
-  std::vector<std::array<int, 3>> elements;
-  for (int a = 0; a < n; ++a)
-    for (int b = 0; b < m; ++b) {
-      const double u = 2 * std::numbers::pi * a / n, v = 2 * std::numbers::pi * b / m;
-      const double r = big_radius + small_radius * std::cos(v);
-      points.emplace_back(r * std::cos(u), r * std::sin(u), small_radius * std::sin(v));
-      const int a1 = (a + 1) % n, b1 = (b + 1) % m;
-      elements.push_back({a * m + b, a1 * m + b, a1 * m + b1});
-      elements.push_back({a * m + b, a1 * m + b1, a * m + b1});
-    }
-  return to_triangles(points, elements);
+  return torus_triangles(big_radius, small_radius, n, m);
 }
 
 /// The quadrilaterals of a torus, one direction glued with a flip: closed, each edge in two

@@ -44,14 +44,5 @@ TEST(EdgeUses, JoinTrianglesToComponentsByEdgesNotByPoints) {
   EXPECT_EQ(found.of_element, (std::vector<int>{0, 1, 1, 2}));
 }
 
-TEST(DisjointSets, GrowTogether) {
-  DisjointSets sets(5);
-  sets.join(0, 3);
-  sets.join(4, 3);
-  EXPECT_EQ(sets.find(0), sets.find(4));
-  EXPECT_NE(sets.find(0), sets.find(1));
-  EXPECT_NE(sets.find(1), sets.find(2));
-}
-
 }  // namespace
 }  // namespace surf::mesh

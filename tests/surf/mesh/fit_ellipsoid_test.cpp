@@ -8,12 +8,7 @@
 namespace surf::mesh {
 namespace {
 
-using test::DimName;
-using test::Dims;
-
-template <class T>
-struct FitEllipsoid : ::testing::Test {};
-TYPED_TEST_SUITE(FitEllipsoid, Dims, DimName);
+IN_BOTH_DIMENSIONS(FitEllipsoid);
 
 template <int Dim>
 Eigen::Matrix<double, Dim, Dim> turn(unsigned seed) {

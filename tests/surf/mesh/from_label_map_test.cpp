@@ -54,15 +54,21 @@ TEST(SurfaceOfLabelMap, PassesForNoise) {
   }
 }
 
-volume::Volume ball_labels(const Eigen::Affine3d& affine, double radius) {
+/// A function of the distance from the middle.
+volume::Volume volume_of_distances(const Eigen::Affine3d& affine,
+                                   const std::function<double(double)>& value) {
   const std::array<int, 3> size{60, 48, 40};
   const Vector<3> center = affine * Vector<3>(29.5, 23.5, 19.5);
   std::vector<float> values;
   for (int k = 0; k < size[2]; ++k)
     for (int j = 0; j < size[1]; ++j)
       for (int i = 0; i < size[0]; ++i)
-        values.push_back((affine * Vector<3>(i, j, k) - center).norm() <= radius ? 2.0f : 7.0f);
+        values.push_back(float(value((affine * Vector<3>(i, j, k) - center).norm())));
   return {size, affine, values};
+}
+
+volume::Volume ball_labels(const Eigen::Affine3d& affine, double radius) {
+  return volume_of_distances(affine, [=](double r) { return r <= radius ? 2.0 : 7.0; });
 }
 
 TEST(SurfaceOfLabelMap, IsPlacedByTheWholeAffine) {
@@ -99,14 +105,7 @@ TEST(SurfaceOfLabelMap, ChoosesTheLabelAndCapsItAtTheBorder) {
 
 /// radius - |x - center|.
 volume::Volume ball_depths(const Eigen::Affine3d& affine, double radius) {
-  const std::array<int, 3> size{60, 48, 40};
-  const Vector<3> center = affine * Vector<3>(29.5, 23.5, 19.5);
-  std::vector<float> values;
-  for (int k = 0; k < size[2]; ++k)
-    for (int j = 0; j < size[1]; ++j)
-      for (int i = 0; i < size[0]; ++i)
-        values.push_back(float(radius - (affine * Vector<3>(i, j, k) - center).norm()));
-  return {size, affine, values};
+  return volume_of_distances(affine, [=](double r) { return radius - r; });
 }
 
 TEST(SurfaceOfLevel, LiesWhereTheValuesReachIt) {

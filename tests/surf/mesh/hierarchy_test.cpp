@@ -208,7 +208,7 @@ TEST(WithoutPhantoms, LeavesTheBoundaryOfTheDomainInRandomSoups) {
   std::mt19937 random(12);
   for (int trial = 0; trial < 100; ++trial) {
     const std::vector<Ball> balls = random_balls(random, 1 + trial % 30);
-    const FilteredSurface found = without_phantoms(shells_of(balls));
+    const FilteredSurface found = filtered(shells_of(balls));
     const auto shells = shell_hierarchy(found.surface).shells;
     EXPECT_EQ(shells.size() + found.removed.size(), balls.size());
     for (const Shell& shell : shells) {
@@ -221,15 +221,14 @@ TEST(WithoutPhantoms, LeavesTheBoundaryOfTheDomainInRandomSoups) {
 
 TEST(WithoutPhantoms, LeavesAGoodSurfaceBitForBit) {
   const Nest nest;
-  const FilteredSurface found = without_phantoms(nest.surface);
+  const FilteredSurface found = filtered(nest.surface);
   expect_equal(found.surface, nest.surface);
   EXPECT_TRUE(found.removed.empty());
 }
 
 TEST(WithoutPhantoms, RemovesInvertedShellsInTheOpen) {
   const Nest nest;
-  const FilteredSurface found =
-      without_phantoms(all_of({flipped(nest.other), nest.outer, nest.cavity}));
+  const FilteredSurface found = filtered(all_of({flipped(nest.other), nest.outer, nest.cavity}));
   expect_equal(found.surface, joined(nest.outer, nest.cavity));
   ASSERT_EQ(reasons(found), std::vector{Reason::kPhantom});
   EXPECT_EQ(found.removed[0].n_shells, 1);
@@ -239,8 +238,8 @@ TEST(WithoutPhantoms, RemovesInvertedShellsInTheOpen) {
 }
 
 TEST(WithoutPhantoms, RemovesOutwardShellsInOutwardOnes) {
-  const FilteredSurface found = without_phantoms(
-      all_of({sphere(kOrigin, 1, 2), sphere(kOrigin, 3, 2), sphere(kOrigin, 2, 2)}));
+  const FilteredSurface found =
+      filtered(all_of({sphere(kOrigin, 1, 2), sphere(kOrigin, 3, 2), sphere(kOrigin, 2, 2)}));
   expect_equal(found.surface, sphere(kOrigin, 3, 2));
   EXPECT_EQ(reasons(found), (std::vector{Reason::kPhantom, Reason::kPhantom}));
 }
@@ -250,17 +249,16 @@ TEST(WithoutPhantoms, KeepsTheCavityWhereTheWindingNumberFallsToZero) {
   const Triangles twice = joined(sphere(kOrigin, 5, 2), sphere(kOrigin, 4, 2)),
                   inner = flipped(sphere(kOrigin, 2, 2));
   const Triangles cavities = joined(flipped(sphere(kOrigin, 3, 2)), inner);
-  expect_equal(without_phantoms(joined(twice, cavities)).surface,
-               joined(sphere(kOrigin, 5, 2), inner));
-  expect_equal(without_phantoms(joined(twice, inner)).surface, sphere(kOrigin, 5, 2));
+  expect_equal(filtered(joined(twice, cavities)).surface, joined(sphere(kOrigin, 5, 2), inner));
+  expect_equal(filtered(joined(twice, inner)).surface, sphere(kOrigin, 5, 2));
 }
 
 // Algorithm 16 would remove the ball with the phantom round it.
 TEST(WithoutPhantoms, KeepsADomainInsideAPhantom) {
   const Triangles ball = sphere(kOrigin, 1, 2);
   const Triangles inverted = flipped(sphere(kOrigin, 3, 2)), outward = sphere(kOrigin, 2, 2);
-  expect_equal(without_phantoms(all_of({inverted, outward, ball})).surface, ball);
-  const FilteredSurface none = without_phantoms(joined(inverted, outward));
+  expect_equal(filtered(all_of({inverted, outward, ball})).surface, ball);
+  const FilteredSurface none = filtered(joined(inverted, outward));
   EXPECT_EQ(none.surface.elements.rows(), 0);
   EXPECT_EQ(none.surface.points.rows(), 0);
   EXPECT_EQ(none.removed.size(), 2u);

@@ -1,31 +1,25 @@
 // Closed surfaces for the tests of libsurf/mesh.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <numbers>
 #include <random>
+#include <vector>
 
+#include "libsurf/mesh/bisection.h"
+#include "libsurf/mesh/measure.h"
 #include "libsurf/mesh/primitives.h"
 #include "libsurf/mesh/triangle_mesh.h"
 #include "libsurf/mesh/triangle_shape.h"
+#include "tests/surf/torus.h"
 
 namespace surf::mesh {
 
 /// Torus round the z axis: n_around rings of n_across vertices, outward.
 inline Triangles torus(double radius, double tube, int n_around, int n_across) {
-  Triangles result{Points<3>(n_around * n_across, 3), Elements<3>(2 * n_around * n_across, 3)};
-  const auto index = [&](int i, int j) { return i % n_around * n_across + j % n_across; };
-  for (int i = 0; i < n_around; ++i)
-    for (int j = 0; j < n_across; ++j) {
-      const double u = 2 * std::numbers::pi * i / n_around, v = 2 * std::numbers::pi * j / n_across;
-      const double r = radius + tube * std::cos(v);
-      result.points.row(index(i, j)) << r * std::cos(u), r * std::sin(u), tube * std::sin(v);
-      const int row = 2 * index(i, j);
-      result.elements.row(row) << index(i, j), index(i + 1, j), index(i + 1, j + 1);
-      result.elements.row(row + 1) << index(i, j), index(i + 1, j + 1), index(i, j + 1);
-    }
-  return result;
+  return test::torus_triangles(radius, tube, n_around, n_across);
 }
 
 /// Ball, ellipsoid, box or torus with edges of about 0.3, size about 1.
@@ -68,6 +62,22 @@ inline void move(TriMesh& mesh, const WavyField& field) {
     mesh.set_point(vertex, mesh.point(vertex) + field(mesh.point(vertex)));
 }
 
+/// Angles at the three vertices of each face [degrees].
+inline Points<3> angles_deg(const TriMesh& mesh) {
+  const Triangles surface = to_triangles(mesh);
+  Points<3> out(surface.elements.rows(), 3);
+  for (Eigen::Index t = 0; t < out.rows(); ++t) {
+    const auto corner = [&](int i) {
+      return Vector<3>(surface.points.row(surface.elements(t, i)));
+    };
+    out.row(t) = angles_deg(corner(0), corner(1), corner(2)).transpose();
+  }
+  return out;
+}
+
+inline double enclosed_volume(const TriMesh& mesh) { return volume_mm3(to_triangles(mesh)); }
+inline double surface_area(const TriMesh& mesh) { return area_mm2(to_triangles(mesh)); }
+
 /// Smallest angle of the surface [degrees].
 inline double min_angle_deg(const TriMesh& mesh) { return angles_deg(mesh).minCoeff(); }
 
@@ -77,10 +87,39 @@ inline double share_of_angles_above(const TriMesh& mesh, double degrees) {
   return (angles.rowwise().minCoeff().array() >= degrees).cast<double>().mean();
 }
 
+inline std::vector<FaceHandle> random_faces(const TriMesh& mesh, double share,
+                                            std::mt19937& random) {
+  std::bernoulli_distribution is_marked(share);
+  std::vector<FaceHandle> marked;
+  for (const auto face : mesh.faces())
+    if (is_marked(random)) marked.push_back(face);
+  std::shuffle(marked.begin(), marked.end(), random);
+  return marked;
+}
+
+inline std::vector<FaceHandle> all_faces(const TriMesh& mesh) {
+  std::vector<FaceHandle> result;
+  for (const auto face : mesh.faces()) result.push_back(face);
+  return result;
+}
+
 inline double longest_edge(const TriMesh& mesh) {
   double longest = 0;
   for (const auto edge : mesh.edges()) longest = std::max(longest, mesh.calc_edge_length(edge));
   return longest;
+}
+
+/// Bisects faces at their longest edges until none is longer. Returns the number of new vertices.
+inline int refine_long_edges(TriMesh& mesh, double max_length, const BisectionHook& hook = {}) {
+  for (int n_new_vertices = 0;;) {
+    std::vector<FaceHandle> marked;
+    for (const auto face : mesh.faces())
+      if (std::any_of(mesh.cfe_begin(face), mesh.cfe_end(face),
+                      [&](const auto edge) { return mesh.calc_edge_length(edge) > max_length; }))
+        marked.push_back(face);
+    if (marked.empty()) return n_new_vertices;
+    n_new_vertices += bisect_at_longest_edges(mesh, marked, hook);
+  }
 }
 
 }  // namespace surf::mesh

@@ -57,22 +57,26 @@ std::string spoiled_at(std::string bytes, std::size_t place) {
   return bytes;
 }
 
-std::string metaimage(const std::string& from = "", const std::string& to = "") {
-  std::string header =
-      "ObjectType = Image\nNDims = 3\nBinaryData = True\nElementSpacing = 1 1 1\n"
-      "TransformMatrix = 1 0 0 0 1 0 0 0 1\nOffset = 0 0 0\nDimSize = 4 3 5\n"
-      "ElementType = MET_UCHAR\nElementDataFile = LOCAL\n";
+/// A header with one place replaced, and data.
+std::string with_data(std::string header, const std::string& from, const std::string& to) {
   if (!from.empty()) header.replace(header.find(from), from.size(), to);
   return header + raw_bytes(values<std::uint8_t>(kGrid.size));
 }
 
+std::string metaimage(const std::string& from = "", const std::string& to = "") {
+  const std::string header =
+      "ObjectType = Image\nNDims = 3\nBinaryData = True\nElementSpacing = 1 1 1\n"
+      "TransformMatrix = 1 0 0 0 1 0 0 0 1\nOffset = 0 0 0\nDimSize = 4 3 5\n"
+      "ElementType = MET_UCHAR\nElementDataFile = LOCAL\n";
+  return with_data(header, from, to);
+}
+
 std::string nrrd(const std::string& from = "", const std::string& to = "") {
-  std::string header =
+  const std::string header =
       "NRRD0004\ntype: uchar\ndimension: 3\nspace: left-posterior-superior\nsizes: 4 3 5\n"
       "space directions: (1,0,0) (0,1,0) (0,0,1)\nkinds: domain domain domain\nencoding: raw\n"
       "space origin: (0,0,0)\n\n";
-  if (!from.empty()) header.replace(header.find(from), from.size(), to);
-  return header + raw_bytes(values<std::uint8_t>(kGrid.size));
+  return with_data(header, from, to);
 }
 
 std::string vti(const std::string& from = "", const std::string& to = "") {

@@ -2,16 +2,14 @@
 // and sheared, values that tell every voxel from its neighbours, and headers byte by byte.
 #pragma once
 
-#include <gtest/gtest.h>
 #include <nifti/nifti1.h>
 #include <nifti/nifti2.h>
-#include <unistd.h>
 
 #include <Eigen/Dense>
 #include <algorithm>
+#include <array>
+#include <cstdint>
 #include <cstring>
-#include <filesystem>
-#include <fstream>
 #include <string>
 #include <type_traits>
 #include <vector>
@@ -19,38 +17,27 @@
 #include "libsurf/base/error.h"
 #include "libsurf/volume/read_volume.h"
 #include "libsurf/volume/volume.h"
+#include "tests/surf/io/scratch_folder.h"
 
 namespace surf::volume {
 
-/// A folder of its own for each test, removed with everything in it.
-class Files : public ::testing::Test {
- protected:
-  Files() {
-    const auto* test = ::testing::UnitTest::GetInstance()->current_test_info();
-    std::string name = std::string(test->test_suite_name()) + "." + test->name();
-    std::replace(name.begin(), name.end(), '/', '-');
-    folder_ = std::filesystem::temp_directory_path() /
-              ("surfseg-" + std::to_string(::getpid()) + "-" + name);
-    std::filesystem::remove_all(folder_);
-    std::filesystem::create_directories(folder_);
-  }
-  ~Files() override { std::filesystem::remove_all(folder_); }
+using Files = test::ScratchFolder;
 
-  std::string path(const std::string& name) const { return (folder_ / name).string(); }
-
-  std::string write(const std::string& name, const std::string& bytes) const {
-    std::ofstream(path(name), std::ios::binary) << bytes;
-    return path(name);
-  }
-
-  static std::string bytes_of(const std::string& file) {
-    std::ifstream stream(file, std::ios::binary);
-    return {std::istreambuf_iterator<char>(stream), {}};
-  }
-
- private:
-  std::filesystem::path folder_;
-};
+/// Calls check(name, a value of the C++ type, our name of it) for each type of scalars.
+/// @param names  of a format, in the order of this list
+template <class Check>
+void check_scalar_types(const std::array<const char*, 10>& names, const Check& check) {
+  check(names[0], std::int8_t(), "int8");
+  check(names[1], std::uint8_t(), "uint8");
+  check(names[2], std::int16_t(), "int16");
+  check(names[3], std::uint16_t(), "uint16");
+  check(names[4], std::int32_t(), "int32");
+  check(names[5], std::uint32_t(), "uint32");
+  check(names[6], std::int64_t(), "int64");
+  check(names[7], std::uint64_t(), "uint64");
+  check(names[8], float(), "float32");
+  check(names[9], double(), "float64");
+}
 
 /// The message of the InputError that reading throws; "" if it reads.
 inline std::string failure(const std::string& path, const ReadOptions& options = {}) {

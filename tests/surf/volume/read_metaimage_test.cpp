@@ -62,16 +62,9 @@ TEST_F(ReadMetaImage, EveryScalarTypeIsReadInBothByteOrders) {
       expect_volume(volume, grid);
     }
   };
-  check("MET_CHAR", std::int8_t(), "int8");
-  check("MET_UCHAR", std::uint8_t(), "uint8");
-  check("MET_SHORT", std::int16_t(), "int16");
-  check("MET_USHORT", std::uint16_t(), "uint16");
-  check("MET_INT", std::int32_t(), "int32");
-  check("MET_UINT", std::uint32_t(), "uint32");
-  check("MET_LONG_LONG", std::int64_t(), "int64");
-  check("MET_ULONG_LONG", std::uint64_t(), "uint64");
-  check("MET_FLOAT", float(), "float32");
-  check("MET_DOUBLE", double(), "float64");
+  check_scalar_types({"MET_CHAR", "MET_UCHAR", "MET_SHORT", "MET_USHORT", "MET_INT", "MET_UINT",
+                      "MET_LONG_LONG", "MET_ULONG_LONG", "MET_FLOAT", "MET_DOUBLE"},
+                     check);
 }
 
 TEST_F(ReadMetaImage, CompressedDataAreInflated) {

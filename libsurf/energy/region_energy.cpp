@@ -1,0 +1,74 @@
+#include "libsurf/energy/region_energy.h"
+
+#include "libsurf/energy/detail/region_terms.h"
+
+namespace surf::energy {
+
+template <int Dim>
+RegionEnergy<Dim>::RegionEnergy(std::shared_ptr<const Field<Dim>> I, Integrands w, int n_integrals,
+                                const DomainIntegralOptions& options)
+    : I_(std::move(I)),
+      w_(std::move(w)),
+      n_integrals_(n_integrals),
+      quadrature_order_(options.quadrature_order),
+      integrals_(options.quadrature_order, options.ray_spacing_mm, n_integrals) {}
+
+template <int Dim>
+Eigen::VectorXd RegionEnergy<Dim>::integrals_over(const fem::Geometry<Dim>& shape) const {
+  return integrals_.absolute(*I_, w_, shape);
+}
+
+template <int Dim>
+void RegionEnergy<Dim>::reset(const fem::Geometry<Dim>& shape) {
+  shape_ = std::make_unique<fem::Geometry<Dim>>(shape);
+  p_ = integrals_over(shape);
+}
+
+template <int Dim>
+double RegionEnergy<Dim>::try_move(const fem::Geometry<Dim>& moved) {
+  tried_ = std::make_unique<fem::Geometry<Dim>>(moved);
+  tried_p_ = p_ + integrals_.swept(*I_, w_, *shape_, moved);
+  return value_of(tried_p_);
+}
+
+template <int Dim>
+void RegionEnergy<Dim>::accept() {
+  shape_ = std::move(tried_);
+  p_ = tried_p_;
+}
+
+template <int Dim>
+void RegionEnergy<Dim>::remesh(const fem::Geometry<Dim>& shape) {
+  shape_ = std::make_unique<fem::Geometry<Dim>>(shape);
+}
+
+template <int Dim>
+void RegionEnergy<Dim>::differentiate(const fem::Curvature& curvature, double weight,
+                                      ShapeTerms<Dim>& terms) const {
+  add_region_terms<Dim>(*I_, *shape_, quadrature_order_, curvature.mean, weight, density(), terms);
+}
+
+template <int Dim>
+void RegionEnergy<Dim>::differentiate_twice(const fem::Curvature& curvature, double weight,
+                                            SecondDerivative<Dim>& second) const {
+  add_region_second<Dim>(*I_, *shape_, quadrature_order_, curvature.mean, weight, density(),
+                         second.sparse);
+  const Eigen::MatrixXd of_integrals = second_of_integrals();
+  if (of_integrals.size() == 0) return;
+  second.add_integrals(region_loads<Dim>(*I_, *shape_, quadrature_order_, w_, n_integrals_),
+                       weight * of_integrals);
+}
+
+template <int Dim>
+void RegionEnergy<Dim>::add_density(const Points<Dim>& points, double weight,
+                                    Eigen::VectorXd& out) const {
+  const auto G = density();
+  Samples<Dim> samples;
+  I_->sample(points, Derivatives::kNone, samples);
+  for (Eigen::Index i = 0; i < points.rows(); ++i) out[i] += weight * G(samples.value[i])[0];
+}
+
+template class RegionEnergy<2>;
+template class RegionEnergy<3>;
+
+}  // namespace surf::energy

@@ -1,0 +1,66 @@
+// Energies of the domain that depend on integrals of functions of one field.
+#pragma once
+
+#include <array>
+#include <functional>
+#include <memory>
+
+#include "libsurf/base/field.h"
+#include "libsurf/energy/domain_integrals.h"
+#include "libsurf/energy/shape_energy.h"
+
+namespace surf::energy {
+
+struct DomainIntegralOptions {
+  int quadrature_order = 2;
+  /// Distance of the samples in the interior when J is computed from scratch [mm].
+  double ray_spacing_mm = 1;
+};
+
+/// J(Omega) = Phi(p), p_k = int_Omega w_k(I) dx. The integrals follow the surface: from scratch at
+/// a reset, by what the boundary sweeps at a move.
+///
+/// G = sum_k Phi_k w_k(I) (Theorem 2.2.6), g = 0; d2J = int (d_nu G + kappa G) V W dS at fixed
+/// Phi_k plus the terms Phi_kl <w_k, V> <w_l, W> (Theorem 2.2.7).
+template <int Dim>
+class RegionEnergy : public ShapeEnergy<Dim> {
+ public:
+  void reset(const fem::Geometry<Dim>& shape) override;
+  double value() const override { return value_of(p_); }
+  double try_move(const fem::Geometry<Dim>& moved) override;
+  void accept() override;
+  void remesh(const fem::Geometry<Dim>& shape) override;
+  void differentiate(const fem::Curvature& curvature, double weight,
+                     ShapeTerms<Dim>& terms) const override;
+  void differentiate_twice(const fem::Curvature& curvature, double weight,
+                           SecondDerivative<Dim>& second) const override;
+  void add_density(const Points<Dim>& points, double weight,
+                   Eigen::VectorXd& density) const override;
+
+  /// The integrals p over the current shape.
+  const Eigen::VectorXd& integrals() const { return p_; }
+
+ protected:
+  /// @param w  the w_k
+  RegionEnergy(std::shared_ptr<const Field<Dim>> I, Integrands w, int n_integrals,
+               const DomainIntegralOptions& options);
+
+  /// p from scratch.
+  virtual Eigen::VectorXd integrals_over(const fem::Geometry<Dim>& shape) const;
+
+ private:
+  virtual double value_of(const Eigen::VectorXd& p) const = 0;
+  /// G and dG/dI as functions of I, at the current shape.
+  virtual std::function<std::array<double, 2>(double)> density() const = 0;
+  /// Phi_kl at the current shape; without rows where Phi is linear.
+  virtual Eigen::MatrixXd second_of_integrals() const { return {}; }
+
+  std::shared_ptr<const Field<Dim>> I_;
+  Integrands w_;
+  int n_integrals_, quadrature_order_;
+  DomainIntegrals<Dim> integrals_;
+  std::unique_ptr<fem::Geometry<Dim>> shape_, tried_;
+  Eigen::VectorXd p_, tried_p_;
+};
+
+}  // namespace surf::energy

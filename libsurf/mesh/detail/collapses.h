@@ -1,0 +1,40 @@
+// Collapses of edges. Private to improve().
+#pragma once
+
+#include <vector>
+
+#include "libsurf/mesh/detail/mending.h"
+#include "libsurf/mesh/detail/star_patch.h"
+
+namespace surf::mesh {
+
+class Collapses {
+ public:
+  explicit Collapses(Mending& work)
+      : work_(work), mesh_(work.mesh), options_(work.options), patch_(work) {}
+
+  /// What a collapse is for: to remove a short edge, a sharp angle, or what is finer than it need
+  /// be.
+  enum class CollapseFor { kLength, kAngle, kCoarseness };
+
+  /// Collapses the edge if the smallest angle of what is left has a cosine below the bound.
+  bool try_collapse(OpenMesh::EdgeHandle edge, double cos_bound, CollapseFor aim);
+  /// Those below the least length, the shortest first.
+  void collapse_short_edges(double cos_bound);
+  /// Those within what may be coarsened.
+  void coarsen(double cos_bound);
+
+ private:
+  void keep_volume(std::vector<Eigen::Vector3d>& places) const;
+  bool is_collapse_safe(OpenMesh::HalfedgeHandle halfedge);
+  double patch_variation() const;
+  Eigen::Vector3d normal_beyond_rim(std::size_t k) const;
+  bool is_star_flagged(const std::vector<char>& flags, OpenMesh::VertexHandle vertex) const;
+
+  Mending& work_;
+  TriMesh& mesh_;
+  const ImproveOptions& options_;
+  StarPatch patch_;
+};
+
+}  // namespace surf::mesh

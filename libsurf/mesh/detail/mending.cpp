@@ -1,0 +1,52 @@
+#include "libsurf/mesh/detail/mending.h"
+
+#include <algorithm>
+
+namespace surf::mesh {
+
+using Eigen::Vector3d;
+
+Mending::Mending(TriMesh& mesh_now, const ImproveOptions& options_now)
+    : mesh(mesh_now),
+      options(options_now),
+      is_reconnected(mesh_now.n_faces(), false),
+      witnesses_(mesh_now.n_faces()) {}
+
+Diamond Mending::diamond(EdgeHandle edge) const {
+  const HalfedgeHandle h = mesh.halfedge_handle(edge, 0), o = mesh.halfedge_handle(edge, 1);
+  return {h,
+          o,
+          mesh.from_vertex_handle(h),
+          mesh.to_vertex_handle(h),
+          mesh.to_vertex_handle(mesh.next_halfedge_handle(h)),
+          mesh.to_vertex_handle(mesh.next_halfedge_handle(o))};
+}
+
+void Mending::add_witnesses(FaceHandle face, std::vector<Vector3d>& witnesses) const {
+  const auto& list = witnesses_[face.idx()];
+  if (list.has_value()) {
+    witnesses.insert(witnesses.end(), list->begin(), list->end());
+    return;
+  }
+  for (const HalfedgeHandle h : mesh.fh_range(face)) {
+    const Vector3d &from = point(mesh.from_vertex_handle(h)), &to = point(mesh.to_vertex_handle(h));
+    witnesses.push_back(from);
+    witnesses.push_back(0.5 * (from + to));
+  }
+}
+
+bool Mending::are_witnesses_near(const std::vector<Vector3d>& witnesses,
+                                 const std::vector<Corners>& patch) const {
+  return std::all_of(witnesses.begin(), witnesses.end(), [&](const Vector3d& witness) {
+    return is_near(witness, patch, options.tolerance_mm);
+  });
+}
+
+void Mending::hand_over(const std::vector<Vector3d>& witnesses, const std::vector<Corners>& patch,
+                        const std::vector<FaceHandle>& faces) {
+  for (const FaceHandle face : faces) witnesses_[face.idx()].emplace();
+  for (const Vector3d& witness : witnesses)
+    witnesses_[faces[closest(witness, patch)].idx()]->push_back(witness);
+}
+
+}  // namespace surf::mesh

@@ -1,0 +1,69 @@
+// What the operations of improve() share. Private to improve().
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "libsurf/mesh/detail/patch_shape.h"
+#include "libsurf/mesh/improve.h"
+
+namespace surf::mesh {
+
+/// Around an edge: faces (a, b, c) and (b, a, d).
+struct Diamond {
+  OpenMesh::HalfedgeHandle halfedge, opposite;
+  OpenMesh::VertexHandle a, b, c, d;
+};
+
+/// A mesh that is being improved.
+///
+/// Witnesses are the vertices and midpoints of edges of the surface at the start. Each is kept by
+/// a face close to it; faces that no operation has touched keep their own without a list.
+class Mending {
+ public:
+  /// Both must outlive this object.
+  Mending(TriMesh& mesh, const ImproveOptions& options);
+
+  TriMesh& mesh;
+  const ImproveOptions& options;
+  ImproveReport report;
+  std::vector<bool> is_reconnected;  ///< faces that a flip or a collapse has changed
+
+  const Eigen::Vector3d& point(OpenMesh::VertexHandle vertex) const { return mesh.point(vertex); }
+
+  double length(OpenMesh::EdgeHandle edge) const {
+    const OpenMesh::HalfedgeHandle h = mesh.halfedge_handle(edge, 0);
+    return (point(mesh.to_vertex_handle(h)) - point(mesh.from_vertex_handle(h))).norm();
+  }
+
+  /// For sorting: lengths that differ by rounding alone, as on symmetric surfaces, are ties.
+  float rank(OpenMesh::EdgeHandle edge) const { return static_cast<float>(length(edge)); }
+
+  bool is_deleted(OpenMesh::EdgeHandle edge) const { return mesh.status(edge).deleted(); }
+  bool is_deleted(OpenMesh::FaceHandle face) const { return mesh.status(face).deleted(); }
+
+  bool is_frozen(OpenMesh::FaceHandle face) const {
+    return !options.frozen.empty() && options.frozen[face.idx()];
+  }
+  bool is_at_frozen(OpenMesh::VertexHandle vertex) const {
+    if (options.frozen.empty()) return false;
+    for (const OpenMesh::FaceHandle face : mesh.vf_range(vertex))
+      if (is_frozen(face)) return true;
+    return false;
+  }
+
+  Diamond diamond(OpenMesh::EdgeHandle edge) const;
+
+  void add_witnesses(OpenMesh::FaceHandle face, std::vector<Eigen::Vector3d>& witnesses) const;
+  bool are_witnesses_near(const std::vector<Eigen::Vector3d>& witnesses,
+                          const std::vector<Corners>& patch) const;
+  /// Each witness goes to the closest triangle of the patch. @pre faces[k] is patch[k]
+  void hand_over(const std::vector<Eigen::Vector3d>& witnesses, const std::vector<Corners>& patch,
+                 const std::vector<OpenMesh::FaceHandle>& faces);
+
+ private:
+  std::vector<std::optional<std::vector<Eigen::Vector3d>>>
+      witnesses_;  // of faces that were touched
+};
+
+}  // namespace surf::mesh
