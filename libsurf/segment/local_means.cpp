@@ -16,6 +16,7 @@ constexpr double kMeansPerReach = 4.0 / 3;  // deviation of the Gaussian of the 
 static double env(const char* n, double v) { const char* t = std::getenv(n); return t ? std::atof(t) : v; }
 const double kClear = env("CLEARW", 2);                // deviations of the edge: what is nearer is a mixture
 constexpr double kLeastShare = 1e-4;        // of a mean over all, where nothing of a side is near
+const double kOver = env("OVER", 8);
 const double kHold = env("HOLD", 0.75), kSure = env("SURE", 4);
 const int kTrimmings = int(env("TRIM", 0));
 constexpr double kPull = 1.5;  // f of a shape at the reach: more than intensities have
@@ -160,17 +161,19 @@ class LocalMeansField : public Field<Dim> {
       // u = k / (c^2 + k), l = kHold z, p = kPull z^5, z = d / reach.
       const double c = a.value[at] - b.value[at], m = c * c + least_,
                    e = 2 * out.value[at] - a.value[at] - b.value[at], q = e * c / m,
-                   t = std::tanh(q), s = 1 - t * t, z = d.value[at] / reach_, z3 = z * z * z,
+                   v = std::max(0.0, (q - c * c / m) / 2), t = std::tanh(q - kOver * v * v * v),
+                   s = 1 - t * t, z = d.value[at] / reach_, z3 = z * z * z,
                    u = unsure_ / (c * c + unsure_);
       out.value[at] = -t + kHold * z * u + kPull * z3 * z * z;
       if (order == Derivatives::kNone) continue;
       const Row dI = out.gradient.row(at), dc = a.gradient.row(at) - b.gradient.row(at),
                 de = 2 * dI - a.gradient.row(at) - b.gradient.row(at),
                 dz = d.gradient.row(at) / reach_, dm = 2 * c * dc,
-                dq = (de * c + e * dc - q * dm) / m;
+                dq = (de * c + e * dc - q * dm) / m,
+                dv = (dq - least_ / (m * m) * dm) / 2, dQ = dq - 3 * kOver * v * v * dv;
       const double u_by_c = -2 * c * u * u / unsure_;
       out.gradient.row(at) =
-          -s * dq + kHold * (u * dz + z * u_by_c * dc) + 5 * kPull * z3 * z * dz;
+          -s * dQ + kHold * (u * dz + z * u_by_c * dc) + 5 * kPull * z3 * z * dz;
       if (order == Derivatives::kFirst) continue;
       const auto square = [&](Samples<Dim>& of) {
         return Eigen::Map<Square>(of.hessian.row(at).data());
@@ -179,10 +182,12 @@ class LocalMeansField : public Field<Dim> {
                    hz = square(d) / reach_,
                    hn = he * c + de.transpose() * dc + dc.transpose() * de + e * hc,
                    hm = 2 * (dc.transpose() * dc + c * hc),
-                   hq = (hn - q * hm - dq.transpose() * dm - dm.transpose() * dq) / m;
+                   hq = (hn - q * hm - dq.transpose() * dm - dm.transpose() * dq) / m,
+                   hv = (hq - least_ / (m * m) * (hm - 2 / m * dm.transpose() * dm)) / 2,
+                   hQ = hq - 3 * kOver * v * (v * hv + 2 * dv.transpose() * dv);
       const double u_by_cc = (-2 * u * u + 8 * c * c * u * u * u / unsure_) / unsure_;
       const Square hu = u_by_c * hc + u_by_cc * dc.transpose() * dc;
-      square(out) = -s * hq + 2 * t * s * dq.transpose() * dq +
+      square(out) = -s * hQ + 2 * t * s * dQ.transpose() * dQ +
                     kHold * (u * hz + u_by_c * (dz.transpose() * dc + dc.transpose() * dz) +
                              z * hu) +
                     kPull * (5 * z3 * z * hz + 20 * z3 * dz.transpose() * dz);

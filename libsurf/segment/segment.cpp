@@ -1,6 +1,6 @@
 #include "libsurf/segment/segment.h"
 
-#include "libsurf/segment/surface_setting.h"
+#include "libsurf/segment/detail/surface_setting.h"
 
 namespace surf::segment {
 

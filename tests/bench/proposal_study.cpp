@@ -18,7 +18,7 @@
 #include "libcurve/image/read_image.h"
 #include "libcurve/segment/detail/curve_setting.h"
 #include "libsurf/segment/proposal.h"
-#include "libsurf/segment/surface_setting.h"
+#include "libsurf/segment/detail/surface_setting.h"
 #include "libsurf/volume/read_volume.h"
 
 namespace {

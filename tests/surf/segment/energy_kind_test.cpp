@@ -13,7 +13,7 @@
 #include "libsurf/energy/fields.h"
 #include "libsurf/mesh/measure.h"
 #include "libsurf/mesh/primitives.h"
-#include "libsurf/segment/model.h"
+#include "libsurf/segment/detail/volume_model.h"
 #include "libsurf/segment/segment.h"
 #include "libsurf/volume/phantom.h"
 #include "tests/surf/segment/every_kind.h"

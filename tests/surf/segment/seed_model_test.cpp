@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "libsurf/segment/model.h"
+#include "libsurf/segment/detail/volume_model.h"
 #include "libsurf/volume/image_fields.h"
 #include "libsurf/volume/phantom.h"
 

@@ -1,4 +1,4 @@
-#include "libsurf/segment/surface_setting.h"
+#include "libsurf/segment/detail/surface_setting.h"
 
 #include <algorithm>
 
@@ -13,7 +13,7 @@
 #include "libsurf/mesh/self_intersections.h"
 #include "libsurf/mesh/sheet_guard.h"
 #include "libsurf/mesh/verify.h"
-#include "libsurf/segment/model.h"
+#include "libsurf/segment/detail/volume_model.h"
 
 namespace surf::segment {
 namespace {

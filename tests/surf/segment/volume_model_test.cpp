@@ -1,4 +1,4 @@
-#include "libsurf/segment/model.h"
+#include "libsurf/segment/detail/volume_model.h"
 
 #include <gtest/gtest.h>
 
