@@ -337,6 +337,11 @@ void add_running_options(CLI::App& command, RunArguments& a) {
   command.add_option("--config", a.config, "JSON file of options; the command line wins")
       ->group(group);
   add_preset_option(command, a.preset, group);
+  command
+      .add_option("--recipe", a.recipe,
+                  "What was done, as a file that repeats it (segment::replay), with a hash of the "
+                  "image")
+      ->group(group);
   command.add_option("--threads", a.threads, "Threads [all]; the result is the same")->group(group);
   command.add_flag("-q,--quiet", a.quiet, "Print errors only")->group(group);
   command.add_flag("-v,--verbose", a.verbose, "Print every step")->group(group);

@@ -47,7 +47,7 @@ struct RunArguments {
   bool fill_cavities = false;
   std::string keep = "all";
   int threads = 0;
-  std::string json, config, preset;
+  std::string json, config, preset, recipe;
   bool quiet = false, verbose = false;
 
   Verbosity verbosity() const {

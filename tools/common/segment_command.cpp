@@ -7,6 +7,7 @@
 #include "libsurf/base/error.h"
 #include "libsurf/base/file.h"
 #include "libsurf/base/threads.h"
+#include "libsurf/segment/recipe.h"
 #include "tools/common/config.h"
 #include "tools/common/report.h"
 #include "tools/common/signals.h"
@@ -56,14 +57,21 @@ SegmentCommand<Dim>::SegmentCommand(const CLI::App& command, const RunArguments&
 
 template <int Dim>
 surf::segment::Result<Dim> SegmentCommand<Dim>::segment(const Input& input) {
-  return surf::segment::segment<Dim>(
-      input.setting, input.options,
-      [&](const std::string& stage, const surf::flow::StepRecord& record,
-          const std::function<Shape()>& shape) {
+  surf::segment::Segmentation<Dim> segmentation(input.setting);
+  const int object = segmentation.add_object();
+  segmentation.set_options(object, input.options);
+  for (const surf::Vector<Dim>& seed : input.options.seeds_mm)
+    segmentation.add_click(object, {seed, surf::segment::Side::kInside});
+  Result result = segmentation.evolve(
+      object, [&](const std::string& stage, const surf::flow::StepRecord& record,
+                  const std::function<Shape()>& shape) {
         progress_.step(step_line<Dim>(stage, record, clock_.total_seconds()));
         if (record.n_elements > 0) show(shape);
         return signal_exit_code() == kDone;
       });
+  if (!arguments_.recipe.empty())
+    surf::segment::write_recipe<Dim>(arguments_.recipe, segmentation, image_path());
+  return result;
 }
 
 template <int Dim>

@@ -45,6 +45,7 @@ class SegmentCommand {
   /// After every step.
   virtual void show([[maybe_unused]] const std::function<Shape()>& shape) {}
   virtual std::string output() const = 0;
+  virtual std::string image_path() const = 0;
   /// The key of the program's version in the summary.
   virtual const char* program() const = 0;
   /// Writes everything that was asked for.

@@ -76,6 +76,7 @@ class CurveCommand : public SegmentCommand<2> {
                    {"--mask", arguments_.mask},
                    {"--picture", arguments_.overlay},
                    {"--denoised", arguments_.denoised},
+                   {"--recipe", arguments_.recipe},
                    {"--json", arguments_.json}},
                   arguments_.image.path);
     if (!arguments_.frames.empty() && !std::filesystem::is_directory(arguments_.frames))
@@ -99,6 +100,7 @@ class CurveCommand : public SegmentCommand<2> {
   }
 
   std::string output() const override { return arguments_.output; }
+  std::string image_path() const override { return arguments_.image.path; }
   const char* program() const override { return "curveseg"; }
 
   void write(const Input& input, const Result& result,

@@ -54,6 +54,7 @@ class SurfaceCommand : public SegmentCommand<3> {
                    {"--denoised", arguments_.denoised},
                    {"--picture", arguments_.picture},
                    {"--start", arguments_.start},
+                   {"--recipe", arguments_.recipe},
                    {"--json", arguments_.json}},
                   arguments_.volume);
   }
@@ -69,6 +70,7 @@ class SurfaceCommand : public SegmentCommand<3> {
   }
 
   std::string output() const override { return arguments_.output; }
+  std::string image_path() const override { return arguments_.volume; }
   const char* program() const override { return "surfseg"; }
 
   void write(const Input& input, const Result& result,
