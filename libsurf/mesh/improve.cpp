@@ -108,11 +108,14 @@ class Improvement {
   }
 
   void try_move(VertexHandle vertex) {
+    if (work_.ends_on_border(vertex)) return;
     patch_.collect(vertex);
     // By 1 % of the angle at least, so that sweeps end.
     const double angle = std::acos(std::min(1.0, sharpest(patch_.before)));
+    std::vector<Vector3d> places = places_in_plane(work_.point(vertex));
+    work_.keep_on_border(vertex, vertex, places);
     const auto best =
-        patch_.best_place(places_in_plane(work_.point(vertex)), std::cos(1.01 * angle),
+        patch_.best_place(places, std::cos(1.01 * angle),
                           std::max(options_.max_length, longest_spoke(patch_.before)));
     if (!best) return;
     patch_.apply(vertex, *best);

@@ -85,7 +85,7 @@ Json events_of(const Result<Dim>& result) {
         for (int axis = 0; axis < Dim; ++axis) at.push_back(event.place[axis]);
         out.push_back({{"stage", stage.name},
                        {"step", step.k},
-                       {"kind", event.kind},
+                       {"kind", flow::to_string(event.kind)},
                        {Keys<Dim>::place, at},
                        {Keys<Dim>::change, event.enclosed_change}});
       }

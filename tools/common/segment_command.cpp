@@ -20,7 +20,7 @@ using nlohmann::ordered_json;
 /// "  2 merging, 1 splitting"
 std::string words(const std::vector<surf::flow::TopologyEvent>& events) {
   std::map<std::string, int> kinds;
-  for (const auto& event : events) ++kinds[event.kind];
+  for (const auto& event : events) ++kinds[surf::flow::to_string(event.kind)];
   std::string out;
   for (const auto& [kind, n] : kinds)
     out += fmt::format("{}{} {}", out.empty() ? "  " : ", ", n, kind);

@@ -20,17 +20,18 @@ struct Cluster {
   Vector<2> place() const { return sum / std::max(n, 1); }
 };
 
-std::string kind(const std::vector<int>& before, const std::vector<int>& after) {
+flow::TopologyChange kind(const std::vector<int>& before, const std::vector<int>& after) {
   const auto n_outer = std::count(before.begin(), before.end(), 1);
-  if (after.empty()) return "vanishing";
+  using enum flow::TopologyChange;
+  if (after.empty()) return kVanishing;
   if (after.size() < before.size())
-    return n_outer == 0 || n_outer == Eigen::Index(before.size()) ? "merging" : "inside-opening";
+    return n_outer == 0 || n_outer == Eigen::Index(before.size()) ? kMerging : kInsideOpening;
   if (after.size() > before.size()) {
     const bool is_mixed =
         std::count(after.begin(), after.end(), after[0]) != Eigen::Index(after.size());
-    return is_mixed ? "self-merging" : "splitting";
+    return is_mixed ? kSelfMerging : kSplitting;
   }
-  return "self-crossing";
+  return kSelfCrossing;
 }
 
 class Events {

@@ -58,7 +58,9 @@ bool CurveSetting::is_embedded(const Segments& shape) const {
 /// Nodes of elements that would intersect stay where they are, until none does.
 Segments CurveSetting::moved(const Segments& shape, const Points<2>& to) const {
   Segments out{to, shape.elements};
-  for (auto point : out.points.rowwise()) point = extent_.clamped(point.transpose()).transpose();
+  for (Eigen::Index i = 0; i < to.rows(); ++i)
+    out.points.row(i) =
+        extent_.clamped(to.row(i), extent_.faces(shape.points.row(i).transpose())).transpose();
   while (true) {
     const auto pairs = intersections(out.points, out.elements);
     bool has_changed = false;

@@ -48,6 +48,7 @@ bool Collapses::try_collapse(EdgeHandle edge, double cos_bound, CollapseFor aim)
   const Vector3d &from = work_.point(removed), &to = work_.point(kept);
   std::vector<Vector3d> places = {0.5 * (from + to), from, to};
   keep_volume(places);
+  work_.keep_on_border(removed, kept, places);
   const double before = sharpest(patch_.before);
   const double bound = aim == CollapseFor::kAngle    ? before
                        : aim == CollapseFor::kLength ? std::max(before, cos_bound)

@@ -12,6 +12,26 @@ Mending::Mending(TriMesh& mesh_now, const ImproveOptions& options_now)
       is_reconnected(mesh_now.n_faces(), false),
       witnesses_(mesh_now.n_faces()) {}
 
+bool Mending::ends_on_border(VertexHandle vertex) const {
+  if (!options.box || options.box->faces(point(vertex)) == 0) return false;
+  bool is_on = false, is_off = false;
+  for (const FaceHandle face : mesh.vf_range(vertex)) {
+    std::uint8_t common = 0xff;
+    for (const VertexHandle corner : mesh.fv_range(face))
+      common &= options.box->faces(point(corner));
+    (common != 0 ? is_on : is_off) = true;
+  }
+  return is_on && is_off;
+}
+
+void Mending::keep_on_border(VertexHandle a, VertexHandle b, std::vector<Vector3d>& places) const {
+  if (!options.box) return;
+  const bool a_ends = ends_on_border(a), b_ends = ends_on_border(b);
+  if (a_ends != b_ends) places = {point(a_ends ? a : b)};
+  const std::uint8_t faces = options.box->faces(point(a)) | options.box->faces(point(b));
+  for (Vector3d& place : places) place = options.box->clamped(place, faces);
+}
+
 Diamond Mending::diamond(EdgeHandle edge) const {
   const HalfedgeHandle h = mesh.halfedge_handle(edge, 0), o = mesh.halfedge_handle(edge, 1);
   return {h,

@@ -52,6 +52,13 @@ class Mending {
     return false;
   }
 
+  /// Whether a vertex has faces on the box's border and others.
+  bool ends_on_border(OpenMesh::VertexHandle vertex) const;
+  /// Places for what stands for both vertices: in the faces of the box that they lie on, and where
+  /// the surface ends on the border if one of them does.
+  void keep_on_border(OpenMesh::VertexHandle a, OpenMesh::VertexHandle b,
+                      std::vector<Eigen::Vector3d>& places) const;
+
   Diamond diamond(OpenMesh::EdgeHandle edge) const;
 
   void add_witnesses(OpenMesh::FaceHandle face, std::vector<Eigen::Vector3d>& witnesses) const;

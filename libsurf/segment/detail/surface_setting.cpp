@@ -90,8 +90,9 @@ bool SurfaceSetting::is_embedded(const Triangles& shape) const {
 
 Triangles SurfaceSetting::moved(const Triangles& shape, const Points<3>& to) const {
   Triangles out{to, shape.elements};
-  for (auto point : out.points.rowwise())
-    point = extent_.clamped(point.transpose()).transpose();
+  for (Eigen::Index i = 0; i < to.rows(); ++i)
+    out.points.row(i) =
+        extent_.clamped(to.row(i), extent_.faces(shape.points.row(i).transpose())).transpose();
   mesh::hold_intersecting(shape.points, out.points, out.elements);
   return out;
 }
