@@ -19,7 +19,8 @@ class March {
         index_to_world_(index_to_world),
         level_(level),
         row_(size[0] + 2),
-        node_{std::vector<int>(row_ * (size[1] + 2), -1), std::vector<int>(row_ * (size[1] + 2), -1)} {}
+        node_{std::vector<int>(row_ * (size[1] + 2), -1),
+              std::vector<int>(row_ * (size[1] + 2), -1)} {}
 
   Segments run() {
     for (int j = -1; j < size_[1]; ++j)
@@ -76,7 +77,8 @@ class March {
   Eigen::Affine2d index_to_world_;
   double level_;
   std::size_t row_;
-  std::array<std::vector<int>, 2> node_;  ///< on the edges along i and j, -1 where there is none yet
+  std::array<std::vector<int>, 2>
+      node_;  ///< on the edges along i and j, -1 where there is none yet
   std::vector<Eigen::Vector2d> points_;
   std::vector<std::array<int, 2>> elements_;
 };

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "libsurf/base/error.h"
+#include "libsurf/base/image_box.h"
 #include "libsurf/mesh/fit_ellipsoid.h"
 #include "libsurf/mesh/primitives.h"
 #include "libsurf/mesh/verify.h"
@@ -47,11 +48,9 @@ Matrix3d voxel_axes(const volume::Volume& volume) {
 void check_initial(const Triangles& surface, const volume::Volume& volume) {
   if (const mesh::Verification verification = mesh::verify(surface); !verification.passed())
     throw InputError("cannot start from this surface: " + verification.message());
-  const Eigen::Array3d last(volume.size()[0] - 1, volume.size()[1] - 1, volume.size()[2] - 1);
-  for (const auto point : surface.points.rowwise()) {
-    const Eigen::Array3d index = (volume.world_to_index() * point.transpose()).array();
-    if ((index >= 0).all() && (index <= last).all()) return;
-  }
+  const ImageBox<3> box{volume.size(), volume.index_to_world(), volume.world_to_index()};
+  for (const auto& point : surface.points.rowwise())
+    if (box.contains(point.transpose())) return;
   throw InputError("no vertex of the initial surface lies in the volume; is it in another space?");
 }
 

@@ -5,8 +5,8 @@
 #include <cstdlib>
 
 #include "libsurf/base/error.h"
+#include "libsurf/segment/node_box.h"
 #include "libsurf/segment/node_field.h"
-#include "libsurf/volume/distance_transform.h"
 
 namespace surf::segment {
 namespace {
@@ -53,9 +53,7 @@ NodeGrid<Dim> grid_round(const ImageExtent<Dim>& extent, const Simplices<Dim>& s
   return grid;
 }
 
-/// Distances [nodes] to the boundary of the flagged ones, half a node beyond the last.
-std::vector<float> depths(const std::array<int, 3>& size, const std::vector<std::uint8_t>& flags) {
-  std::vector<std::uint8_t> others(flags.size());
+std::vector<std::uint8_t> others(flags.size());
   std::transform(flags.begin(), flags.end(), others.begin(),
                  [](std::uint8_t flag) { return std::uint8_t(!flag); });
   std::vector<float> out = volume::squared_distances(size, others);
@@ -89,13 +87,19 @@ std::vector<std::uint8_t> others(const std::vector<std::uint8_t>& flags) {
   return out;
 }
 
-/// [nodes], negative inside, without the stairs.
-std::vector<float> signed_distances(const std::array<int, 3>& size,
-                                    const std::vector<std::uint8_t>& inside) {
-  std::vector<float> out = depths(size, others(inside));
-  const std::vector<float> inner = depths(size, inside);
-  for (std::size_t at = 0; at < out.size(); ++at) out[at] -= inner[at];
-  blur(size, 1, out);
+/// Distances [nodes] to the boundary of the flagged ones, half a node beyond the last; no more than
+/// the deepest that is asked for.
+std::vector<float> depths(const std::array<int, 3>& size, const std::vector<std::uint8_t>& flags,
+                          int deepest) {
+  const NodeBox<3> box{{0, 0, 0}, size};
+  const std::vector<std::int16_t> squares = squared_distances<3>(box, others(flags), deepest);
+  std::vector<float> out(flags.size());
+  for (std::size_t at = 0; at < out.size(); ++at)
+    out[at] = flags[at] ? std::min(std::sqrt(float(squares[at])), float(deepest)) - 0.5f : 0.f;
+  return out;
+}
+
+ze, 1, out);
   return out;
 }
 
@@ -111,8 +115,9 @@ std::array<std::vector<float>, 2> means_of_sides(const Intensities& I,
                                                  double clear, double deviation) {
   if (std::none_of(inside.begin(), inside.end(), [](std::uint8_t flag) { return flag; }))
     throw UsageError("local-means: the start is too thin to hold a cell of the image");
-  std::array<std::vector<float>, 2> weights = {depths(I.size, inside),
-                                               depths(I.size, others(inside))};
+  const int deepest = int(std::ceil(clear + 3 * deviation)) + 1;
+  std::array<std::vector<float>, 2> weights = {depths(I.size, inside, deepest),
+                                               depths(I.size, others(inside), deepest)};
   for (std::vector<float>& side : weights)
     for (float& depth : side)
       depth = depth > 0 ? float(std::pow(std::min(1.0, depth / clear), 4) *
@@ -219,7 +224,8 @@ std::shared_ptr<const Field<Dim>> local_means(const Setting<Dim>& setting,
                      setting.rasterized(shape, grid.size, grid.node_to_world),
                      std::max(1.0, clear_mm / node_mm), kMeansPerReach * options.reach_mm / node_mm);
   std::vector<float> distance = signed_distances(
-      grid.size_in_space(), setting.rasterized(start, grid.size, grid.node_to_world));
+      grid.size_in_space(), setting.rasterized(start, grid.size, grid.node_to_world),
+      int(std::ceil(3 * options.reach_mm / node_mm)) + 2);
   for (float& d : distance) d *= float(node_mm);
   return std::make_shared<const LocalMeansField<Dim>>(
       std::move(I), NodeField<Dim>(grid, means[0]), NodeField<Dim>(grid, means[1]),

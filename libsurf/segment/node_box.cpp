@@ -72,6 +72,40 @@ Flags component(const NodeBox<Dim>& box, const Flags& flags, std::vector<std::si
 }
 
 template <int Dim>
+std::vector<std::int16_t> squared_distances(const NodeBox<Dim>& box, const Flags& flags,
+                                            int reach) {
+  std::vector<std::int16_t> out(box.n());
+  const std::size_t row_size = box.size[0];
+  for (std::size_t row = 0; row < out.size(); row += row_size) {
+    int to_last = reach + 1;
+    for (std::size_t at = row; at < row + row_size; ++at) {
+      to_last = flags[at] ? 0 : std::min(to_last + 1, reach + 1);
+      out[at] = std::int16_t(to_last);
+    }
+    for (std::size_t at = row + row_size; at-- > row;) {
+      to_last = flags[at] ? 0 : std::min(to_last + 1, reach + 1);
+      const int nearest = std::min<int>(out[at], to_last);
+      out[at] = std::int16_t(nearest * nearest);
+    }
+  }
+  std::size_t stride = row_size;
+  for (int axis = 1; axis < Dim; stride *= box.size[axis], ++axis) {
+    const std::vector<std::int16_t> before = out;
+    for (std::size_t row = 0; row < out.size(); row += row_size) {
+      const int here = int(row / stride % box.size[axis]);
+      std::int16_t* to = &out[row];
+      for (int s = std::max(-reach, -here); s <= std::min(reach, box.size[axis] - 1 - here); ++s) {
+        const std::int16_t* from = &before[row] + std::ptrdiff_t(s) * std::ptrdiff_t(stride);
+        const auto squared = std::int16_t(s * s);
+        for (std::size_t i = 0; i < row_size; ++i)
+          to[i] = std::min<std::int16_t>(to[i], std::int16_t(from[i] + squared));
+      }
+    }
+  }
+  return out;
+}
+
+template <int Dim>
 void fill_holes(const NodeBox<Dim>& box, Flags& flags) {
   Flags open(box.n());
   std::transform(flags.begin(), flags.end(), open.begin(),
@@ -102,15 +136,18 @@ void blur(const NodeBox<Dim>& box, std::vector<float>& values) {
   }
 }
 
-#define SURF_INSTANTIATE(Dim)                                                               \
-  template NodeBox<Dim> bounds<Dim>(const NodeBox<Dim>&, const Flags&, int);                   \
-  template std::vector<float> cropped<Dim, float>(const NodeBox<Dim>&,                         \
-                                                  const std::vector<float>&,                   \
-                                                  const NodeBox<Dim>&);                        \
-  template Flags cropped<Dim, std::uint8_t>(const NodeBox<Dim>&, const Flags&,                 \
-                                            const NodeBox<Dim>&);                              \
-  template Flags component<Dim>(const NodeBox<Dim>&, const Flags&, std::vector<std::size_t>);  \
-  template void fill_holes<Dim>(const NodeBox<Dim>&, Flags&);                                  \
+#define SURF_INSTANTIATE(Dim)                                                                     \
+  template NodeBox<Dim> bounds<Dim>(const NodeBox<Dim>&, const Flags&, int);                      \
+  template std::vector<float> cropped<Dim, float>(const NodeBox<Dim>&, const std::vector<float>&, \
+                                                  const NodeBox<Dim>&);                           \
+  template std::vector<std::uint16_t> cropped<Dim, std::uint16_t>(                                \
+      const NodeBox<Dim>&, const std::vector<std::uint16_t>&, const NodeBox<Dim>&);               \
+  template Flags cropped<Dim, std::uint8_t>(const NodeBox<Dim>&, const Flags&,                    \
+                                            const NodeBox<Dim>&);                                 \
+  template Flags component<Dim>(const NodeBox<Dim>&, const Flags&, std::vector<std::size_t>);     \
+  template std::vector<std::int16_t> squared_distances<Dim>(const NodeBox<Dim>&, const Flags&,    \
+                                                            int);                                 \
+  template void fill_holes<Dim>(const NodeBox<Dim>&, Flags&);                                     \
   template void blur<Dim>(const NodeBox<Dim>&, std::vector<float>&);
 SURF_INSTANTIATE(2)
 SURF_INSTANTIATE(3)

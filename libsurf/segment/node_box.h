@@ -74,6 +74,12 @@ std::vector<T> cropped(const NodeBox<Dim>& box, const std::vector<T>& values,
 template <int Dim>
 Flags component(const NodeBox<Dim>& box, const Flags& flags, std::vector<std::size_t> starts);
 
+/// Squared Euclidean distances [nodes^2] to the nearest flagged node where they are at most
+/// reach^2, exactly; elsewhere something larger. O(reach nodes), the inner loops over rows.
+/// @param reach  [nodes], at most 100
+template <int Dim>
+std::vector<std::int16_t> squared_distances(const NodeBox<Dim>& box, const Flags& flags, int reach);
+
 /// Flags what the flagged nodes enclose too: all that has no way to the border of the box.
 template <int Dim>
 void fill_holes(const NodeBox<Dim>& box, Flags& flags);

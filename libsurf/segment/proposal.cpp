@@ -11,8 +11,8 @@
 namespace surf::segment {
 namespace {
 
-/// The shape moved into the box of the cells' centres; vertices that come to the same place there,
-/// at its corners and edges, become one.
+/// The shape ended at the outer faces of the cells where it leaves the box of their centres; vertices
+/// that come to the same place there, at its corners and edges, become one.
 template <int Dim>
 Simplices<Dim> in_box(const ImageExtent<Dim>& extent, const Simplices<Dim>& shape) {
   using Array = Eigen::Array<double, Dim, 1>;
@@ -24,12 +24,13 @@ Simplices<Dim> in_box(const ImageExtent<Dim>& extent, const Simplices<Dim>& shap
   for (Eigen::Index i = 0; i < shape.points.rows(); ++i) {
     const Array index = (extent.world_to_index * shape.points.row(i).transpose()).array();
     vertex[i] = int(points.size());
-    if ((index >= 1e-9 && index <= last - 1e-9).all()) {
+    if ((index >= 0 && index <= last).all()) {
       points.push_back(shape.points.row(i).transpose());
       continue;
     }
     // Rounded, so that places that differ by rounding alone are one.
-    const Array at = (index.max(0).min(last) * 1e6).round() / 1e6;
+    const Array ended = (index < 0).select(extent.first(), (index > last).select(extent.last(), index));
+    const Array at = (ended * 1e6).round() / 1e6;
     std::array<double, Dim> key;
     std::copy(at.begin(), at.end(), key.begin());
     const auto [known, is_new] = moved.try_emplace(key, vertex[i]);
@@ -68,9 +69,8 @@ std::optional<Simplices<Dim>> boundary(const Setting<Dim>& setting, const Region
   for (const bool is_smooth : {true, false}) {
     if (!is_smooth)
       for (float& value : values) value = value > 0.5f ? 1.f : 0.f;
-    Simplices<Dim> out =
-        in_box<Dim>(setting.extent(),
-                    setting.shape_of_level(values, region.size, region.node_to_world, 0.5));
+    Simplices<Dim> out = in_box<Dim>(
+        setting.extent(), setting.shape_of_level(values, region.size, region.node_to_world, 0.5));
     if (is_sound<Dim>(setting, out)) return out;
   }
   return std::nullopt;

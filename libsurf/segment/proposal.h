@@ -13,12 +13,12 @@ namespace surf::segment {
 /// A start, never a result: it says which object is meant.
 template <int Dim>
 struct Proposal {
-  Simplices<Dim> shape;      ///< closed, embedded, in the box of the cells' centres
-  double score, enclosed;    ///< larger is better; [mm^Dim]
-  double mean, half_width;   ///< of the window [intensity]
-  double neck_radius_mm;     ///< of the opening
-  double node_mm;            ///< of the grid: how far off its boundary may be
-  RungFeatures features;     ///< what the boundary looks like
+  Simplices<Dim> shape;     ///< closed, embedded, in the box of the cells' centres
+  double score, enclosed;   ///< larger is better; [mm^Dim]
+  double mean, half_width;  ///< of the window [intensity]
+  double neck_radius_mm;    ///< of the opening
+  double node_mm;           ///< of the grid: how far off its boundary may be
+  RungFeatures features;    ///< what the boundary looks like
 };
 
 /// "intensities between 12 and 250, cut off where a neck is thinner than 3 mm; score 0.82"

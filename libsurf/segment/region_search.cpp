@@ -7,10 +7,10 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <numeric>
 #include <thread>
 
 #include "libsurf/segment/seed_model.h"
-#include "libsurf/volume/distance_transform.h"
 
 namespace surf::segment {
 namespace {
@@ -24,10 +24,11 @@ constexpr double kLargestGrowth = 1.4;
 constexpr double kShareOfGrowth = 0.3, kLargestUnknownGrowth = 1;
 constexpr int kWindowReach = 2;   // nodes from a seed to its window: a seed may be noise
 constexpr int kOpeningReach = 8;  // nodes from a seed to the opening: it may be near an edge
-constexpr double kShell = 2;      // nodes, outside: what the inside is compared with
+constexpr int kShell = 2;         // nodes, outside: what the inside is compared with
 constexpr double kEdgeNoise = 3;  // an edge is that many times the noise, per node
 // Of the range, since phantoms have no noise: the finest step of the search.
 constexpr double kLeastDeviation = 1.0 / 4096;
+constexpr int kLevels = SearchGrid<3>::kLevels;
 constexpr double kSlack = 1e-6;  // rounding, where an image is turned or flipped
 
 template <int Dim>
@@ -42,9 +43,8 @@ struct SeedNodes {
 
 template <int Dim>
 SeedNodes<Dim> seed_nodes(const SearchGrid<Dim>& grid, const Vector<Dim>& seed) {
-  SeedNodes<Dim> out{
-      nearest_nodes<Dim>(grid.node_to_world().inverse() * seed, grid.box().size),
-      estimate_seed_model<Dim>(grid, seed)};
+  SeedNodes<Dim> out{nearest_nodes<Dim>(grid.node_to_world().inverse() * seed, grid.box().size),
+                     estimate_seed_model<Dim>(grid, seed)};
   out.model.deviation = std::max(out.model.deviation, kLeastDeviation * grid.range());
   return out;
 }
@@ -102,15 +102,15 @@ double sphericity(double n_nodes, double n_faces) {
 }
 
 /// Fills in what the boundary of the nodes inside looks like.
-/// @param intensity, edge  at the nodes of the box
+/// @param level, edge  at the nodes of the box
 template <int Dim>
-void measure(const NodeBox<Dim>& box, const Flags& inside, const std::vector<float>& intensity,
+void measure(const NodeBox<Dim>& box, const Flags& inside, const std::vector<std::uint16_t>& level,
              const Flags& edge, Rung<Dim>& rung) {
-  const std::vector<float> distance = volume::squared_distances(box.size, inside);
-  std::vector<float> object, shell;
+  const std::vector<std::int16_t> distance = squared_distances(box, inside, kShell);
+  std::vector<int> object(kLevels), shell(kLevels);
   for (std::size_t at = 0; at < box.n(); ++at)
-    if (distance[at] <= kShell * kShell) (inside[at] ? object : shell).push_back(intensity[at]);
-  double n_faces = 0, n_on_edge = 0, n_on_border = 0;
+    if (distance[at] <= kShell * kShell) ++(inside[at] ? object : shell)[level[at]];
+  std::size_t n_faces = 0, n_on_edge = 0, n_on_border = 0;
   for (int axis = 0; axis < Dim; ++axis)
     box.for_lines(axis, [&](std::size_t at, int here, std::size_t stride) {
       const bool is_last = here + 1 == box.size[axis];
@@ -120,14 +120,14 @@ void measure(const NodeBox<Dim>& box, const Flags& inside, const std::vector<flo
       n_on_edge += edge[at] || edge[at + stride];
     });
   n_faces += n_on_border;
-  rung.n_nodes = object.size();
-  rung.border_share = n_on_border / n_faces;
+  rung.n_nodes = std::accumulate(object.begin(), object.end(), std::size_t(0));
+  rung.border_share = double(n_on_border) / double(n_faces);
   rung.features.separation = histogram_separation(object, shell);
-  rung.features.edge_share = n_on_edge / n_faces;
-  rung.features.sphericity = sphericity<Dim>(double(object.size()), n_faces);
+  rung.features.edge_share = double(n_on_edge) / double(n_faces);
+  rung.features.sphericity = sphericity<Dim>(double(rung.n_nodes), double(n_faces));
 }
 
-/// As of a rung (RungFeatures::score), but what the scan cuts off is less likely to be meant, of
+/// As of the formula of RungFeatures, but what the scan cuts off is less likely to be meant, of
 /// two that are equal the larger one is, and the separation counts for more. The exponents lie in
 /// the middle of those that find most of 32 structures in 13 scans.
 template <int Dim>
@@ -140,14 +140,15 @@ double score(const Rung<Dim>& rung) {
 /// neck that the border cuts in half is no thicker than what is left of it. But along an axis of
 /// few slices all would be near the border.
 template <int Dim>
-std::vector<float> depths(const NodeBox<Dim>& grid, const NodeBox<Dim>& box, const Flags& outside) {
-  std::vector<float> out = volume::squared_distances(box.size, outside);
+std::vector<std::int16_t> depths(const NodeBox<Dim>& grid, const NodeBox<Dim>& box,
+                                 const Flags& outside, int reach) {
+  std::vector<std::int16_t> out = squared_distances(box, outside, reach);
   for (int axis = 0; axis < Dim; ++axis) {
     if (has_few_slices(grid, axis)) continue;
     box.for_lines(axis, [&](std::size_t at, int here, std::size_t) {
       const int node = box.lower[axis] + here;
-      const int to_border = std::min(node + 1, grid.size[axis] - node);
-      out[at] = std::min(out[at], float(to_border * to_border));
+      const int to_border = std::min({node + 1, grid.size[axis] - node, reach + 1});
+      out[at] = std::min(out[at], std::int16_t(to_border * to_border));
     });
   }
   return out;
@@ -200,21 +201,22 @@ std::vector<Rung<Dim>> open_window(const View<Dim>& view, double half_width,
   window = component(grid, window, std::move(window_starts));
   const NodeBox<Dim> box = bounds(grid, window, int(std::ceil(kShell)) + 1);
   window = cropped(grid, window, box);
-  const std::vector<float> intensity = cropped(grid, view.grid.intensity(), box);
+  const std::vector<std::uint16_t> level = cropped(grid, view.grid.level(), box);
   const Flags edge = cropped(grid, view.edge, box);
   Flags outside(box.n());
   std::transform(window.begin(), window.end(), outside.begin(),
                  [](std::uint8_t flag) { return std::uint8_t(!flag); });
-  const std::vector<float> depth = depths(grid, box, outside);
+  const int reach = int(std::ceil(*std::max_element(neck_radii.begin(), neck_radii.end())));
+  const std::vector<std::int16_t> depth = depths(grid, box, outside, reach);
   for (std::size_t n = 0; n < rungs.size() && !stop.stop_requested(); ++n) {
     const double r = neck_radii[n];
     Flags core(box.n());
     std::transform(depth.begin(), depth.end(), core.begin(),
-                   [&](float d) { return std::uint8_t(d > r * r); });
+                   [&](int d) { return std::uint8_t(d > r * r); });
     auto core_starts = starts<Dim>(box, core, view.seeds, kOpeningReach);
     if (core_starts.empty()) continue;
     core = component(box, core, std::move(core_starts));
-    const std::vector<float> to_core = volume::squared_distances(box.size, core);
+    const std::vector<std::int16_t> to_core = squared_distances(box, core, int(std::ceil(r)));
     Flags inside(box.n());
     for (std::size_t at = 0; at < box.n(); ++at) inside[at] = window[at] && to_core[at] <= r * r;
     fill_holes(box, inside);
@@ -223,7 +225,7 @@ std::vector<Rung<Dim>> open_window(const View<Dim>& view, double half_width,
     rung.neck_radius = r;
     rung.box = box;
     rung.inside.assign(inside.begin(), inside.end());
-    measure(box, inside, intensity, edge, rung);
+    measure(box, inside, level, edge, rung);
   }
   return rungs;
 }
@@ -248,8 +250,8 @@ std::vector<std::vector<Rung<Dim>>> open_windows(const View<Dim>& view,
                                                  const SearchOptions& options,
                                                  const SearchProgress& progress,
                                                  const std::stop_token& outer_stop) {
-  std::vector<std::vector<Rung<Dim>>> windows(
-      widths.size(), std::vector<Rung<Dim>>(options.neck_radii.size()));
+  std::vector<std::vector<Rung<Dim>>> windows(widths.size(),
+                                              std::vector<Rung<Dim>>(options.neck_radii.size()));
   std::stop_source stop;
   const std::stop_callback forwarded(outer_stop, [&] { stop.request_stop(); });
   std::atomic<int> n_done = 0;
@@ -331,15 +333,12 @@ Region<Dim> region_of(const View<Dim>& view, const Rung<Dim>& rung) {
   Vector<Dim> lower;
   for (int axis = 0; axis < Dim; ++axis) lower[axis] = rung.box.lower[axis];
   const double node_mm = view.grid.node_mm();
-  Region<Dim> out{rung.box.size,
-                  view.grid.node_to_world() * Eigen::Translation<double, Dim>(lower),
-                  std::move(share),
-                  view.seeds.front().model.mean,
-                  rung.half_width,
-                  rung.neck_radius * node_mm,
-                  node_mm,
-                  rung.score,
-                  rung.features};
+  Region<Dim> out{
+      rung.box.size,    view.grid.node_to_world() * Eigen::Translation<double, Dim>(lower),
+      std::move(share), view.seeds.front().model.mean,
+      rung.half_width,  rung.neck_radius * node_mm,
+      node_mm,          rung.score,
+      rung.features};
   out.features.enclosed = double(rung.n_nodes) * std::pow(node_mm, Dim);
   return out;
 }
@@ -356,17 +355,16 @@ std::vector<Region<Dim>> search_regions(const SearchGrid<Dim>& grid,
   const View<Dim> view(grid, seeds);
   const std::vector<double> widths = half_widths(view.distance, view.deviation());
   auto windows = open_windows(view, widths, options, progress, stop);
-  for (std::size_t n = 0; n < options.neck_radii.size(); ++n)
-    judge(windows, n, grid.box().n());
+  for (std::size_t n = 0; n < options.neck_radii.size(); ++n) judge(windows, n, grid.box().n());
   std::vector<Region<Dim>> regions;
   for (const Rung<Dim>* rung : choose(windows, options.max_regions))
     regions.push_back(region_of(view, *rung));
   return regions;
 }
 
-#define SURF_INSTANTIATE(Dim)                                                                \
-  template std::vector<Region<Dim>> search_regions<Dim>(                                     \
-      const SearchGrid<Dim>&, std::span<const Vector<Dim>>, const SearchOptions&,            \
+#define SURF_INSTANTIATE(Dim)                                                     \
+  template std::vector<Region<Dim>> search_regions<Dim>(                          \
+      const SearchGrid<Dim>&, std::span<const Vector<Dim>>, const SearchOptions&, \
       const SearchProgress&, const std::stop_token&);
 SURF_INSTANTIATE(2)
 SURF_INSTANTIATE(3)

@@ -14,6 +14,8 @@ constexpr double kSplineVariance = 1.0 / 3;  // cells^2
 // same voxels may seem to reach a little beyond a whole number of nodes.
 constexpr double kSlack = 0.01;
 
+constexpr double kRounding = 1e-5;  // of equal slopes: an edge midway between nodes is at both
+
 template <int Dim>
 Vector<Dim> point_of(const typename NodeBox<Dim>::Index& node) {
   Vector<Dim> out;
@@ -57,8 +59,8 @@ SearchLattice<Dim>::SearchLattice(const ImageExtent<Dim>& extent, double max_nod
   sigma_mm = std::sqrt(kBlur * kBlur * node_mm * node_mm - kSplineVariance * cell * cell);
   Vector<Dim> step;  // cells, so that the last node is the last cell
   for (int axis = 0; axis < Dim; ++axis) {
-    const int n_steps = std::max(
-        1, int(std::ceil((extent.size[axis] - 1) * spacing[axis] / node_mm - kSlack)));
+    const int n_steps =
+        std::max(1, int(std::ceil((extent.size[axis] - 1) * spacing[axis] / node_mm - kSlack)));
     step[axis] = double(extent.size[axis] - 1) / n_steps;
     box.size[axis] = n_steps + 1;
   }
@@ -91,6 +93,11 @@ SearchGrid<Dim>::SearchGrid(const Field<Dim>& I, const ImageExtent<Dim>& extent,
     }
   });
   keep_edges(slope, direction);
+  const auto [lowest, highest] = std::minmax_element(intensity_.begin(), intensity_.end());
+  const double low = *lowest, scale = (kLevels - 1) / std::max(double(*highest) - low, 1e-300);
+  level_.resize(box.n());
+  std::transform(intensity_.begin(), intensity_.end(), level_.begin(),
+                 [&](float value) { return std::uint16_t(std::lround(scale * (value - low))); });
 }
 
 /// Not at the border, where the gradient is the spline's own, but where there are few slices all
@@ -112,9 +119,9 @@ void SearchGrid<Dim>::keep_edges(const std::vector<float>& slope,
       const auto node = box.node(at);
       if (!(slope[at] > 0) || is_at_border(node)) continue;
       const Vector<Dim> here = point_of<Dim>(node), up = direction[at].template cast<double>();
-      if (slope[at] >= interpolated<Dim>(box, slope, here + up) &&
-          slope[at] >= interpolated<Dim>(box, slope, here - up))
-        edge_slope_[at] = slope[at];
+      const double highest = std::max(interpolated<Dim>(box, slope, here + up),
+                                      interpolated<Dim>(box, slope, here - up));
+      if (slope[at] * (1 + kRounding) >= highest) edge_slope_[at] = slope[at];
     }
   });
 }

@@ -40,10 +40,14 @@ class SearchGrid {
   /// Highest less lowest intensity of the image.
   double range() const { return range_; }
   const std::vector<float>& intensity() const { return intensity_; }
+  /// The intensity in steps of 1 / (kLevels - 1) of that between the lowest and highest one.
+  const std::vector<std::uint16_t>& level() const { return level_; }
+  static constexpr int kLevels = 1 << 14;
   /// |grad I| [intensity / mm] where it is no less than one node up and down its direction, else 0.
   const std::vector<float>& edge_slope() const { return edge_slope_; }
   std::size_t memory_bytes() const {
-    return (intensity_.capacity() + edge_slope_.capacity()) * sizeof(float);
+    return (intensity_.capacity() + edge_slope_.capacity()) * sizeof(float) +
+           level_.capacity() * sizeof(std::uint16_t);
   }
 
  private:
@@ -53,6 +57,7 @@ class SearchGrid {
   SearchLattice<Dim> lattice_;
   double range_;
   std::vector<float> intensity_, edge_slope_;
+  std::vector<std::uint16_t> level_;
 };
 
 }  // namespace surf::segment

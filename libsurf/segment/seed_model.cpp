@@ -1,8 +1,8 @@
 #include "libsurf/segment/seed_model.h"
 
+#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
-#include <Eigen/SVD>
 #include <numbers>
 
 namespace surf::segment {
@@ -206,7 +206,9 @@ std::vector<std::array<int, Dim>> nearest_nodes(const Vector<Dim>& index,
   constexpr double kTie = 1e-3;
   std::vector<std::array<int, Dim>> out(1);
   for (int axis = 0; axis < Dim; ++axis) {
-    const auto clamped = [&](double x) { return std::clamp(int(std::lround(x)), 0, size[axis] - 1); };
+    const auto clamped = [&](double x) {
+      return std::clamp(int(std::lround(x)), 0, size[axis] - 1);
+    };
     const int low = clamped(index[axis] - kTie), high = clamped(index[axis] + kTie);
     const std::size_t n = out.size();
     for (std::size_t i = 0; i < n; ++i) {
@@ -224,16 +226,15 @@ SeedModel estimate_seed_model(const Field<Dim>& I, std::span<const Vector<Dim>> 
                               const ImageExtent<Dim>& extent) {
   const Frame<Dim> frame(extent);
   const std::vector<Vector<Dim>> centers = cell_centers(extent, seeds);
-  return grown_ball(estimate_noise<Dim>(I, centers, frame), frame.spacing,
-                    [&](double inner, double outer) {
-                      std::vector<double> shell;
-                      for (const Vector<Dim>& center : centers) {
-                        const auto values =
-                            values_at<Dim>(I, lattice_shell<Dim>(frame, center, inner, outer));
-                        shell.insert(shell.end(), values.begin(), values.end());
-                      }
-                      return shell;
-                    });
+  return grown_ball(
+      estimate_noise<Dim>(I, centers, frame), frame.spacing, [&](double inner, double outer) {
+        std::vector<double> shell;
+        for (const Vector<Dim>& center : centers) {
+          const auto values = values_at<Dim>(I, lattice_shell<Dim>(frame, center, inner, outer));
+          shell.insert(shell.end(), values.begin(), values.end());
+        }
+        return shell;
+      });
 }
 
 template <int Dim>
@@ -288,9 +289,9 @@ double estimate_edge_strength(const Field<Dim>& I, std::span<const Vector<Dim>> 
   return std::max({0.25 * median(peaks), 3 * background, 1e-30});
 }
 
-#define SURF_INSTANTIATE(Dim)                                                              \
+#define SURF_INSTANTIATE(Dim)                                                                  \
   template SeedModel estimate_seed_model<Dim>(const Field<Dim>&, std::span<const Vector<Dim>>, \
-                                              const ImageExtent<Dim>&);                     \
+                                              const ImageExtent<Dim>&);                        \
   template SeedModel estimate_seed_model<Dim>(const SearchGrid<Dim>&, const Vector<Dim>&);     \
   template std::vector<std::array<int, Dim>> nearest_nodes<Dim>(const Vector<Dim>&,            \
                                                                 const std::array<int, Dim>&);  \

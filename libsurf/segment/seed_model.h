@@ -53,8 +53,8 @@ double estimate_edge_strength(const Field<Dim>& I, std::span<const Vector<Dim>> 
                               const ImageExtent<Dim>& extent);
 
 /// About n directions, (n, Dim), nearly uniform, that are the same after any permutation and flip
-/// of the axes: of the middles of the cells of a lattice, even in angle, on the edges of a square or
-/// the faces of a cube.
+/// of the axes: of the middles of the cells of a lattice, even in angle, on the edges of a square
+/// or the faces of a cube.
 template <int Dim>
 Points<Dim> directions(int n);
 

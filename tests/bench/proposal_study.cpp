@@ -1,6 +1,11 @@
 // Proposals round one click against reference masks:
 //
 //   proposal_study DATA_DIR [WORD]
+//   proposal_study noise | balls
+//
+// noise: images and volumes of nothing but noise, white and blurred: the best score, from which
+// the least one that counts is set. balls: the phantom with noise at several
+// sizes, its region's volume against the ball's.
 //
 // DATA_DIR holds seeds.json: {"entries": [{"volume" or "image", "structure", "mask",
 // "calm_seed_ras_mm" or "seed_pixel_xy"}]} and the files it names; WORD picks the entries that
@@ -14,12 +19,16 @@
 #include <fstream>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <numbers>
+#include <random>
 
 #include "libcurve/image/read_image.h"
 #include "libcurve/segment/detail/curve_setting.h"
 #include "libsurf/segment/proposal.h"
 #include "libsurf/segment/detail/surface_setting.h"
+#include "libsurf/volume/phantom.h"
 #include "libsurf/volume/read_volume.h"
+#include "tests/surf/segment/lattice_image.h"
 
 namespace {
 
@@ -85,11 +94,12 @@ class Study {
                first, best, values, grid_seconds_, seconds, shift);
     if (!found.empty()) {
       const auto& f = found.front().features;
-      fmt::print("    within {:.4g} of {:.4g}, neck {:.3g} mm, node {:.3g} mm, sep {:.2f} edge {:.2f} "
-                 "round {:.2f} in {:.2f} out {:.2f}\n",
-                 found.front().half_width, found.front().mean, found.front().neck_radius_mm,
-                 found.front().node_mm, f.separation, f.edge_share, f.sphericity, f.growth_in,
-                 f.growth_out);
+      fmt::print(
+          "    within {:.4g} of {:.4g}, neck {:.3g} mm, node {:.3g} mm, sep {:.2f} edge {:.2f} "
+          "round {:.2f} in {:.2f} out {:.2f}\n",
+          found.front().half_width, found.front().mean, found.front().neck_radius_mm,
+          found.front().node_mm, f.separation, f.edge_share, f.sphericity, f.growth_in,
+          f.growth_out);
     }
     std::fflush(stdout);
   }
@@ -105,11 +115,9 @@ class Study {
     int n = 0;
     for (int axis = 0; axis < Dim; ++axis)
       for (const double by : {-1.0, -0.3, 0.3, 1.0}) {
-        const Vector<Dim> moved =
-            seed + by * setting_.extent().index_to_world.linear().col(axis);
+        const Vector<Dim> moved = seed + by * setting_.extent().index_to_world.linear().col(axis);
         const auto found = proposals(moved);
-        const double change =
-            found.empty() ? 1 : std::abs(found.front().enclosed / enclosed - 1);
+        const double change = found.empty() ? 1 : std::abs(found.front().enclosed / enclosed - 1);
         if (std::abs(by) < 0.5) {
           most = std::max(most, change);
           continue;
@@ -126,6 +134,65 @@ class Study {
   double grid_seconds_ = 0;
 };
 
+/// Gaussian noise of deviation 1, a blur of so many cells before it.
+template <int Dim>
+void noise_row(int size, int n_blurs, unsigned seed) {
+  segment::NodeBox<Dim> box;
+  box.size.fill(size);
+  std::mt19937 random(seed);
+  std::normal_distribution<double> normal;
+  std::vector<float> values(box.n());
+  for (float& value : values) value = float(normal(random));
+  for (int i = 0; i < n_blurs; ++i) segment::blur(box, values);
+  const test::LatticeImage<Dim> image(
+      box.size, Eigen::Transform<double, Dim, Eigen::Affine>::Identity(), values);
+  const segment::SearchGrid<Dim> grid(image, image.extent(), {image.extent(), 1.5e6});
+  const auto found =
+      segment::search_regions<Dim>(grid, std::vector<Vector<Dim>>{Vector<Dim>::Constant(size / 2)});
+  fmt::print("{}-D, {:3} cells, {} blurs: ", Dim, size, n_blurs);
+  for (const auto& region : found)
+    fmt::print(" {:.3f} (sep {:.2f} edge {:.2f} round {:.2f} in {:.2f} out {:.2f}, {:.0f})",
+               region.score, region.features.separation, region.features.edge_share,
+               region.features.sphericity, region.features.growth_in, region.features.growth_out,
+               region.features.enclosed);
+  fmt::print("\n");
+  std::fflush(stdout);
+}
+
+void study_noise() {
+  for (const int n_blurs : {0, 1, 4}) {
+    for (const int size : {24, 48, 96})
+      for (unsigned seed = 0; seed < 3; ++seed) noise_row<3>(size, n_blurs, seed);
+    for (const int size : {48, 128, 512})
+      for (unsigned seed = 0; seed < 3; ++seed) noise_row<2>(size, n_blurs, seed);
+  }
+}
+
+void study_balls() {
+  Totals totals;
+  for (const auto& [size, noise] : std::vector<std::pair<int, double>>{
+           {64, 0.0}, {64, 0.1}, {128, 0.0}, {128, 0.1}, {256, 0.1}, {512, 0.05}}) {
+    volume::PhantomOptions options;
+    options.size = {size, size, size};
+    options.noise = noise;
+    const segment::SurfaceSetting setting(volume::make_phantom(options),
+                                          volume::DerivativeFilter::kBSpline);
+    const auto start = std::chrono::steady_clock::now();
+    const auto grid = segment::search_grid<3>(setting, {});
+    const double grid_seconds = seconds_since(start);
+    const auto found =
+        segment::propose<3>(setting, grid, std::vector<Vector<3>>{Vector<3>::Zero()});
+    fmt::print("ball {} noise {}: ", size, noise);
+    for (const auto& proposal : found)
+      fmt::print(" {:+.1f} % ({:.2f})",
+                 100 * (proposal.enclosed / (4 * std::numbers::pi / 3 * 0.216) - 1),
+                 proposal.score);
+    fmt::print(" | grid {:.1f} s, search {:.1f} s\n", grid_seconds,
+               seconds_since(start) - grid_seconds);
+    std::fflush(stdout);
+  }
+}
+
 void print(const char* what, const Totals& totals) {
   if (totals.n > 0)
     fmt::print("{}: {} rows, mean Dice {:.4f}, best of all {:.4f}, {:.1f} s of search\n", what,
@@ -136,8 +203,16 @@ void print(const char* what, const Totals& totals) {
 
 int main(int argc, char** argv) {
   if (argc < 2) {
-    fmt::print(stderr, "usage: proposal_study DATA_DIR [WORD]\n");
+    fmt::print(stderr, "usage: proposal_study DATA_DIR [WORD] | noise | balls\n");
     return 2;
+  }
+  if (argv[1] == std::string("noise")) {
+    study_noise();
+    return 0;
+  }
+  if (argv[1] == std::string("balls")) {
+    study_balls();
+    return 0;
   }
   const std::string folder = std::string(argv[1]) + "/";
   const std::string word = argc > 2 ? argv[2] : "";

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "libsurf/base/field.h"
-#include "libsurf/segment/node_box.h"
 #include "libsurf/segment/energy_model.h"
+#include "libsurf/segment/node_box.h"
 
 namespace surf::test {
 
@@ -88,10 +88,10 @@ class LatticeImage : public Field<Dim> {
 
 /// Cells with the values of a function of the index, and Gaussian noise.
 template <int Dim>
-LatticeImage<Dim> image_of(
-    const std::function<double(const Vector<Dim>&)>& value, double noise, int size = 48,
-    const Eigen::Transform<double, Dim, Eigen::Affine>& index_to_world =
-        Eigen::Transform<double, Dim, Eigen::Affine>::Identity()) {
+LatticeImage<Dim> image_of(const std::function<double(const Vector<Dim>&)>& value, double noise,
+                           int size = 48,
+                           const Eigen::Transform<double, Dim, Eigen::Affine>& index_to_world =
+                               Eigen::Transform<double, Dim, Eigen::Affine>::Identity()) {
   segment::NodeBox<Dim> box;
   box.size.fill(size);
   std::mt19937 random(5);

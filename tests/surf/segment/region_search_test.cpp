@@ -63,10 +63,8 @@ double share_at(const Region<Dim>& region, const Vector<Dim>& point) {
 
 template <class T>
 struct RegionSearch : ::testing::Test {
-  static constexpr int Dim = T::value;
-  using Point = Vector<Dim>;
-  static Point at(double x, double y, double z) {
-    return Eigen::Vector3d(x, y, z).template head<Dim>();
+  static Vector<T::value> at(double x, double y, double z) {
+    return Eigen::Vector3d(x, y, z).template head<T::value>();
   }
 };
 TYPED_TEST_SUITE(RegionSearch, test::Dims, test::DimName);
@@ -193,7 +191,7 @@ TYPED_TEST(RegionSearch, TellsOfProgressOnTheCallersThread) {
   int n_calls = 0;
   search<Dim>(image_of<Dim>([&](const auto& x) { return is_in_ball<Dim>(x, center, 14); }, kNoise),
               {center}, {}, [&](int) {
-                EXPECT_EQ(std::this_thread::get_id(), caller);
+                EXPECT_TRUE(std::this_thread::get_id() == caller);
                 return ++n_calls > 0;
               });
   EXPECT_GT(n_calls, 0);
@@ -202,17 +200,15 @@ TYPED_TEST(RegionSearch, TellsOfProgressOnTheCallersThread) {
 TYPED_TEST(RegionSearch, TakesSeedsInObjectsOfDifferentIntensity) {
   constexpr int Dim = TypeParam::value;
   const Vector<Dim> left = this->at(12, 24, 24), right = this->at(36, 24, 24);
-  const auto regions = search<Dim>(image_of<Dim>(
-                                       [&](const Vector<Dim>& x) {
-                                         return is_in_ball<Dim>(x, left, 9)
-                                                    ? 3.0
-                                                    : double(is_in_ball<Dim>(x, right, 9));
-                                       },
-                                       kNoise),
-                                   {left, right});
+  const auto regions = search<Dim>(
+      image_of<Dim>(
+          [&](const Vector<Dim>& x) {
+            return is_in_ball<Dim>(x, left, 9) ? 3.0 : double(is_in_ball<Dim>(x, right, 9));
+          },
+          kNoise),
+      {left, right});
   ASSERT_FALSE(regions.empty());
-  for (const auto& inside : {left, right})
-    EXPECT_GT(share_at<Dim>(regions.front(), inside), 0.9);
+  for (const auto& inside : {left, right}) EXPECT_GT(share_at<Dim>(regions.front(), inside), 0.9);
   EXPECT_LT(share_at<Dim>(regions.front(), this->at(24, 40, 38)), 0.1);
 }
 
@@ -223,8 +219,8 @@ TYPED_TEST(RegionSearch, KnowsTheShearOfAnImage) {
   sheared(1, 0) = 0.45;
   const Vector<Dim> center = sheared * Vector<Dim>::Constant(24);
   const auto regions = search<Dim>(
-      image_of<Dim>([&](const auto& x) { return is_in_ball<Dim>(sheared * x, center, 13); },
-                    kNoise, 48, sheared),
+      image_of<Dim>([&](const auto& x) { return is_in_ball<Dim>(sheared * x, center, 13); }, kNoise,
+                    48, sheared),
       {center});
   ASSERT_FALSE(regions.empty());
   EXPECT_NEAR(radius_of_ball<Dim>(content_of(regions.front())), 13, kEdge);
@@ -238,6 +234,114 @@ TYPED_TEST(RegionSearch, FindsNothingWhereAllIsTheSame) {
   EXPECT_TRUE(search<Dim>(image_of<Dim>([](const auto& x) { return x[0]; }, 0, 2),
                           {Vector<Dim>::Constant(1)})
                   .empty());
+}
+
+/// A turned ellipsoid with a tail, and noise that belongs to the cell.
+template <int Dim>
+double scene(const Vector<Dim>& x) {
+  Vector<Dim> from = x - Vector<Dim>::Constant(24);
+  from[0] += 0.3 * from[1] + 2;
+  from[1] *= 1.4;
+  unsigned hash = 17;
+  for (const double coordinate : x) hash = (hash ^ unsigned(coordinate)) * 1664525u + 1013904223u;
+  const bool is_tail = std::abs(from[1]) < 2.5 && x[0] > 24;
+  return double(from.norm() < 13 || is_tail) + 0.2 * ((hash >> 8) % 1000 / 1000.0 - 0.5);
+}
+
+TYPED_TEST(RegionSearch, TurnsWithTheHeader) {
+  constexpr int Dim = TypeParam::value;
+  Eigen::Transform<double, Dim, Eigen::Affine> turned;
+  turned.setIdentity();
+  for (int axis = 0; axis + 1 < Dim; ++axis) {
+    const double c = std::cos(0.4 + axis), s = std::sin(0.4 + axis);
+    Eigen::Matrix<double, Dim, Dim> step = Eigen::Matrix<double, Dim, Dim>::Identity();
+    step(axis, axis) = step(axis + 1, axis + 1) = c;
+    step(axis, axis + 1) = -s;
+    step(axis + 1, axis) = s;
+    turned.linear() = turned.linear() * step;
+  }
+  turned.linear() = (turned.linear() * 1e6).array().round() / 1e6;  // as files have it
+  turned.translation().setConstant(-31.7);
+  const Vector<Dim> seed = Vector<Dim>::Constant(25);
+  const auto plain = search<Dim>(image_of<Dim>(scene<Dim>, 0), {seed});
+  const auto found = search<Dim>(image_of<Dim>(scene<Dim>, 0, 48, turned), {turned * seed});
+  ASSERT_FALSE(plain.empty());
+  ASSERT_EQ(plain.size(), found.size());
+  EXPECT_NEAR(content_of(found.front()) / content_of(plain.front()), 1, 1e-3);
+}
+
+TYPED_TEST(RegionSearch, FlipsAndPermutesWithTheAxes) {
+  constexpr int Dim = TypeParam::value;
+  const Vector<Dim> seed = this->at(25, 23, 24.5);  // between two slices
+  const auto plain = search<Dim>(image_of<Dim>(scene<Dim>, 0), {seed});
+  ASSERT_FALSE(plain.empty());
+  for (int change = 0; change < 2 * Dim; ++change) {
+    // Of an index of the changed image, that of the plain one: an exchange of axes, or a flip.
+    const auto to_plain = [&](const Vector<Dim>& x) -> Vector<Dim> {
+      Vector<Dim> out = x;
+      const int axis = change / 2;
+      if (change % 2 == 0)
+        out[axis] = 47 - out[axis];
+      else
+        std::swap(out[axis], out[(axis + 1) % Dim]);
+      return out;
+    };
+    const auto found =
+        search<Dim>(image_of<Dim>([&](const Vector<Dim>& x) { return scene<Dim>(to_plain(x)); }, 0),
+                    {to_plain(seed)});  // its own inverse
+    ASSERT_EQ(plain.size(), found.size()) << change;
+    for (std::size_t i = 0; i < plain.size(); ++i) {
+      EXPECT_NEAR(content_of(found[i]) / content_of(plain[i]), 1, 1e-3) << change;
+      EXPECT_NEAR(found[i].score, plain[i].score, 1e-3) << change;
+    }
+  }
+}
+
+TYPED_TEST(RegionSearch, IsTheSameForEverySeedInACell) {
+  constexpr int Dim = TypeParam::value;
+  const auto image = image_of<Dim>(scene<Dim>, 0);
+  const Vector<Dim> seed = Vector<Dim>::Constant(25);
+  const auto plain = search<Dim>(image, {seed});
+  ASSERT_FALSE(plain.empty());
+  for (int axis = 0; axis < Dim; ++axis)
+    for (const double shift : {-0.4, 0.1}) {
+      const auto moved = search<Dim>(image, {seed + shift * Vector<Dim>::Unit(axis)});
+      ASSERT_FALSE(moved.empty());
+      EXPECT_EQ(moved.front().share, plain.front().share);
+    }
+}
+
+TYPED_TEST(RegionSearch, HardlyChangesWithTheNeighbouringCell) {
+  constexpr int Dim = TypeParam::value;
+  const Vector<Dim> center = this->at(23, 25, 22);
+  const auto image =
+      image_of<Dim>([&](const auto& x) { return is_in_ball<Dim>(x, center, 14); }, kNoise);
+  const auto plain = search<Dim>(image, {center});
+  ASSERT_FALSE(plain.empty());
+  for (int axis = 0; axis < Dim; ++axis) {
+    const auto moved = search<Dim>(image, {center + Vector<Dim>::Unit(axis)});
+    ASSERT_FALSE(moved.empty());
+    EXPECT_NEAR(content_of(moved.front()) / content_of(plain.front()), 1, 0.005);
+  }
+}
+
+// The same scene twice as fine, in cells of half the size, on nodes of the same size.
+TYPED_TEST(RegionSearch, FindsTheSameInAFinerScan) {
+  constexpr int Dim = TypeParam::value;
+  const Vector<Dim> center = this->at(23, 25, 22);
+  const auto ball = [&](const auto& x) { return is_in_ball<Dim>(x, center, 14); };
+  const SearchOptions options{.max_nodes = std::pow(48, Dim)};
+  const auto coarse = search<Dim>(image_of<Dim>(ball, kNoise), {center}, options);
+  Eigen::Transform<double, Dim, Eigen::Affine> halved;
+  halved.setIdentity();
+  halved.linear() *= 0.5;
+  const auto fine = search<Dim>(
+      image_of<Dim>([&](const Vector<Dim>& x) { return ball(0.5 * x); }, kNoise, 96, halved),
+      {center}, options);
+  ASSERT_FALSE(coarse.empty());
+  ASSERT_FALSE(fine.empty());
+  EXPECT_NEAR(fine.front().node_mm, coarse.front().node_mm, 1e-9);
+  EXPECT_NEAR(content_of(fine.front()) / content_of(coarse.front()), 1, 0.08);  // half a node: 10 %
 }
 
 TEST(RegionSearchInSpace, WorksOnTwoSlices) {

@@ -104,7 +104,8 @@ TEST(EdgeStrength, TakesNoiseForNoEdge) {
   Samples<3> samples;
   field->sample(0.3 * directions<3>(500), Derivatives::kFirst, samples);
   std::vector<double> inside;
-  for (Eigen::Index i = 0; i < samples.gradient.rows(); ++i) inside.push_back(samples.gradient.row(i).norm());
+  for (Eigen::Index i = 0; i < samples.gradient.rows(); ++i)
+    inside.push_back(samples.gradient.row(i).norm());
   EXPECT_GT(strength(volume), 2 * median(inside));
 }
 
