@@ -37,7 +37,7 @@ row() {  # volume structure mask seed [option...]
     --arg t "$structure" --arg c "$code" '
     def d($n): . * pow(10; $n) | round / pow(10; $n);
     $s[0] as $s | $e[0] as $e |
-    "| \($v) | \($t) | **\($e.dice | d(3))** | \($e.volume_difference_percent | d(1)) | \($e.distance.mean_mm | d(2)) | \($e.distance.p95_mm | d(2)) | \($s.triangles) | \($s.min_angle_deg | d(1)) | \($s.time_s | d(1)) | \(if $c == "0" then "" else "exit \($c): " end)\($s.stop_reason): \($s.stop_message) |"'
+    "| \($v) | \($t) | **\($e.dice | d(3))** | \($e.volume_difference_percent | d(1)) | \($e.distance.mean_mm | d(2)) | \($e.distance.p95_mm | d(2)) | \($s.triangles) | \($s.min_angle_deg | d(1)) | \($s.time_s | d(1)) | \(if $c == "0" then "" else "exit \($c): " end)\($s.outcome): \($s.stop_message) |"'
 }
 
 header() {

@@ -33,4 +33,10 @@ template <int Dim>
 EdgesAlong edges_along(Fields<Dim>& fields, const Options<Dim>& options,
                        const Simplices<Dim>& shape, double reach_mm);
 
+/// The same along rays from the seeds, of the first pronounced peak of the slope on each, and with
+/// 0.7 cells as the least smoothing.
+template <int Dim>
+EdgesAlong edges_round(Fields<Dim>& fields, const Options<Dim>& options,
+                       const std::vector<Vector<Dim>>& seeds);
+
 }  // namespace surf::segment

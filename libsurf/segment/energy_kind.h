@@ -27,6 +27,8 @@ struct KindContext {
   std::vector<Vector<Dim>> seeds_mm = {};
   SeedModel seed = {};        ///< what the image says there; all 0 without a seed
   double seed_radius_mm = 0;  ///< of the balls or circles that the run starts from
+  /// Deviation of the blur of the edges round the seeds, smoothing included; 0 = unknown.
+  double edge_blur_mm = 0;
   /// The shape that the run begins with in place of such balls, the same one in all its stages and
   /// on all levels, so that what is fitted to it stays as it is; null if there is none.
   const Simplices<Dim>* initial = nullptr;

@@ -27,14 +27,15 @@ std::shared_ptr<const Field<Dim>> edge_indicator(const KindContext<Dim>& context
 }
 
 /// gamma that makes the seed balls grow: four times what keeps one in balance, 4 (Dim - 1)
-/// gamma_0 / r, but at most 0.5 gamma_0 / cell unless that is too little to grow: an edge a few
-/// cells wide resists about d_nu H / H = 0.6 / cell, and a stronger force leaks through.
+/// gamma_0 / r, but at most 0.6 gamma_0 / b unless that is too little to grow, b the deviation of
+/// the edges' whole blur and at least 1.2 cells: an edge a few cells wide resists about d_nu H / H =
+/// 0.6 / cell, a wider one less, and a stronger force leaks through.
 template <int Dim>
 double balloon(const KindContext<Dim>& context, const EnergyTerm& term) {
   if (context.initial) return 0;
   const double gamma_0 = parameter(term, "gamma0");
   const double balance = (Dim - 1) * gamma_0 / context.seed_radius_mm;
-  const double barrier = 0.5 * gamma_0 / context.cell_mm();
+  const double barrier = 0.6 * gamma_0 / std::max(1.2 * context.cell_mm(), context.edge_blur_mm);
   return -std::max(1.2 * balance, std::min(4 * balance, barrier));
 }
 
@@ -52,7 +53,7 @@ KindParameter<Dim> gamma_parameter() {
           .standard = ParameterDefault<Dim>::chosen(
               balloon<Dim>,
               "0 from an initial shape; else four times what keeps the seeds' balls from "
-              "shrinking, but at most 0.5 gamma0 per cell if they grow by that")};
+              "shrinking, but at most 0.6 gamma0 over the edges' blur if they grow by that")};
 }
 
 template <int Dim>

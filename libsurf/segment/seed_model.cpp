@@ -53,20 +53,6 @@ Points<Dim> lattice_shell(const Frame<Dim>& frame, const Vector<Dim>& center, do
   return out;
 }
 
-/// The centres of the cells nearest to the seeds.
-template <int Dim>
-std::vector<Vector<Dim>> cell_centers(const ImageExtent<Dim>& extent,
-                                      std::span<const Vector<Dim>> seeds) {
-  std::vector<Vector<Dim>> out;
-  for (const Vector<Dim>& seed : seeds)
-    for (const auto& cell : nearest_nodes<Dim>(extent.world_to_index * seed, extent.size)) {
-      Vector<Dim> index;
-      for (int axis = 0; axis < Dim; ++axis) index[axis] = cell[axis];
-      out.push_back(extent.index_to_world * index);
-    }
-  return out;
-}
-
 template <int Dim>
 std::vector<double> values_at(const Field<Dim>& I, const Points<Dim>& x) {
   Samples<Dim> samples;
@@ -160,6 +146,19 @@ double first_peak(const Field<Dim>& I, const Vector<Dim>& seed, const Vector<Dim
 }
 
 }  // namespace
+
+template <int Dim>
+std::vector<Vector<Dim>> cell_centers(const ImageExtent<Dim>& extent,
+                                      std::span<const Vector<Dim>> seeds) {
+  std::vector<Vector<Dim>> out;
+  for (const Vector<Dim>& seed : seeds)
+    for (const auto& cell : nearest_nodes<Dim>(extent.world_to_index * seed, extent.size)) {
+      Vector<Dim> index;
+      for (int axis = 0; axis < Dim; ++axis) index[axis] = cell[axis];
+      out.push_back(extent.index_to_world * index);
+    }
+  return out;
+}
 
 double median(std::vector<double> values) {
   if (values.empty()) return 0;
@@ -271,7 +270,7 @@ double estimate_edge_strength(const Field<Dim>& I, std::span<const Vector<Dim>> 
   const Frame<Dim> frame(extent);
   const double voxel_mm = frame.spacing;
   const std::vector<Vector<Dim>> centers = cell_centers(extent, seeds);
-  const Points<Dim> rays = directions<Dim>(kRays) * frame.axes.transpose();
+  const Points<Dim> rays = directions_in<Dim>(extent, kRays);
   std::vector<double> near, peaks;
   for (const Vector<Dim>& center : centers) {
     Samples<Dim> samples;
@@ -289,12 +288,20 @@ double estimate_edge_strength(const Field<Dim>& I, std::span<const Vector<Dim>> 
   return std::max({0.25 * median(peaks), 3 * background, 1e-30});
 }
 
+template <int Dim>
+Points<Dim> directions_in(const ImageExtent<Dim>& extent, int n) {
+  return directions<Dim>(n) * Frame<Dim>(extent).axes.transpose();
+}
+
 #define SURF_INSTANTIATE(Dim)                                                                  \
   template SeedModel estimate_seed_model<Dim>(const Field<Dim>&, std::span<const Vector<Dim>>, \
                                               const ImageExtent<Dim>&);                        \
   template SeedModel estimate_seed_model<Dim>(const SearchGrid<Dim>&, const Vector<Dim>&);     \
   template std::vector<std::array<int, Dim>> nearest_nodes<Dim>(const Vector<Dim>&,            \
                                                                 const std::array<int, Dim>&);  \
+  template std::vector<Vector<Dim>> cell_centers<Dim>(const ImageExtent<Dim>&,                 \
+                                                      std::span<const Vector<Dim>>);           \
+  template Points<Dim> directions_in<Dim>(const ImageExtent<Dim>&, int);                       \
   template double estimate_edge_strength<Dim>(const Field<Dim>&, std::span<const Vector<Dim>>, \
                                               const ImageExtent<Dim>&);
 SURF_INSTANTIATE(2)

@@ -58,6 +58,16 @@ double estimate_edge_strength(const Field<Dim>& I, std::span<const Vector<Dim>> 
 template <int Dim>
 Points<Dim> directions(int n);
 
+/// The same in the image's own frame: turned or flipped with it.
+template <int Dim>
+Points<Dim> directions_in(const ImageExtent<Dim>& extent, int n);
+
+/// The centres of the cells nearest to the seeds (of all that are equally near), where the image is
+/// looked at: the same for every seed in a cell.
+template <int Dim>
+std::vector<Vector<Dim>> cell_centers(const ImageExtent<Dim>& extent,
+                                      std::span<const Vector<Dim>> seeds);
+
 double median(std::vector<double> values);
 
 }  // namespace surf::segment

@@ -60,6 +60,7 @@ struct Work {
   Simplices<Dim> shape = {};
   std::vector<EnergyTerm> energies = {};  ///< of the result, every parameter filled in
   double sigma_mm = 0, edge_length_mm = 0, geometry_tolerance_mm = 0, seed_radius_mm = 0;
+  double whole_blur_mm = 0;  ///< of the edges round the seeds, smoothing included; 0 = unknown
   SeedModel seed = {};
   double border_share = 0;  ///< of the length or area on the image's border
   std::vector<StageReport> reports = {};

@@ -110,7 +110,7 @@ TEST_F(Curveseg, SummaryIsAConfig) {
   make("blob", {"--size", "128"});
   must({"segment", "blob.tif", "--seed", "64,64", "-o", "a.json", "--json", "s.json", "-q"});
   const auto summary = json("s.json");
-  for (const char* key : {"energy", "iterations", "stop_reason", "elements", "area_mm2", "regions",
+  for (const char* key : {"energy", "iterations", "outcome", "elements", "area_mm2", "regions",
                           "simple", "alternating", "time_s", "config", "chosen", "evolution"})
     EXPECT_TRUE(summary.contains(key)) << key;
   const std::string first = bytes("a.json");

@@ -58,14 +58,14 @@ TEST_F(Segment, SummaryHasEveryKey) {
   must(segment({"-o", "s.stl", "--json", "s.json"}));
   const auto summary = json("s.json");
   for (const char* key :
-       {"energy", "iterations", "stop_reason", "vertices", "triangles", "volume_mm3", "area_mm2",
+       {"energy", "iterations", "outcome", "vertices", "triangles", "volume_mm3", "area_mm2",
         "closed", "manifold", "self_intersections", "min_angle_deg", "time_s", "peak_memory_mb",
         "config", "exit_code", "chosen", "notes"})
     EXPECT_TRUE(summary.contains(key)) << key;
   EXPECT_EQ(summary["closed"], true);
   EXPECT_EQ(summary["manifold"], true);
   EXPECT_EQ(summary["self_intersections"], 0);
-  EXPECT_EQ(summary["stop_reason"], "converged");
+  EXPECT_EQ(summary["outcome"], "converged");
   EXPECT_EQ(summary["triangles"], 2 * summary["vertices"].get<int>() - 4);  // Euler: a sphere
   for (const char* stage : {"read", "segment", "verify", "write"}) {
     EXPECT_GE(summary["stages"][stage]["time_s"], 0) << stage;
@@ -313,7 +313,7 @@ TEST_F(Segment, IterationLimitWritesTheResultWithItsCode) {
       run(segment({"-o", "s.stl", "--json", "s.json", "--energy", "minimal-surface", "--radius",
                    "3mm", "--max-iterations", "3"}));
   EXPECT_EQ(outcome.exit_code, 5) << outcome.err;
-  EXPECT_EQ(json("s.json")["stop_reason"], "max-steps");
+  EXPECT_EQ(json("s.json")["outcome"], "stopped at a limit");
   EXPECT_EQ(json("s.json")["exit_code"], 5);
   must({"evaluate", "s.stl", "--reference", "s.stl"});
 }

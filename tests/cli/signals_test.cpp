@@ -15,7 +15,7 @@ class Signals : public Program {
     EXPECT_EQ(outcome.exit_code, exit_code) << outcome.err;
     ASSERT_TRUE(exists("s.ply"));
     EXPECT_EQ(json("s.json")["exit_code"], exit_code);
-    EXPECT_EQ(json("s.json")["stop_reason"], "stopped");
+    EXPECT_EQ(json("s.json")["outcome"], "interrupted");
     must({"evaluate", "s.ply", "--reference", "s.ply", "--json", "e.json"});
     EXPECT_TRUE(json("e.json")["quality"]["passed"]) << json("e.json")["quality"];
     EXPECT_GT(json("e.json")["volume_mm3"], 0);

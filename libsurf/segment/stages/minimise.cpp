@@ -62,6 +62,7 @@ KindContext<Dim> context(const Work<Dim>& work, EnergyModel<Dim>& model) {
     out.seeds_mm.push_back(work.start.points.colwise().mean().transpose());
   out.seed = work.seed;
   out.seed_radius_mm = work.seed_radius_mm;
+  out.edge_blur_mm = work.whole_blur_mm;
   out.initial = work.start_is_given ? &work.start : nullptr;
   out.shape = work.shape.points.rows() > 0 ? &work.shape : nullptr;
   return out;

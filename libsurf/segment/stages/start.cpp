@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "libsurf/segment/edges_along.h"
 #include "libsurf/segment/seed_model.h"
 #include "libsurf/segment/stages/stages.h"
 
@@ -49,9 +50,15 @@ class Start : public Stage<Dim> {
   bool run(Work<Dim>& work) const override {
     const Options<Dim>& options = work.options;
     const double cell = work.cell_mm();
-    work.sigma_mm = options.sigma_mm.value_or(kSigma * cell);
-    work.edge_length_mm = options.edge_length_mm.value_or(kEdgeLength * cell);
-    work.geometry_tolerance_mm = options.geometry_tolerance_mm.value_or(cell);
+    EdgesAlong edges;
+    edges.sigma_mm = options.sigma_mm.value_or(kSigma * cell);
+    if (!work.seeds_mm.empty())
+      edges = edges_round<Dim>(work.fields, options, work.seeds_mm);
+    const double widest = std::max(cell, edges.blur_mm);
+    work.sigma_mm = edges.sigma_mm;
+    work.whole_blur_mm = std::hypot(edges.blur_mm, blur_mm(edges.sigma_mm, cell));
+    work.edge_length_mm = options.edge_length_mm.value_or(kEdgeLength * widest);
+    work.geometry_tolerance_mm = options.geometry_tolerance_mm.value_or(widest);
     const auto model = work.fields.model(field_options(options, work.sigma_mm));
     if (!work.seeds_mm.empty()) work.seed = seed_model(work, *model);
     work.seed_radius_mm = options.seed_radius_mm.value_or(
