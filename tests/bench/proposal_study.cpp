@@ -1,6 +1,6 @@
 // Proposals round one click against reference masks:
 //
-//   proposal_study DATA_DIR [WORD]
+//   proposal_study DATA_DIR [WORD [shift]]
 //   proposal_study noise | balls
 //
 // noise: images and volumes of nothing but noise, white and blurred: the best score, from which
@@ -10,8 +10,8 @@
 // DATA_DIR holds seeds.json: {"entries": [{"volume" or "image", "structure", "mask",
 // "calm_seed_ras_mm" or "seed_pixel_xy"}]} and the files it names; WORD picks the entries that
 // have it in a name. For each: Dice of the proposals at the cells' centres, best score first; the
-// seconds that grid and search took; by how much the first one's content changes, in percent, at
-// most and in the mean, if the seed moves by 0.3 cells (27 places).
+// seconds that grid and search took; with `shift`, by how much the first one's content changes, in
+// percent, at most if the seed moves by 0.3 cells, in the mean if it moves by one.
 #include <fmt/format.h>
 
 #include <chrono>
@@ -64,7 +64,8 @@ struct Totals {
 template <int Dim>
 class Study {
  public:
-  Study(const segment::Setting<Dim>& setting, Totals& totals) : setting_(setting), totals_(totals) {
+  Study(const segment::Setting<Dim>& setting, bool has_shifts, Totals& totals)
+      : setting_(setting), has_shifts_(has_shifts), totals_(totals) {
     const auto start = std::chrono::steady_clock::now();
     grid_ = std::make_unique<segment::SearchGrid<Dim>>(segment::search_grid<Dim>(setting_, {}));
     grid_seconds_ = seconds_since(start);
@@ -89,7 +90,8 @@ class Study {
     totals_.best += best;
     totals_.seconds += seconds;
     ++totals_.n;
-    const std::string shift = found.empty() ? "" : shifts(seed, found.front().enclosed);
+    const std::string shift =
+        found.empty() || !has_shifts_ ? "" : shifts(seed, found.front().enclosed);
     fmt::print("{:<42} {:.3f} best {:.3f} | {:<56} | grid {:.1f} s, search {:.1f} s{}\n", name,
                first, best, values, grid_seconds_, seconds, shift);
     if (!found.empty()) {
@@ -110,7 +112,6 @@ class Study {
   }
 
   std::string shifts(const Vector<Dim>& seed, double enclosed) const {
-    if (!getenv("SHIFT")) return "";
     double most = 0, sum = 0;
     int n = 0;
     for (int axis = 0; axis < Dim; ++axis)
@@ -129,6 +130,7 @@ class Study {
   }
 
   const segment::Setting<Dim>& setting_;
+  bool has_shifts_;
   Totals& totals_;
   std::unique_ptr<segment::SearchGrid<Dim>> grid_;
   double grid_seconds_ = 0;
@@ -216,6 +218,7 @@ int main(int argc, char** argv) {
   }
   const std::string folder = std::string(argv[1]) + "/";
   const std::string word = argc > 2 ? argv[2] : "";
+  const bool has_shifts = argc > 3 && argv[3] == std::string("shift");
   const Json entries = Json::parse(std::ifstream(folder + "seeds.json")).at("entries");
   Totals volumes, images;
   std::string open;  // the volume at hand
@@ -230,9 +233,15 @@ int main(int argc, char** argv) {
     if (is_volume) {
       if (open != file) {
         study.reset();
+<<<<<<< ours
         surfaces = std::make_unique<segment::SurfaceSetting>(
             volume::read_volume(folder + file));
         study = std::make_unique<Study<3>>(*surfaces, volumes);
+=======
+        surfaces = std::make_unique<segment::SurfaceSetting>(volume::read_volume(folder + file),
+                                                             volume::DerivativeFilter::kBSpline);
+        study = std::make_unique<Study<3>>(*surfaces, has_shifts, volumes);
+>>>>>>> theirs
         open = file;
       }
       const auto at = entry.at("calm_seed_ras_mm").get<std::array<double, 3>>();
@@ -242,7 +251,7 @@ int main(int argc, char** argv) {
       const curve::CurveSetting setting(image);
       const auto at = entry.at("seed_pixel_xy").get<std::array<double, 2>>();
       const std::vector<float> values = curve::read_image(mask).values();
-      Study<2>(setting, images)
+      Study<2>(setting, has_shifts, images)
           .row(name, image.pixel_to_plane() * Vector<2>(at[0], at[1]),
                {values.begin(), values.end()});
     }

@@ -311,39 +311,6 @@ TYPED_TEST(RegionSearch, IsTheSameForEverySeedInACell) {
     }
 }
 
-TYPED_TEST(RegionSearch, HardlyChangesWithTheNeighbouringCell) {
-  constexpr int Dim = TypeParam::value;
-  const Vector<Dim> center = this->at(23, 25, 22);
-  const auto image =
-      image_of<Dim>([&](const auto& x) { return is_in_ball<Dim>(x, center, 14); }, kNoise);
-  const auto plain = search<Dim>(image, {center});
-  ASSERT_FALSE(plain.empty());
-  for (int axis = 0; axis < Dim; ++axis) {
-    const auto moved = search<Dim>(image, {center + Vector<Dim>::Unit(axis)});
-    ASSERT_FALSE(moved.empty());
-    EXPECT_NEAR(content_of(moved.front()) / content_of(plain.front()), 1, 0.005);
-  }
-}
-
-// The same scene twice as fine, in cells of half the size, on nodes of the same size.
-TYPED_TEST(RegionSearch, FindsTheSameInAFinerScan) {
-  constexpr int Dim = TypeParam::value;
-  const Vector<Dim> center = this->at(23, 25, 22);
-  const auto ball = [&](const auto& x) { return is_in_ball<Dim>(x, center, 14); };
-  const SearchOptions options{.max_nodes = std::pow(48, Dim)};
-  const auto coarse = search<Dim>(image_of<Dim>(ball, kNoise), {center}, options);
-  Eigen::Transform<double, Dim, Eigen::Affine> halved;
-  halved.setIdentity();
-  halved.linear() *= 0.5;
-  const auto fine = search<Dim>(
-      image_of<Dim>([&](const Vector<Dim>& x) { return ball(0.5 * x); }, kNoise, 96, halved),
-      {center}, options);
-  ASSERT_FALSE(coarse.empty());
-  ASSERT_FALSE(fine.empty());
-  EXPECT_NEAR(fine.front().node_mm, coarse.front().node_mm, 1e-9);
-  EXPECT_NEAR(content_of(fine.front()) / content_of(coarse.front()), 1, 0.08);  // half a node: 10 %
-}
-
 TEST(RegionSearchInSpace, WorksOnTwoSlices) {
   std::vector<float> values;
   for (int k = 0; k < 2; ++k)
