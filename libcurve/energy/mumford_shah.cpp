@@ -14,6 +14,7 @@
 #include "libcurve/mesh/intersections.h"
 #include "libcurve/mesh/surgery.h"
 #include "libsurf/base/error.h"
+#include "libsurf/energy/detail/element_terms.h"
 #include "libsurf/fem/indicators.h"
 
 namespace surf::curve {
@@ -252,6 +253,7 @@ std::unique_ptr<MumfordShah::State> MumfordShah::made(const fem::Geometry<2>& sh
   double length = 0;
   for (const TraceEdge& edge : mesh.trace)
     length += (mesh.points.row(edge.end) - mesh.points.row(edge.start)).norm();
+  if (is_simple && shape.has_border()) length = energy::charged_measure<2>(shape);
   Eigen::VectorXd start;
   if (state_) start = start_from(state_->solution, mesh, unknowns(mesh));
   return std::make_unique<State>(
@@ -282,7 +284,8 @@ double MumfordShah::try_move(const fem::Geometry<2>& moved) {
     const Eigen::ArrayXd ratio = areas(now.mesh().triangles, points).array() /
                                  areas(now.mesh().triangles, now.mesh().points).array();
     if (ratio.minCoeff() > kLeastShare)
-      tried_ = std::make_unique<State>(moved, now.moved_to(points), true, moved.measure());
+      tried_ = std::make_unique<State>(moved, now.moved_to(points), true,
+                                       energy::charged_measure<2>(moved));
   }
   if (!tried_) tried_ = made(moved);
   return constant_ + tried_->solution.energy() + options_.gamma * tried_->length;
@@ -302,12 +305,7 @@ void MumfordShah::differentiate(const fem::Curvature& curvature, double weight,
   const fem::Geometry<2>& shape = state_->shape;
   terms.derivative +=
       weight * state_->motion().transposed(state_->solution.gradient(state_->motion().moving()));
-  for (Eigen::Index t = 0; t < shape.n_elements(); ++t)
-    for (int i = 0; i < 2; ++i)
-      terms.derivative.row(shape.elements()(t, i)) +=
-          weight * options_.gamma * shape.measures()[t] * shape.basis_gradients(t).row(i);
-  terms.g.array() += weight * options_.gamma;
-  terms.alpha.array() += weight * options_.gamma;
+  energy::add_measure_terms<2>(shape, weight * options_.gamma, terms);
   const Traces at = traces();
   const Eigen::ArrayXd a = at.inside - at.intensity, b = at.outside - at.intensity;
   const Eigen::ArrayXd jump = a.square() - b.square();

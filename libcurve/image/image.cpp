@@ -54,7 +54,7 @@ double Image::pixel_size() const {
 
 bool Image::contains(const Eigen::Vector2d& point_mm) const {
   const Eigen::Array2d pixel = plane_to_pixel() * point_mm;
-  return (pixel >= 0).all() && pixel[0] <= size()[0] - 1 && pixel[1] <= size()[1] - 1;
+  return (pixel >= -0.5).all() && pixel[0] <= size()[0] - 0.5 && pixel[1] <= size()[1] - 0.5;
 }
 
 Eigen::Affine2d pixel_to_plane(const Eigen::Vector2d& spacing_mm) {

@@ -50,7 +50,7 @@ class Image {
   /// Values, i fastest.
   const std::vector<float>& values() const { return data_->values; }
   float value(int i, int j) const { return values()[std::size_t(j) * size()[0] + i]; }
-  /// Whether a point of the plane lies among the pixel centres.
+  /// Whether a point of the plane lies in one of the pixels.
   bool contains(const Eigen::Vector2d& point_mm) const;
 
  private:

@@ -46,7 +46,8 @@ double height(const CurveMesh& curves, int i) {
 
 }  // namespace
 
-AdaptivityReport adapt(CurveMesh& curves, const AdaptivityOptions& options, int max_rounds) {
+AdaptivityReport adapt(CurveMesh& curves, const AdaptivityOptions& options, int max_rounds,
+                       const NodeTest& is_fixed) {
   if (const std::string error = options.error(); !error.empty()) throw UsageError(error);
   AdaptivityReport report;
   for (; report.n_rounds < max_rounds && curves.size() > 0; ++report.n_rounds) {
@@ -59,7 +60,7 @@ AdaptivityReport adapt(CurveMesh& curves, const AdaptivityOptions& options, int 
       const int before = curves.prev(i);
       if (marks[i] != Mark::kCoarsen || marks[before] != Mark::kCoarsen) continue;
       // Elements of removed nodes take part once.
-      if (!may_remove(curves, i, options)) continue;
+      if (!may_remove(curves, i, options) || (is_fixed && is_fixed(curves, i))) continue;
       is_gone[i] = 1;
       marks[i] = marks[before] = Mark::kKeep;
       ++n_removed;
@@ -94,12 +95,14 @@ AdaptivityReport adapt(CurveMesh& curves, const AdaptivityOptions& options, int 
   return report;
 }
 
-int remove_short(CurveMesh& curves, double min_length, double max_length, double tolerance) {
+int remove_short(CurveMesh& curves, double min_length, double max_length, double tolerance,
+                 const NodeTest& is_fixed) {
   const std::vector<int> component = curves.components();
   std::vector<int> n_left(curves.size(), 0);
   for (const int c : component) ++n_left[c];
   std::vector<char> is_gone(curves.size(), 0);
   int n_removed = 0;
+  const auto is_held = [&](int i) { return is_fixed && is_fixed(curves, i); };
   const auto is_free = [&](int i) {
     return !is_gone[i] && !is_gone[curves.prev(i)] && !is_gone[curves.next(i)];
   };
@@ -107,7 +110,9 @@ int remove_short(CurveMesh& curves, double min_length, double max_length, double
     if (curves.length(i) >= min_length || n_left[component[i]] <= 4) continue;
     int best = -1;
     double lowest = tolerance;
+    const bool is_between = is_held(i) && is_held(curves.next(i));
     for (const int node : {i, curves.next(i)}) {
+      if (is_held(node) && !is_between) continue;
       const double merged =
           (curves.point(curves.next(node)) - curves.point(curves.prev(node))).norm();
       const double h = height(curves, node);
@@ -133,6 +138,7 @@ int smooth(CurveMesh& curves, const SmoothingOptions& options) {
       const double left = (z - a).norm(), right = (b - z).norm(), chord = (b - a).norm();
       if (!(std::max(left, right) > options.max_ratio * std::min(left, right))) continue;
       // On a fold the parallel leads nowhere.
+      if (options.is_fixed && options.is_fixed(curves, i)) continue;
       if (!(2 * chord > left + right) || height(curves, i) > options.max_height_mm) continue;
       const Vector<2> average = (left * (a + z) + right * (z + b)) / (2 * (left + right));
       const Vector<2> along = (b - a) / chord;

@@ -1,12 +1,17 @@
 // Space adaptivity of curves, thesis 4.2, and the redistribution of their nodes (4.1.2).
 #pragma once
 
+#include <functional>
+
 #include "libcurve/mesh/curve_mesh.h"
 #include "libsurf/fem/adaptivity.h"
 
 namespace surf::curve {
 
 using AdaptivityOptions = fem::AdaptivityOptions<2>;
+
+/// A question about a node.
+using NodeTest = std::function<bool(const CurveMesh&, int)>;
 
 struct AdaptivityReport {
   int n_rounds = 0;         ///< rounds that changed something
@@ -24,12 +29,16 @@ struct AdaptivityReport {
 /// of a quadrature is taken to grow by 8 at most; nor if the curve turns by more than 60 degrees
 /// there. No two neighbours go in one round.
 /// @throws UsageError  options.error() is not empty
-AdaptivityReport adapt(CurveMesh& curves, const AdaptivityOptions& options, int max_rounds = 30);
+/// @param is_fixed  nodes that are not removed; none = all may be
+AdaptivityReport adapt(CurveMesh& curves, const AdaptivityOptions& options, int max_rounds = 30,
+                       const NodeTest& is_fixed = {});
 
 /// Joins elements shorter than min_length to a neighbour, where the node that goes lies within
 /// `tolerance` of the new element [mm] and this is no longer than max_length.
+/// @param is_fixed  nodes that only go with an element between two of them; none = all may
 /// @return  number of removed nodes
-int remove_short(CurveMesh& curves, double min_length, double max_length, double tolerance);
+int remove_short(CurveMesh& curves, double min_length, double max_length, double tolerance,
+                 const NodeTest& is_fixed = {});
 
 struct SmoothingOptions {
   int n_sweeps = 1;
@@ -38,6 +47,7 @@ struct SmoothingOptions {
   /// And only where they stand no further than this from the line through their neighbours [mm]:
   /// corners stay.
   double max_height_mm = 1e300;
+  NodeTest is_fixed = {};  ///< nodes that stay; none = all may move
 };
 
 /// Algorithm 4 in the plane: Gauss-Seidel sweeps, in which a node goes along the parallel to the

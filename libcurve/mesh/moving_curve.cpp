@@ -74,6 +74,12 @@ MovingCurve::MovingCurve(const Segments& initial, const MovingCurveOptions& opti
   Points<2> start = mesh_.points();
   keep_in_box(start);
   mesh_.set_points(start);
+  if (options_.box) {  // nodes beyond a corner come to stand in it
+    std::vector<char> is_repeated(mesh_.size());
+    for (int i = 0; i < mesh_.size(); ++i)
+      is_repeated[i] = mesh_.point(i) == mesh_.point(mesh_.prev(i));
+    mesh_.remove(is_repeated);
+  }
   if (options_.topology == Topology::kFree) {
     SurgeryOptions surgery;
     surgery.min_area_mm2 = min_content();
@@ -175,19 +181,32 @@ bool MovingCurve::mend() {
   return mend_mesh(kRoundsInAStep) || has_changed_domain_;
 }
 
+/// Nodes where the curves meet the box's border or turn in one of its corners.
+NodeTest MovingCurve::border_ends() const {
+  if (!options_.box) return {};
+  return [&box = *options_.box](const CurveMesh& curves, int i) {
+    const auto faces = [&](int node) { return box.faces(curves.point(node)); };
+    const unsigned here = faces(i), before = here & faces(curves.prev(i)),
+                   after = here & faces(curves.next(i));
+    return here != 0 && before != after;
+  };
+}
+
 bool MovingCurve::mend_mesh(int max_rounds) {
   const CurveMesh unmended = mesh_;
   AdaptivityOptions sizes = adaptivity();
   const double tolerance = mending_tolerance();
+  const NodeTest is_fixed = border_ends();
   int n_removed = 0;
   for (int round = 0; round < max_rounds; ++round) {
-    const int n = remove_short(mesh_, shortest_edge(), sizes.max_length_mm, tolerance);
+    const int n = remove_short(mesh_, shortest_edge(), sizes.max_length_mm, tolerance, is_fixed);
     n_removed += n;
     if (n == 0) break;
   }
-  const AdaptivityReport adapted = adapt(mesh_, sizes, max_rounds);
+  const AdaptivityReport adapted = adapt(mesh_, sizes, max_rounds, is_fixed);
   is_limited_ |= adapted.is_limited;
-  const int n_moved = smooth(mesh_, {.max_ratio = kRatio, .max_height_mm = tolerance});
+  const int n_moved =
+      smooth(mesh_, {.max_ratio = kRatio, .max_height_mm = tolerance, .is_fixed = is_fixed});
   if (n_removed + adapted.n_coarsened + n_moved == 0) return adapted.n_refined > 0;
   if (intersections(mesh_.points(), mesh_.elements()).empty()) return true;
   // Its checks are local. Where far parts come to intersect that is an event like others, unless

@@ -2,7 +2,7 @@
 // the guards that keep them simple and inside the image.
 #pragma once
 
-#include "libcurve/mesh/curve_mesh.h"
+#include "libcurve/mesh/adaptivity.h"
 #include "libsurf/mesh/moving_mesh.h"
 
 namespace surf::curve {
@@ -32,6 +32,7 @@ class MovingCurve : public mesh::MovingMesh<2> {
   void hold_sheets_apart(const Points<2>& from, Points<2>& to) const;
   void adjust_step(const Points<2>& from, Points<2>& to) const;
   bool resolve_events();
+  NodeTest border_ends() const;
   bool mend_mesh(int max_rounds);
 
   CurveMesh mesh_;

@@ -260,7 +260,7 @@ class Surgery {
         continue;
       }
       flow::TopologyEvent event;
-      event.kind = "vanishing";
+      event.kind = flow::TopologyChange::kVanishing;
       event.place << parts[n].centre, 0;
       event.enclosed_change = -parts[n].area_mm2;
       report_.events.push_back(event);

@@ -22,11 +22,11 @@ namespace {
 using segment::EnergyModel;
 using segment::ImageExtent;
 
-/// The pixels' squares, out to half a pixel beyond the outermost centres, where curves may run.
+/// The pixels' squares, where curves may run, and half a pixel more.
 Points<2> pixel_box(const Image& image) {
-  const double right = image.size()[0] - 0.5, bottom = image.size()[1] - 0.5;
+  const double right = image.size()[0], bottom = image.size()[1];
   Eigen::Matrix<double, 2, 4> corners;
-  corners << -0.5, right, right, -0.5, -0.5, -0.5, bottom, bottom;
+  corners << -1, right, right, -1, -1, -1, bottom, bottom;
   if (image.pixel_to_plane().linear().determinant() < 0) corners.col(1).swap(corners.col(3));
   return (image.pixel_to_plane() * corners).transpose();
 }

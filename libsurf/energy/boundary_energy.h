@@ -7,7 +7,8 @@
 
 namespace surf::energy {
 
-/// A shape energy J(Gamma) that costs no more than the boundary: every call evaluates it.
+/// A shape energy J(Gamma) that costs no more than the boundary: every call evaluates it. Integrals
+/// over Gamma count what does not lie on a border (fem::Geometry::charged_measures).
 template <int Dim>
 class BoundaryEnergy : public ShapeEnergy<Dim> {
  public:

@@ -17,8 +17,8 @@ double BoundaryIntegral<Dim>::evaluate(const fem::Geometry<Dim>& shape) const {
              Derivatives::kNone, samples);
   double sum = 0;
   for (Eigen::Index t = 0; t < shape.n_elements(); ++t)
-    sum +=
-        shape.measures()[t] * rule.weights.dot(samples.value.segment(t * rule.size(), rule.size()));
+    sum += shape.charged_measures()[t] *
+           rule.weights.dot(samples.value.segment(t * rule.size(), rule.size()));
   return sum;
 }
 
@@ -32,8 +32,9 @@ void BoundaryIntegral<Dim>::differentiate(const fem::Curvature& curvature, doubl
   H_->sample(fem::quadrature_points<Dim>(shape.points(), T, rule.points), Derivatives::kSecond,
              samples);
   for (Eigen::Index t = 0; t < shape.n_elements(); ++t) {
+    if (shape.place(t) == fem::Place::kBorder) continue;
     const Vector<Dim> nu = shape.normals().row(t);
-    const double measure = shape.measures()[t];
+    const double measure = shape.charged_measures()[t];
     double mean_H = 0;
     for (Eigen::Index q = 0; q < rule.size(); ++q) {
       const Eigen::Index at = t * rule.size() + q;
@@ -53,6 +54,7 @@ void BoundaryIntegral<Dim>::differentiate(const fem::Curvature& curvature, doubl
       }
     }
     terms.alpha[t] += weight * mean_H;
+    if (shape.place(t) == fem::Place::kRim) continue;
     for (int i = 0; i < Dim; ++i)  // H div_Gamma(phi_i e_k) = H d_k phi_i
       terms.derivative.row(T(t, i)) += weight * mean_H * measure * shape.basis_gradients(t).row(i);
   }

@@ -78,6 +78,8 @@ double mean_over(const Eigen::VectorXd& nodal, const auto& element) {
 
 }  // namespace
 
+/// Vertices on a border are left out, where the curvature is not known.
+///
 /// The coefficients of the second derivative:
 ///   int c Lap V Lap W - d (V Lap W + W Lap V) + e V W
 ///     + (H - kappa H_z) grad V . grad W - 2 H_z grad V . S grad W
@@ -100,6 +102,15 @@ CurvatureSamples<Dim> CurvatureIntegral<Dim>::sample(const fem::Geometry<Dim>& s
                                                      Derivatives order) const {
   CurvatureSamples<Dim> out;
   H_->sample(shape.points(), kappa, order, out);
+  for (Eigen::Index i = 0; i < shape.n_vertices() && shape.has_border(); ++i) {
+    if (!shape.is_on_border(i)) continue;
+    out.value[i] = 0;
+    if (order != Derivatives::kNone) out.dz[i] = 0, out.dx.row(i).setZero();
+    if (order != Derivatives::kSecond) continue;
+    out.dzz[i] = 0;
+    out.dxx.row(i).setZero();
+    out.dxz.row(i).setZero();
+  }
   return out;
 }
 

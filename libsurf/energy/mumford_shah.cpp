@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "libsurf/base/error.h"
+#include "libsurf/energy/detail/element_terms.h"
 #include "libsurf/volume/cell_pieces.h"
 #include "libsurf/volume/cut_cells.h"
 
@@ -66,7 +67,7 @@ struct MumfordShah::State {
   volume::ScreenedPoisson inside, outside;
 
   double energy(double gamma) const {
-    return inside.energy() + outside.energy() + gamma * shape.measure();
+    return inside.energy() + outside.energy() + gamma * charged_measure<3>(shape);
   }
 };
 
@@ -224,12 +225,7 @@ void MumfordShah::differentiate(const fem::Curvature& curvature, double weight,
   const fem::Geometry<3>& shape = state_->shape;
   const Loads at = loads();
   terms.derivative += weight * at.force;
-  for (Eigen::Index t = 0; t < shape.n_elements(); ++t)
-    for (int i = 0; i < 3; ++i)
-      terms.derivative.row(shape.elements()(t, i)) +=
-          weight * options_.gamma * shape.measures()[t] * shape.basis_gradients(t).row(i);
-  terms.g.array() += weight * options_.gamma;
-  terms.alpha.array() += weight * options_.gamma;
+  add_measure_terms<3>(shape, weight * options_.gamma, terms);
   Samples<3> samples;
   I_->sample(shape.points(), Derivatives::kFirst, samples);
   const Eigen::ArrayXd slope =

@@ -33,6 +33,8 @@ Curvature curvature(const Geometry<Dim>& shape, const SparseMatrix& A) {
   out.square_sum = out.mean.cwiseAbs2();
   if constexpr (Dim == 3)
     out.square_sum -= 2 * angle_defects(shape).cwiseQuotient(shape.lumped_mass());
+  for (Eigen::Index i = 0; i < shape.n_vertices(); ++i)
+    if (shape.is_on_border(i)) out.mean[i] = out.square_sum[i] = 0;
   return out;
 }
 

@@ -15,7 +15,8 @@ struct Curvature {
 
 /// kappa as in mean_curvature; K = 0 on curves, on surfaces the angle defect over the lumped mass,
 /// so that sum_i m_i K_i = 2 pi chi exactly. Where rounding or an irregular mesh has its say
-/// square_sum may lie below kappa^2 / 2.
+/// square_sum may lie below kappa^2 / 2. On the border, where only a part of the shape is known,
+/// both are 0.
 /// @param A  stiffness(shape, 1)
 template <int Dim>
 Curvature curvature(const Geometry<Dim>& shape, const SparseMatrix& A);

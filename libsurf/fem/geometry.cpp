@@ -5,6 +5,7 @@
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <numbers>
 #include <numeric>
@@ -37,6 +38,24 @@ Eigen::Matrix<double, Dim, Dim> basis_gradients_of(const Points<Dim>& X,
   gradients.template bottomRows<Dim - 1>() = rows;
   gradients.row(0) = -rows.colwise().sum();
   return gradients;
+}
+
+constexpr double kLongestMove = 2;  // along the border, of a normal one
+
+/// The part d of a normal n in the planes of some normals, scaled so that d . n = 1.
+template <int Dim>
+Vector<Dim> along_border(Vector<Dim> n, const Points<Dim>& normals, std::uint8_t planes) {
+  std::vector<Vector<Dim>> basis;
+  for (Eigen::Index p = 0; p < normals.rows(); ++p) {
+    if (!(planes >> p & 1)) continue;
+    Vector<Dim> more = normals.row(p);
+    for (const Vector<Dim>& one : basis) more -= one.dot(more) * one;
+    if (!(more.norm() > 1e-6)) continue;
+    basis.push_back(more.normalized());
+    n -= basis.back().dot(n) * basis.back();
+  }
+  if (int(basis.size()) == Dim) return Vector<Dim>::Zero();  // in a corner
+  return n * std::min(1 / std::max(n.squaredNorm(), 1e-300), kLongestMove * kLongestMove);
 }
 
 /// Zeros, with an entry for each pair of vertices of an element. Sorted row by row: 2.3 ms for
@@ -89,16 +108,24 @@ Topology<Dim>::Topology(Elements<Dim> T, Eigen::Index n_vertices)
 
 template <int Dim>
 Geometry<Dim>::Geometry(Points<Dim> X, Elements<Dim> T)
-    : Geometry(X, std::make_shared<const Topology<Dim>>(std::move(T), X.rows())) {}
+    : Geometry(X, std::make_shared<const Topology<Dim>>(std::move(T), X.rows()), nullptr) {}
 
 template <int Dim>
-Geometry<Dim> Geometry<Dim>::moved_to(Points<Dim> X) const {
-  return Geometry(std::move(X), topology_);
+Geometry<Dim>::Geometry(Points<Dim> X, Elements<Dim> T, const Border<Dim>& border)
+    : Geometry(std::move(X), std::move(T)) {
+  border_ = on_border(border);
+  set_border();
 }
 
 template <int Dim>
-Geometry<Dim>::Geometry(Points<Dim> X, std::shared_ptr<const Topology<Dim>> topology)
-    : X_(std::move(X)), topology_(std::move(topology)) {
+Geometry<Dim> Geometry<Dim>::moved_to(Points<Dim> X) const {
+  return Geometry(std::move(X), topology_, border_);
+}
+
+template <int Dim>
+Geometry<Dim>::Geometry(Points<Dim> X, std::shared_ptr<const Topology<Dim>> topology,
+                        std::shared_ptr<const OnBorder> border)
+    : X_(std::move(X)), topology_(std::move(topology)), border_(std::move(border)) {
   const Elements<Dim>& T = elements();
   const Eigen::Index m = T.rows();
   measures_.resize(m);
@@ -120,6 +147,77 @@ Geometry<Dim>::Geometry(Points<Dim> X, std::shared_ptr<const Topology<Dim>> topo
   }
   for (Eigen::Index i = 0; i < X_.rows(); ++i)
     if (lumped_mass_[i] > 0) nodal_normals_.row(i) /= lumped_mass_[i];
+  set_border();
+}
+
+template <int Dim>
+std::shared_ptr<const typename Geometry<Dim>::OnBorder> Geometry<Dim>::on_border(
+    const Border<Dim>& border) const {
+  assert(Eigen::Index(border.planes.size()) == n_vertices() && border.normals.rows() <= 8);
+  const Elements<Dim>& T = elements();
+  auto out = std::make_shared<OnBorder>();
+  out->normals = border.normals;
+  out->places.assign(T.rows(), Place::kFree);
+  out->held.assign(n_vertices(), 0);
+  bool is_any = false;
+  for (Eigen::Index t = 0; t < T.rows(); ++t) {
+    std::uint8_t common = 0xff;
+    for (int i = 0; i < Dim; ++i) common &= border.planes[T(t, i)];
+    if (common == 0) continue;
+    is_any = true;
+    out->places[t] = Place::kBorder;
+    for (int i = 0; i < Dim; ++i) out->held[T(t, i)] |= common;
+  }
+  if (!is_any) return nullptr;
+  out->rim_measures = Eigen::VectorXd::Zero(T.rows());
+  for (Eigen::Index t = 0; t < T.rows(); ++t) {
+    const auto is_held = [&](int vertex) { return out->held[vertex] != 0; };
+    if (out->places[t] == Place::kBorder || T.row(t).unaryExpr(is_held).count() == 0) continue;
+    out->places[t] = Place::kRim;
+    out->rim_measures[t] = measures_[t];
+  }
+  return out;
+}
+
+template <int Dim>
+bool Geometry<Dim>::has_border_of(const Geometry& other) const {
+  if (border_ == other.border_) return true;
+  return border_ && other.border_ && border_->held == other.border_->held &&
+         border_->places == other.border_->places;
+}
+
+/// What follows from border_ at the present positions.
+template <int Dim>
+void Geometry<Dim>::set_border() {
+  if (!border_) return;
+  const Elements<Dim>& T = elements();
+  charged_measures_ = measures_;
+  directions_ = nodal_normals_;
+  Points<Dim> normals = Points<Dim>::Zero(n_vertices(), Dim);  // of what does not lie on the border
+  Eigen::VectorXd masses = Eigen::VectorXd::Zero(n_vertices());
+  for (Eigen::Index t = 0; t < T.rows(); ++t) {
+    if (place(t) != Place::kFree) charged_measures_[t] = border_->rim_measures[t];
+    if (place(t) == Place::kBorder) continue;
+    for (int i = 0; i < Dim; ++i) {
+      normals.row(T(t, i)) += measures_[t] * normals_.row(t);
+      masses[T(t, i)] += measures_[t];
+    }
+  }
+  for (Eigen::Index i = 0; i < n_vertices(); ++i) {
+    if (!is_on_border(i)) continue;
+    Vector<Dim> in_planes = Vector<Dim>::Zero();
+    if (masses[i] > 0) in_planes = normals.row(i) / masses[i];
+    directions_.row(i) = along_border<Dim>(in_planes, border_->normals, border_->held[i]);
+  }
+}
+
+template <int Dim>
+Eigen::VectorXd Geometry<Dim>::content_derivative() const {
+  Eigen::VectorXd out =
+      lumped_mass_.cwiseProduct(nodal_normals_.cwiseProduct(directions()).rowwise().sum());
+  for (Eigen::Index i = 0; i < n_vertices(); ++i)
+    if (is_on_border(i) && directions_.row(i).isZero(0)) out[i] = lumped_mass_[i];
+  return out;
 }
 
 template <int Dim>

@@ -2,6 +2,7 @@
 // load and energy needs, computed once per position of the vertices.
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <vector>
 
@@ -31,11 +32,31 @@ class Topology {
   std::vector<int> slots_;
 };
 
+/// Planes that bound the part of space where something is known, as those of an image's border, and
+/// which of them the vertices of a shape lie on.
+template <int Dim>
+struct Border {
+  Points<Dim> normals;               ///< unit normals of the planes, (p, Dim), p <= 8
+  std::vector<std::uint8_t> planes;  ///< one bit for each plane, of each vertex, (n)
+};
+
+/// How an element lies to the border.
+enum class Place : std::uint8_t {
+  kFree,   ///< touches no element on the border
+  kRim,    ///< has a vertex with such an element, where the shape ends on the border
+  kBorder  ///< lies in one of its planes
+};
+
 /// Measures, normals and basis gradients of a closed polyhedral shape Gamma.
 ///
 /// Element t has vertices x_1..x_Dim and the P1 basis functions phi_1..phi_Dim; its outward
 /// unit normal nu_t is (dy, -dx) / length for a segment and (x2 - x1) x (x3 - x1) / (2 area)
 /// for a triangle. Holds copies of the arrays: later changes of the mesh do not reach it.
+///
+/// A shape that a border cuts off ends there as if it went on: elements on the border close it, but
+/// they do not move, and boundary integrals leave them out. To these the rim adds what lies in it,
+/// not its stretching: its measures are held (charged_measures), so that nothing pulls the line
+/// where the shape meets the border along it.
 template <int Dim>
 class Geometry {
  public:
@@ -45,7 +66,9 @@ class Geometry {
   /// @param T  vertex indices per element, (m, Dim)
   /// @throws InvalidMesh  an element has no measure, or T points outside X
   Geometry(Points<Dim> X, Elements<Dim> T);
-  /// The same elements with other vertex positions.
+  /// @param border  its planes bound the shape
+  Geometry(Points<Dim> X, Elements<Dim> T, const Border<Dim>& border);
+  /// The same elements with other vertex positions. The border's vertices are taken to stay on it.
   Geometry moved_to(Points<Dim> X) const;
 
   Eigen::Index n_vertices() const { return X_.rows(); }
@@ -66,6 +89,26 @@ class Geometry {
   /// masses, (n, Dim). Shorter than 1 where the shape bends.
   const Points<Dim>& nodal_normals() const { return nodal_normals_; }
 
+  /// Whether the same elements lie on the border and in its rim.
+  bool has_border_of(const Geometry& other) const;
+  /// Whether elements lie on the border.
+  bool has_border() const { return border_ != nullptr; }
+  Place place(Eigen::Index t) const { return border_ ? border_->places[t] : Place::kFree; }
+  /// Whether a vertex has an element on the border.
+  bool is_on_border(Eigen::Index i) const { return border_ && border_->held[i] != 0; }
+  /// Length or area of each element as boundary integrals count it, (m): of the rim that at the
+  /// positions where the border was given, of elements on the border 0.
+  const Eigen::VectorXd& charged_measures() const {
+    return border_ ? charged_measures_ : measures_;
+  }
+  /// The move of each vertex for a normal velocity of 1, (n, Dim): the nodal normals, but on the
+  /// border a vector d in its planes with d . n = 1 for the normal n of the other elements (shorter
+  /// where these are nearly tangential to the border), and 0 if there are none.
+  const Points<Dim>& directions() const { return border_ ? directions_ : nodal_normals_; }
+  /// Derivative of the enclosed content by the normal velocity of each vertex, (n): of those that
+  /// do not move their lumped mass, so that it may divide.
+  Eigen::VectorXd content_derivative() const;
+
   /// Length or area of Gamma.
   double measure() const { return measures_.sum(); }
   /// Area or volume enclosed, positive if the normals point outward:
@@ -75,7 +118,17 @@ class Geometry {
   double radius() const;
 
  private:
-  Geometry(Points<Dim> X, std::shared_ptr<const Topology<Dim>> topology);
+  struct OnBorder {
+    Points<Dim> normals;             // of the planes
+    std::vector<Place> places;       // (m)
+    std::vector<std::uint8_t> held;  // planes of the elements on the border that a vertex has, (n)
+    Eigen::VectorXd rim_measures;    // (m), 0 elsewhere
+  };
+
+  Geometry(Points<Dim> X, std::shared_ptr<const Topology<Dim>> topology,
+           std::shared_ptr<const OnBorder> border);
+  std::shared_ptr<const OnBorder> on_border(const Border<Dim>& border) const;
+  void set_border();
 
   Points<Dim> X_;
   std::shared_ptr<const Topology<Dim>> topology_;
@@ -84,6 +137,9 @@ class Geometry {
   std::vector<Gradients> gradients_;
   Eigen::VectorXd lumped_mass_;
   Points<Dim> nodal_normals_;
+  std::shared_ptr<const OnBorder> border_;  // none if nothing lies on the border
+  Eigen::VectorXd charged_measures_;
+  Points<Dim> directions_;
 };
 
 /// Quadrature points of all elements, (m * q, Dim), element by element; `barycentric` (q, Dim).

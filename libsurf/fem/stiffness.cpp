@@ -14,8 +14,16 @@ SparseMatrix stiffness(const Geometry<Dim>& shape, const Eigen::VectorXd& alpha)
 }
 
 template <int Dim>
+SparseMatrix stiffness(const Geometry<Dim>& shape) {
+  Eigen::VectorXd alpha = Eigen::VectorXd::Ones(shape.n_elements());
+  for (Eigen::Index t = 0; t < shape.n_elements(); ++t)
+    if (shape.place(t) == Place::kBorder) alpha[t] = 0;
+  return stiffness<Dim>(shape, alpha);
+}
+
+template <int Dim>
 SparseMatrix normal_stiffness(const Geometry<Dim>& shape, SparseMatrix A) {
-  const Points<Dim>& normals = shape.nodal_normals();
+  const Points<Dim>& normals = shape.directions();
   for (Eigen::Index i = 0; i < A.outerSize(); ++i)
     for (SparseMatrix::InnerIterator entry(A, i); entry; ++entry)
       entry.valueRef() *= normals.row(i).dot(normals.row(entry.col()));
@@ -31,6 +39,8 @@ Eigen::VectorXd mean_curvature(const Geometry<Dim>& shape, const SparseMatrix& A
 
 template SparseMatrix stiffness<2>(const Geometry<2>&, const Eigen::VectorXd&);
 template SparseMatrix stiffness<3>(const Geometry<3>&, const Eigen::VectorXd&);
+template SparseMatrix stiffness<2>(const Geometry<2>&);
+template SparseMatrix stiffness<3>(const Geometry<3>&);
 template SparseMatrix normal_stiffness<2>(const Geometry<2>&, SparseMatrix);
 template SparseMatrix normal_stiffness<3>(const Geometry<3>&, SparseMatrix);
 template Eigen::VectorXd mean_curvature<2>(const Geometry<2>&, const SparseMatrix&);

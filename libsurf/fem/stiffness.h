@@ -15,9 +15,13 @@ namespace surf::fem {
 /// @return       (n, n) [mm^(Dim-3)] for dimensionless alpha; every row has its diagonal entry
 template <int Dim>
 SparseMatrix stiffness(const Geometry<Dim>& shape, const Eigen::VectorXd& alpha);
+/// alpha = 1, but 0 on the border, which does not move.
+template <int Dim>
+SparseMatrix stiffness(const Geometry<Dim>& shape);
 
 /// The matrix N^T M^-1 A M^-1 N of (3.61) with lumped masses: (n_i . n_j) A_ij with the nodal
-/// normals n_i. It acts on normal velocities as the second variation of the area does.
+/// normals n_i, on the border with the directions. It acts on normal velocities as the second
+/// variation of the area does.
 /// @param A  stiffness(shape, 1)
 template <int Dim>
 SparseMatrix normal_stiffness(const Geometry<Dim>& shape, SparseMatrix A);

@@ -74,7 +74,7 @@ class ContentKeeper {
     Points<Dim> to = now.points();
     const double longest = std::min(shape_.max_displacement(), kLargestMove * now.radius());
     const bool is_reached =
-        correct_content<Dim>(to, now.elements(), now.nodal_normals(), target_, longest);
+        correct_content<Dim>(to, now.elements(), now.directions(), target_, longest);
     shape_.restrict_move(to);
     shape_.move_to(to);
     return is_reached;
@@ -197,12 +197,15 @@ class Evolution {
     const bool has_changed_domain = shape_.has_changed_domain();
     const bool is_far = keeper_ && keeper_->is_far();  // by surgery
     if (is_far) keeper_->approach();
-    *geometry_ = shape_.geometry();
+    fem::Geometry<Dim> now = shape_.geometry();
     is_rebuilt_ |= has_changed_domain || is_far;
     if (has_changed_domain || is_far)
-      energy_.rebuild(*geometry_);
-    else if (is_remeshed)
-      energy_.remesh(*geometry_);
+      energy_.rebuild(now);
+    else if (is_remeshed || !now.has_border_of(*geometry_))
+      energy_.remesh(now);
+    else
+      now = geometry_->moved_to(now.points());  // what the energy has, with the rim that it charges
+    *geometry_ = std::move(now);
     if (keeper_ && is_remeshed && !is_far) hold_content(record);
     record.enclosed = geometry_->enclosed();
     record.n_vertices = geometry_->n_vertices();

@@ -8,9 +8,23 @@
 
 namespace surf::flow {
 
+/// What a surgery did to the components of a shape (thesis Fig. 4.3, and in three dimensions).
+enum class TopologyChange {
+  kUntangling,     ///< nothing: a fold was taken out
+  kMerging,        ///< several components became fewer
+  kSelfMerging,    ///< one met itself: a surface has a handle more, or several; a curve a hole
+  kSelfCrossing,   ///< a curve crossed itself and is one as before
+  kHandleClosing,  ///< a handle less: its hole was filled, or it was cut
+  kSplitting,      ///< one came apart
+  kInsideOpening,  ///< a surface met itself all round: it has a cavity more; a curve met its hole
+  kVanishing       ///< nothing is left of some
+};
+/// "merging", "self-merging", "handle-closing", ...
+std::string to_string(TopologyChange change);
+
 /// A change of the shape's topology, as it happened after a step.
 struct TopologyEvent {
-  std::string kind;                                 ///< "merging", "splitting", ...
+  TopologyChange kind = TopologyChange::kUntangling;
   Eigen::Vector3d place = Eigen::Vector3d::Zero();  ///< [mm]; in the plane the third is 0
   double enclosed_change = 0;                       ///< of the enclosed area or volume
 };

@@ -7,6 +7,7 @@
 #include <optional>
 #include <vector>
 
+#include "libsurf/base/log.h"
 #include "libsurf/fem/stiffness.h"
 #include "libsurf/flow/detail/cyclic_tridiagonal.h"
 #include "libsurf/flow/detail/symmetric_solver.h"
@@ -32,7 +33,12 @@ Eigen::VectorXd solve_iteratively(const SparseMatrix& matrix, const Eigen::Vecto
   solver.setTolerance(tolerance);
   solver.setMaxIterations(1000);
   solver.compute(matrix);
-  return solver.solve(rhs);
+  Eigen::VectorXd x = solver.solve(rhs);
+  if (solver.info() != Eigen::Success)
+    log(LogLevel::kWarning,
+        fmt::format("velocity: the residual is {:.1e} of the load after {} iterations, not {:g}",
+                    solver.error(), solver.iterations(), tolerance));
+  return x;
 }
 
 /// Directly on curves, else iteratively.
@@ -66,8 +72,7 @@ double smallest_beta(const fem::Geometry<Dim>& shape, const energy::ShapeTerms<D
   const double r = std::max(shape.radius(), 1e-3 * std::sqrt(shape.measure()));
   const double stiffness = std::max(terms.g.maxCoeff(), terms.bilaplacian.maxCoeff() / (r * r));
   if (stiffness > 0) return beta_floor * stiffness / (r * r);
-  const Eigen::VectorXd force =
-      terms.derivative.cwiseProduct(shape.nodal_normals()).rowwise().sum();
+  const Eigen::VectorXd force = terms.derivative.cwiseProduct(shape.directions()).rowwise().sum();
   const double mean_force = force.cwiseAbs().sum() / shape.measure();
   return std::max(10 * mean_force / r, 1e-300);
 }
@@ -94,9 +99,8 @@ struct VelocitySystem<Dim>::Impl {
   Impl(const fem::Geometry<Dim>& the_shape, const energy::ShapeTerms<Dim>& terms,
        const SparseMatrix& the_A, const VelocityOptions& the_options)
       : shape(the_shape), options(the_options), A(the_A) {
-    rhs = -terms.derivative.cwiseProduct(shape.nodal_normals()).rowwise().sum();
-    content_derivative =
-        shape.lumped_mass().cwiseProduct(shape.nodal_normals().rowwise().squaredNorm());
+    rhs = -terms.derivative.cwiseProduct(shape.directions()).rowwise().sum();
+    content_derivative = shape.content_derivative();
     product_diagonal = shape.lumped_mass();
     has_direct_solver =
         options.product == ScalarProduct::kHMinus1 || terms.bilaplacian.maxCoeff() > 0;
@@ -250,7 +254,7 @@ Velocity<Dim> VelocitySystem<Dim>::solve(double tau) const {
   Velocity<Dim> velocity;
   velocity.normal = impl_->solve(tau, impl_->rhs);
   if (impl_->options.keeps_content) impl_->keep_content(tau, velocity);
-  velocity.vector = velocity.normal.asDiagonal() * impl_->shape.nodal_normals();
+  velocity.vector = velocity.normal.asDiagonal() * impl_->shape.directions();
   velocity.shape_derivative = -impl_->rhs.dot(velocity.normal);
   velocity.norm_squared = impl_->norm_squared(tau, velocity.normal);
   return velocity;

@@ -369,6 +369,30 @@ class Improvement {
     hand_over(patch_.witnesses, patch_.after, patch_.faces);
   }
 
+  // ---- the border of a box ----
+
+  /// Whether a vertex has faces on the box's border and others.
+  bool ends_on_border(VertexHandle vertex) const {
+    if (options_.box->faces(point(vertex)) == 0) return false;
+    bool is_on = false, is_off = false;
+    for (const FaceHandle face : mesh_.vf_range(vertex)) {
+      std::uint8_t common = 0xff;
+      for (const VertexHandle corner : mesh_.fv_range(face))
+        common &= options_.box->faces(point(corner));
+      (common != 0 ? is_on : is_off) = true;
+    }
+    return is_on && is_off;
+  }
+
+  /// Places for what stands for both vertices.
+  void keep_on_border(VertexHandle a, VertexHandle b, std::vector<Vector3d>& places) const {
+    if (!options_.box) return;
+    const bool a_ends = ends_on_border(a), b_ends = ends_on_border(b);
+    if (a_ends != b_ends) places = {point(a_ends ? a : b)};
+    const std::uint8_t faces = options_.box->faces(point(a)) | options_.box->faces(point(b));
+    for (Vector3d& place : places) place = options_.box->clamped(place, faces);
+  }
+
   // ---- collapses ----
 
   /// Puts places where the volume is that of the two stars: along the rim's normal.
@@ -410,6 +434,7 @@ class Improvement {
     const Vector3d &from = point(removed), &to = point(kept);
     std::vector<Vector3d> places = {0.5 * (from + to), from, to};
     keep_volume(places);
+    keep_on_border(removed, kept, places);
     const double before = sharpest(patch_.before);
     const double bound = aim == CollapseFor::kAngle    ? before
                          : aim == CollapseFor::kLength ? std::max(before, cos_bound)
@@ -562,10 +587,13 @@ class Improvement {
   }
 
   void try_move(VertexHandle vertex) {
+    if (options_.box && ends_on_border(vertex)) return;
     collect_patch(vertex);
     // By 1 % of the angle at least, so that sweeps end.
     const double angle = std::acos(std::min(1.0, sharpest(patch_.before)));
-    const auto best = best_place(places_in_plane(point(vertex)), std::cos(1.01 * angle),
+    std::vector<Vector3d> places = places_in_plane(point(vertex));
+    keep_on_border(vertex, vertex, places);
+    const auto best = best_place(places, std::cos(1.01 * angle),
                                  std::max(options_.max_length, longest_spoke(patch_.before)));
     if (!best) return;
     apply(vertex, *best);

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "libsurf/base/image_box.h"
 #include "libsurf/mesh/triangle_mesh.h"
 
 namespace surf::mesh {
@@ -26,6 +27,9 @@ struct ImproveOptions {
   double max_variation_mm = std::numeric_limits<double>::infinity();
   /// One flag per face: these and their vertices stay as they are. Empty = none.
   std::vector<char> frozen = {};
+  /// Vertices stay in this box [borrowed], those on its faces stay on them, and those where the
+  /// surface ends on its border stay where they are, or one of two. None = no box.
+  const ImageBox<3>* box = nullptr;
   /// Rounds of collapses, flips and moves; ends earlier when nothing is left to do.
   int n_sweeps = 5;
   /// Empty if valid, else field, value and constraint.

@@ -31,6 +31,13 @@ double measure(const Points<3>& X, const Eigen::RowVector3i& t) {
   return a.cross(b).norm() / 2;
 }
 
+template <int Dim>
+std::vector<std::uint8_t> faces_of(const Points<Dim>& X, const ImageBox<Dim>& box) {
+  std::vector<std::uint8_t> out;
+  for (const auto& point : X.rowwise()) out.push_back(box.faces(point.transpose()));
+  return out;
+}
+
 /// First i with values[i] below kEdge of the largest before it and of the largest behind it and
 /// nothing smaller next to it; -1 if there is none.
 Eigen::Index first_valley(const Eigen::VectorXd& values) {
@@ -74,7 +81,9 @@ MovingMesh<Dim>::MovingMesh(const Options& options) : options_(options) {
 template <int Dim>
 fem::Geometry<Dim> MovingMesh<Dim>::geometry() const {
   Simplices<Dim> shape = simplices();
-  return {std::move(shape.points), std::move(shape.elements)};
+  if (!options_.box) return {std::move(shape.points), std::move(shape.elements)};
+  const fem::Border<Dim> border{options_.box->normals(), faces_of(shape.points, *options_.box)};
+  return {std::move(shape.points), std::move(shape.elements), border};
 }
 
 template <int Dim>
@@ -160,27 +169,35 @@ std::string MovingMesh<Dim>::obstacle() const {
   if (has_vanished_ || content < least)
     return fmt::format("the object vanished: its {} fell to {:.3g} mm^{}",
                        Dim == 2 ? "area" : "volume", content, Dim);
-  const double share = border_share();
+  const double share = covered_border();
   if (share > options_.max_border_share)
-    return fmt::format("the {} meets the {}'s border with {:.0f} % of its {}",
-                       Dim == 2 ? "curve" : "surface", Dim == 2 ? "image" : "volume", 100 * share,
-                       Dim == 2 ? "length" : "area");
+    return fmt::format("the {} fills the {}: it covers {:.0f} % of its border",
+                       Dim == 2 ? "curve" : "surface", Dim == 2 ? "image" : "volume", 100 * share);
   return {};
 }
 
 template <int Dim>
 double MovingMesh<Dim>::border_share() const {
   if (!options_.box) return 0;
-  constexpr double kNear = 1e-6;  // cells
-  const ImageBox<Dim>& box = *options_.box;
   const Simplices<Dim> shape = simplices();
   std::vector<char> is_on_border;
-  for (const auto& point : shape.points.rowwise()) {
-    const auto index = (box.world_to_index * Vector<Dim>(point.transpose())).array().eval();
-    is_on_border.push_back((index <= box.first() + kNear).any() ||
-                           (index >= box.last() - kNear).any());
-  }
+  for (const std::uint8_t faces : faces_of(shape.points, *options_.box))
+    is_on_border.push_back(faces != 0);
   return share_of_vertices<Dim>(shape.points, shape.elements, is_on_border);
+}
+
+template <int Dim>
+double MovingMesh<Dim>::covered_border() const {
+  if (!options_.box) return 0;
+  const Simplices<Dim> shape = simplices();
+  const std::vector<std::uint8_t> faces = faces_of(shape.points, *options_.box);
+  double sum = 0;
+  for (const auto& t : shape.elements.rowwise()) {
+    std::uint8_t common = 0xff;
+    for (int i = 0; i < Dim; ++i) common &= faces[t[i]];
+    if (common != 0) sum += measure(shape.points, t);
+  }
+  return sum / options_.box->border_measure();
 }
 
 template <int Dim>

@@ -50,8 +50,9 @@ struct MovingShapeOptions {
   double sheet_distance = 0.7;
   /// Vertices may not leave this box; none = the shape moves freely.
   std::optional<ImageBox<Dim>> box = {};
-  /// The run ends when more than this share of the length or area lies on the box's border.
-  double max_border_share = 0.5;
+  /// The run ends when the shape covers more than this share of the box's own border: it has leaked
+  /// and fills the image. Objects that the border cuts off cover less.
+  double max_border_share = 0.9;
   /// The object has vanished when its radius (of the disc or ball of equal content) is below this
   /// share of the edge length.
   double min_radius = 0.5;
@@ -67,6 +68,8 @@ class MovingMesh : public flow::MovingShape<Dim> {
   virtual Simplices<Dim> simplices() const = 0;
   /// Share of the length or area whose vertices lie on the box's border.
   double border_share() const;
+  /// Share of the box's border that elements of the shape cover.
+  double covered_border() const;
   /// adaptivity.max_elements has kept the shape from being refined, now or earlier.
   bool is_limited() const { return is_limited_; }
   /// Changes the wanted edge length, and the largest displacement in proportion; the mesh follows
@@ -75,6 +78,7 @@ class MovingMesh : public flow::MovingShape<Dim> {
   /// Changes what Alg. 7 looks at.
   void set_integrands(std::vector<std::shared_ptr<const Field<Dim>>> integrands);
 
+  /// With the box's faces as its border.
   fem::Geometry<Dim> geometry() const override;
   double max_displacement() const override { return options_.max_displacement_mm; }
   std::string obstacle() const override;

@@ -10,6 +10,7 @@
 #include "libsurf/base/error.h"
 #include "libsurf/mesh/adaptivity.h"
 #include "libsurf/mesh/bisection.h"
+#include "libsurf/mesh/clip.h"
 #include "libsurf/mesh/hierarchy.h"
 #include "libsurf/mesh/improve.h"
 #include "libsurf/mesh/measure.h"
@@ -55,6 +56,7 @@ std::vector<char> faces_near(const TriMesh& mesh, const std::vector<Vector<3>>& 
 MovingSurface::MovingSurface(const Triangles& initial, const MovingSurfaceOptions& options)
     : MovingMesh<3>(options), mesh_(to_mesh(initial)) {
   if (options.topology != Topology::kFixed) resolve_initial_crossings();
+  if (options.box) clip_at_start();
   mend(kRoundsAtTheStart);
   // A round collapses once at each place: until few are left.
   for (int round = 0; round < kRoundsAtTheStart; ++round) {
@@ -175,7 +177,7 @@ bool MovingSurface::resolve_events() {
   if (!report.refused.empty() && !hold_refused(report.refused)) return take_back();
   for (const RebuiltRegion& region : report.regions) {
     if (region.change == TopologyChange::kUntangling) continue;
-    events_.push_back({to_string(region.change), region.place, region.volume_change_mm3});
+    events_.push_back({region.change, region.place, region.volume_change_mm3});
   }
   remove_phantoms_and_crumbs();
   return true;
@@ -208,7 +210,7 @@ bool MovingSurface::remove_phantoms_and_crumbs() {
   if (n_left == 0 || n_left == static_cast<int>(is_gone.size())) return false;
   for (std::size_t s = 0; s < is_gone.size(); ++s)
     if (is_gone[s] && hierarchy.shells[s].is_real())
-      events_.push_back({to_string(TopologyChange::kVanishing), hierarchy.shells[s].center_ras_mm,
+      events_.push_back({TopologyChange::kVanishing, hierarchy.shells[s].center_ras_mm,
                          -hierarchy.shells[s].volume_mm3});
   for (int t = 0; t < static_cast<int>(hierarchy.of_triangle.size()); ++t)
     if (is_gone[hierarchy.of_triangle[t]]) mesh_.delete_face(OpenMesh::FaceHandle(t), true);
@@ -225,6 +227,15 @@ void MovingSurface::resolve_initial_crossings() {
   if (operate(mesh_, events, surgery).n_unresolved > 0)
     throw InvalidMesh("the initial surface intersects itself and could not be rebuilt");
   remove_phantoms_and_crumbs();
+}
+
+/// A surface that cannot be clipped is brought into the box by its first step.
+void MovingSurface::clip_at_start() {
+  if (!self_intersections(simplices()).empty()) return;
+  const Triangles inside = clipped(simplices(), *options_.box);
+  if (inside.points.rows() != Eigen::Index(mesh_.n_vertices()) ||
+      inside.points != simplices().points)
+    mesh_ = to_mesh(inside);
 }
 
 bool MovingSurface::mend() {
@@ -264,6 +275,7 @@ void MovingSurface::mend_the_rest(const Triangles& mended) {
     improvement.min_length = shortest_edge();
     improvement.max_length = adaptivity().max_length_mm;
     improvement.tolerance_mm = share * mending_tolerance();
+    if (options_.box) improvement.box = &*options_.box;
     improve(mesh_, improvement);
     if (added_intersections(mended, to_triangles(mesh_)).empty()) return;
     mesh_ = before;
@@ -281,6 +293,7 @@ bool MovingSurface::mend_apart_from(const std::vector<Vector<3>>& places, double
   improvement.min_length = shortest_edge();
   improvement.max_length = sizes.max_length_mm;
   improvement.tolerance_mm = mending_tolerance();
+  if (options_.box) improvement.box = &*options_.box;
   improvement.may_coarsen = std::move(adapted.may_coarsen);
   if (sizes.geometry_tolerance_mm > 0)
     improvement.max_variation_mm = sizes.gamma_refine * sizes.geometry_tolerance_mm;

@@ -13,7 +13,8 @@ using MovingSurfaceOptions = MovingShapeOptions<3>;
 
 class MovingSurface : public MovingMesh<3> {
  public:
-  /// @throws InvalidMesh  as to_mesh()
+  /// What reaches out of the box is cut off.
+  /// @throws InvalidMesh  as to_mesh(), or nothing lies in the box
   /// @throws UsageError   options.error() is not empty
   MovingSurface(const Triangles& initial, const MovingSurfaceOptions& options);
 
@@ -29,6 +30,7 @@ class MovingSurface : public MovingMesh<3> {
   void hold_sheets_apart(const Points<3>& from, Points<3>& to, const Elements<3>& T) const;
   void adjust_step(const Points<3>& from, Points<3>& to, const Elements<3>& T) const;
   void resolve_initial_crossings();
+  void clip_at_start();
   bool resolve_events();
   bool hold_refused(const std::vector<char>& refused);
   bool remove_phantoms_and_crumbs();

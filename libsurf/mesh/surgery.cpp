@@ -553,26 +553,6 @@ std::string SurgeryOptions::error() const {
   return {};
 }
 
-std::string to_string(TopologyChange change) {
-  switch (change) {
-    case TopologyChange::kUntangling:
-      return "untangling";
-    case TopologyChange::kMerging:
-      return "merging";
-    case TopologyChange::kSelfMerging:
-      return "self-merging";
-    case TopologyChange::kHandleClosing:
-      return "handle-closing";
-    case TopologyChange::kSplitting:
-      return "splitting";
-    case TopologyChange::kInsideOpening:
-      return "inside-opening";
-    case TopologyChange::kVanishing:
-      break;
-  }
-  return "vanishing";
-}
-
 SurgeryReport operate(TriMesh& mesh, std::vector<char> events, const SurgeryOptions& options,
                       const BisectionHook& hook) {
   if (const std::string error = options.error(); !error.empty()) throw UsageError(error);

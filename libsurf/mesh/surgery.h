@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "libsurf/flow/moving_shape.h"
 #include "libsurf/mesh/bisection.h"
 #include "libsurf/mesh/triangle_mesh.h"
 
@@ -26,18 +27,7 @@ struct SurgeryOptions {
   std::string error() const;  ///< empty if valid
 };
 
-/// What a surgery did to the surface's shells (thesis Fig. 4.3 in three dimensions).
-enum class TopologyChange {
-  kUntangling,     ///< none: a fold was taken out
-  kMerging,        ///< several shells became fewer
-  kSelfMerging,    ///< a shell met itself: it has one handle more, or several
-  kHandleClosing,  ///< a handle less: its hole was filled, or it was cut
-  kSplitting,      ///< a shell came apart
-  kInsideOpening,  ///< a shell met itself all round: it has a cavity more
-  kVanishing       ///< nothing is left of some shells
-};
-/// "merging", "self-merging", "handle-closing", ...
-std::string to_string(TopologyChange change);
+using flow::TopologyChange;
 
 /// One rebuilt region of a surface.
 struct RebuiltRegion {

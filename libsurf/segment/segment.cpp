@@ -19,15 +19,15 @@ namespace surf::segment {
 namespace {
 
 void check_seeds(const volume::Volume& volume, const std::vector<Eigen::Vector3d>& seeds) {
+  const ImageExtent<3> extent = extent_of(volume);
   for (const Eigen::Vector3d& seed : seeds) {
-    const Eigen::Vector3d index = volume.world_to_index() * seed;
-    for (int axis = 0; axis < 3; ++axis)
-      if (!(index[axis] >= 0 && index[axis] <= volume.size()[axis] - 1))
-        throw UsageError(fmt::format(
-            "--seed: ({:g}, {:g}, {:g}) RAS mm is voxel ({:.1f}, {:.1f}, {:.1f}), outside the "
-            "volume of {} x {} x {} voxels; is it in another space (--space)?",
-            seed[0], seed[1], seed[2], index[0], index[1], index[2], volume.size()[0],
-            volume.size()[1], volume.size()[2]));
+    const auto index = extent.index(seed);
+    if (!extent.contains(seed))
+      throw UsageError(fmt::format(
+          "--seed: ({:g}, {:g}, {:g}) RAS mm is voxel ({:.1f}, {:.1f}, {:.1f}), outside the "
+          "volume of {} x {} x {} voxels; is it in another space (--space)?",
+          seed[0], seed[1], seed[2], index[0], index[1], index[2], volume.size()[0],
+          volume.size()[1], volume.size()[2]));
   }
 }
 

@@ -164,7 +164,7 @@ class Evolution {
       out.n_taken_back = curve.n_taken_back();
       out.has_vanished = !curve.obstacle().empty();
       const auto events = curve.take_events();
-      for (const auto& event : events) ++out.kinds[event.kind];
+      for (const auto& event : events) ++out.kinds[to_string(event.kind)];
       const Verification verification = verify(curve.simplices());
       out.is_valid = verification.passed();
       out.message = verification.message();

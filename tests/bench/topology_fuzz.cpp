@@ -189,7 +189,7 @@ Outcome run(int seed, mesh::Topology topology) {
     surface.mend();
     for (const auto& event : surface.take_events()) {
       ++out.n_events;
-      ++out.kinds[event.kind];
+      ++out.kinds[to_string(event.kind)];
       out.surgery_change = std::max(
           out.surgery_change, std::abs(event.enclosed_change) / (shape.measure() * kResolution));
     }

@@ -150,7 +150,7 @@ void run(const Case& one, const std::filesystem::path& directory) {
   for (const auto& stage : result.stages) {
     n_steps += stage.flow.steps.size();
     for (const auto& step : stage.flow.steps)
-      for (const auto& event : step.events) ++kinds[event.kind];
+      for (const auto& event : step.events) ++kinds[to_string(event.kind)];
   }
   std::string events;
   for (const auto& [kind, n] : kinds)

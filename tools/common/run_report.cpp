@@ -15,7 +15,7 @@ using nlohmann::ordered_json;
 /// "  2 merging, 1 splitting"
 std::string words(const std::vector<surf::flow::TopologyEvent>& events) {
   std::map<std::string, int> kinds;
-  for (const auto& event : events) ++kinds[event.kind];
+  for (const auto& event : events) ++kinds[to_string(event.kind)];
   std::string out;
   for (const auto& [kind, n] : kinds)
     out += fmt::format("{}{} {}", out.empty() ? "  " : ", ", n, kind);
@@ -41,7 +41,7 @@ ordered_json events_of(const surf::segment::RunResult<Dim>& result) {
         for (int axis = 0; axis < Dim; ++axis) at.push_back(event.place[axis]);
         out.push_back({{"stage", stage.name},
                        {"step", step.k},
-                       {"kind", event.kind},
+                       {"kind", to_string(event.kind)},
                        {place, at},
                        {change, event.enclosed_change}});
       }

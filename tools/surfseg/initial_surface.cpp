@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "libsurf/base/error.h"
+#include "libsurf/base/image_box.h"
 #include "libsurf/io/read_landmarks.h"
 #include "libsurf/io/read_surface.h"
 #include "libsurf/mesh/fit_ellipsoid.h"
@@ -135,11 +136,9 @@ surf::Triangles read(const InitialArguments& arguments) {
 }
 
 void check_is_in_volume(const surf::Triangles& surface, const surf::volume::Volume& volume) {
-  const Eigen::Array3d last(volume.size()[0] - 1, volume.size()[1] - 1, volume.size()[2] - 1);
-  for (const auto point : surface.points.rowwise()) {
-    const Eigen::Array3d index = (volume.world_to_index() * point.transpose()).array();
-    if ((index >= 0).all() && (index <= last).all()) return;
-  }
+  const surf::ImageBox<3> box{volume.size(), volume.index_to_world(), volume.world_to_index()};
+  for (const auto& point : surface.points.rowwise())
+    if (box.contains(point.transpose())) return;
   throw surf::InputError(
       "--initial: no vertex of the initial surface lies in the volume; is it in another space?");
 }

@@ -578,17 +578,18 @@ class Boundary {
     return out;
   }
 
-  static std::string kind(const std::vector<int>& before, const std::vector<int>& after) {
+  static flow::TopologyChange kind(const std::vector<int>& before, const std::vector<int>& after) {
+    using enum flow::TopologyChange;
     const auto n_outer = std::count(before.begin(), before.end(), 1);
-    if (after.empty()) return "vanishing";
+    if (after.empty()) return kVanishing;
     if (after.size() < before.size())
-      return n_outer == 0 || n_outer == Eigen::Index(before.size()) ? "merging" : "inside-opening";
+      return n_outer == 0 || n_outer == Eigen::Index(before.size()) ? kMerging : kInsideOpening;
     if (after.size() > before.size()) {
       const bool is_mixed =
           std::count(after.begin(), after.end(), after[0]) != Eigen::Index(after.size());
-      return is_mixed ? "self-merging" : "splitting";
+      return is_mixed ? kSelfMerging : kSplitting;
     }
-    return "self-crossing";
+    return kSelfCrossing;
   }
 
   const Segments& curves_;

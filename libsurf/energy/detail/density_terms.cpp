@@ -37,7 +37,8 @@ double boundary_sum(const Eigen::VectorXd& value, const fem::Geometry<Dim>& shap
   const auto& rule = fem::quadrature<Dim>(quadrature_order);
   double sum = 0;
   for (Eigen::Index t = 0; t < shape.n_elements(); ++t)
-    sum += shape.measures()[t] * rule.weights.dot(value.segment(t * rule.size(), rule.size()));
+    sum +=
+        shape.charged_measures()[t] * rule.weights.dot(value.segment(t * rule.size(), rule.size()));
   return sum;
 }
 
@@ -48,7 +49,8 @@ Points<Dim> boundary_derivative(const DensitySamples<Dim>& H, const fem::Geometr
   const Elements<Dim>& T = shape.elements();
   Points<Dim> out = Points<Dim>::Zero(shape.n_vertices(), Dim);
   for (Eigen::Index t = 0; t < shape.n_elements(); ++t) {
-    const double measure = shape.measures()[t];
+    const double measure = shape.charged_measures()[t];
+    const bool is_stretched = shape.place(t) == fem::Place::kFree;
     double mean_H = 0;
     Vector<Dim> mean_H_y = Vector<Dim>::Zero();
     for (Eigen::Index q = 0; q < rule.size(); ++q) {
@@ -60,8 +62,8 @@ Points<Dim> boundary_derivative(const DensitySamples<Dim>& H, const fem::Geometr
     }
     for (int i = 0; i < Dim; ++i) {
       const auto gradient = shape.basis_gradients(t).row(i);
-      out.row(T(t, i)) +=
-          measure * (mean_H * gradient - gradient.dot(mean_H_y) * shape.normals().row(t));
+      if (is_stretched) out.row(T(t, i)) += measure * mean_H * gradient;
+      out.row(T(t, i)) -= measure * gradient.dot(mean_H_y) * shape.normals().row(t);
     }
   }
   return out;
@@ -71,7 +73,7 @@ template <int Dim>
 Eigen::VectorXd boundary_load(const DensitySamples<Dim>& H, const fem::Geometry<Dim>& shape,
                               int quadrature_order) {
   return boundary_derivative<Dim>(H, shape, quadrature_order)
-      .cwiseProduct(shape.nodal_normals())
+      .cwiseProduct(shape.directions())
       .rowwise()
       .sum();
 }
@@ -84,6 +86,7 @@ void add_boundary_terms(const DensitySamples<Dim>& H, const fem::Geometry<Dim>& 
   const Elements<Dim>& T = shape.elements();
   terms.derivative += weight * boundary_derivative<Dim>(H, shape, quadrature_order);
   for (Eigen::Index t = 0; t < shape.n_elements(); ++t) {
+    if (shape.place(t) == fem::Place::kBorder) continue;
     const Vector<Dim> nu = shape.normals().row(t);
     for (Eigen::Index q = 0; q < rule.size(); ++q) {
       const Eigen::Index at = t * rule.size() + q;

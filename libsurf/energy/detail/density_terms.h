@@ -17,7 +17,8 @@ double boundary_sum(const Eigen::VectorXd& value, const fem::Geometry<Dim>& shap
                     int quadrature_order);
 
 /// The derivative of the discrete integral by vertex, (n, Dim): Theorem 2.2.3 element by element,
-/// sum over the quadrature points of w (phi_i H_x + H grad phi_i - (H_y . grad phi_i) nu).
+/// sum over the quadrature points of w (phi_i H_x + H grad phi_i - (H_y . grad phi_i) nu), without
+/// the second term on a border's rim (fem::Geometry).
 /// @param H  first derivatives
 template <int Dim>
 Points<Dim> boundary_derivative(const DensitySamples<Dim>& H, const fem::Geometry<Dim>& shape,

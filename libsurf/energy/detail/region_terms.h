@@ -33,7 +33,8 @@ void add_region_terms(const Field<Dim>& field, const fem::Geometry<Dim>& shape,
       for (int i = 0; i < Dim; ++i) {
         const double w = weight * rule.weights[q] * shape.measures()[t] * rule.points(q, i);
         terms.derivative.row(T(t, i)) += w * F * nu;
-        terms.beta[T(t, i)] += w * beta / shape.lumped_mass()[T(t, i)];
+        if (shape.place(t) != fem::Place::kBorder)
+          terms.beta[T(t, i)] += w * beta / shape.lumped_mass()[T(t, i)];
       }
     }
   }
@@ -78,7 +79,7 @@ Eigen::MatrixXd region_loads(const Field<Dim>& field, const fem::Geometry<Dim>& 
   for (Eigen::Index t = 0; t < shape.n_elements(); ++t)
     for (Eigen::Index q = 0; q < rule.size(); ++q)
       for (int i = 0; i < Dim; ++i) {
-        const double normal = shape.nodal_normals().row(T(t, i)).dot(shape.normals().row(t));
+        const double normal = shape.directions().row(T(t, i)).dot(shape.normals().row(t));
         loads.row(T(t, i)) += rule.weights[q] * shape.measures()[t] * rule.points(q, i) * normal *
                               values.row(t * rule.size() + q);
       }

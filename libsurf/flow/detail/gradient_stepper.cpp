@@ -16,7 +16,7 @@ class GradientStepper : public Stepper<Dim> {
   }
 
   bool advance(const fem::Geometry<Dim>& shape, StepRecord& record) override {
-    const SparseMatrix A = fem::stiffness<Dim>(shape, Eigen::VectorXd::Ones(shape.n_elements()));
+    const SparseMatrix A = fem::stiffness<Dim>(shape);
     energy::ShapeTerms<Dim> terms(shape);
     this->energy_.differentiate(fem::curvature<Dim>(shape, A), 1, terms);
     const VelocitySystem<Dim> system(shape, terms, A, velocity_options_);

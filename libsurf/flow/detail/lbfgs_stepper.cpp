@@ -1,6 +1,7 @@
 // Rounds of L-BFGS by Ceres over the normal displacements from the current shape.
 #include <ceres/gradient_problem.h>
 #include <ceres/gradient_problem_solver.h>
+#include <fmt/format.h>
 
 #include <Eigen/SparseCholesky>
 #include <algorithm>
@@ -8,6 +9,7 @@
 #include <optional>
 
 #include "libsurf/base/error.h"
+#include "libsurf/base/log.h"
 #include "libsurf/fem/curvature.h"
 #include "libsurf/fem/stiffness.h"
 #include "libsurf/flow/detail/stepper.h"
@@ -27,7 +29,10 @@ class Coordinates {
  public:
   explicit Coordinates(const SparseMatrix& product)
       : factor_(Eigen::SparseMatrix<double>(product)),
-        root_(factor_.vectorD().cwiseMax(1e-300).cwiseSqrt()) {}
+        root_(factor_.vectorD().cwiseMax(1e-300).cwiseSqrt()) {
+    if (factor_.info() != Eigen::Success || !(factor_.vectorD().minCoeff() > 0))
+      log(LogLevel::kWarning, "L-BFGS: the matrix of the H1 product is not positive definite");
+  }
 
   Eigen::VectorXd velocity(const Eigen::VectorXd& y) const {
     Eigen::VectorXd permuted = y.cwiseQuotient(root_);
@@ -88,7 +93,7 @@ class Chart : public ceres::FirstOrderFunction {
   }
 
   Points<Dim> displacement(const Eigen::VectorXd& y) const {
-    return coordinates_->velocity(std::sqrt(unit_) * y).asDiagonal() * shape_.nodal_normals();
+    return coordinates_->velocity(std::sqrt(unit_) * y).asDiagonal() * shape_.directions();
   }
 
   bool Evaluate(const double* parameters, double* value, double* gradient_out) const override {
@@ -115,9 +120,7 @@ class Chart : public ceres::FirstOrderFunction {
   }
 
  private:
-  static SparseMatrix stiffness(const fem::Geometry<Dim>& at) {
-    return fem::stiffness<Dim>(at, Eigen::VectorXd::Ones(at.n_elements()));
-  }
+  static SparseMatrix stiffness(const fem::Geometry<Dim>& at) { return fem::stiffness<Dim>(at); }
   /// At the energy's current shape.
   energy::ShapeTerms<Dim> terms_at(const fem::Geometry<Dim>& at, const SparseMatrix& A) const {
     energy::ShapeTerms<Dim> terms(at);
@@ -126,7 +129,7 @@ class Chart : public ceres::FirstOrderFunction {
   }
   /// dJ by V.
   Eigen::VectorXd normal_part(const energy::ShapeTerms<Dim>& terms) const {
-    return terms.derivative.cwiseProduct(shape_.nodal_normals()).rowwise().sum();
+    return terms.derivative.cwiseProduct(shape_.directions()).rowwise().sum();
   }
 
   const fem::Geometry<Dim>& shape_;
@@ -201,6 +204,8 @@ class LbfgsStepper : public Stepper<Dim> {
     Eigen::VectorXd y = Eigen::VectorXd::Zero(chart.NumParameters());
     ceres::GradientProblemSolver::Summary summary;
     ceres::Solve(options, problem, y.data(), &summary);
+    if (summary.termination_type == ceres::FAILURE && !chart.has_met_bound())
+      log(LogLevel::kWarning, fmt::format("L-BFGS: {}", summary.message));
     return y;
   }
 

@@ -43,7 +43,7 @@ class NewtonStepper : public Stepper<Dim> {
     for (record.n_trials = 1; record.n_trials <= this->options_.step.max_trials;
          ++record.n_trials) {
       const TrustRegionStep step = bounded_step(shape, system, solve, record.tau);
-      const Points<Dim> velocity = step.V.asDiagonal() * shape.nodal_normals();
+      const Points<Dim> velocity = step.V.asDiagonal() * shape.directions();
       record.shape_derivative = system.derivative.dot(step.V);
       if (!(record.tau > 0)) return false;
       const double J_new =
@@ -69,12 +69,12 @@ class NewtonStepper : public Stepper<Dim> {
   struct System {
     System(const fem::Geometry<Dim>& shape, const energy::ShapeEnergy<Dim>& energy,
            double beta_floor, bool keeps_content)
-        : A(fem::stiffness<Dim>(shape, Eigen::VectorXd::Ones(shape.n_elements()))), second(shape) {
+        : A(fem::stiffness<Dim>(shape)), second(shape) {
       const fem::Curvature curvature = fem::curvature<Dim>(shape, A);
       energy::ShapeTerms<Dim> terms(shape);
       energy.differentiate(curvature, 1, terms);
       energy.differentiate_twice(curvature, 1, second);
-      derivative = terms.derivative.cwiseProduct(shape.nodal_normals()).rowwise().sum();
+      derivative = terms.derivative.cwiseProduct(shape.directions()).rowwise().sum();
       norm = std::make_unique<SymmetricSolver>(h1_product<Dim>(shape, terms, A, beta_floor));
       diagonal = kFourthOrderShift * std::max(0.0, second.bilaplacian.maxCoeff()) /
                  std::pow(shape.radius(), 4) * shape.lumped_mass();
@@ -91,8 +91,7 @@ class NewtonStepper : public Stepper<Dim> {
 
     /// dC = int V dS, d2C = int kappa V W dS.
     void keep_content(const fem::Geometry<Dim>& shape, const fem::Curvature& curvature) {
-      const Eigen::VectorXd q =
-          shape.lumped_mass().cwiseProduct(shape.nodal_normals().rowwise().squaredNorm());
+      const Eigen::VectorXd q = shape.content_derivative();
       content_direction = norm->solve(q, 0);
       multiplier = -derivative.dot(content_direction) / q.dot(content_direction);
       diagonal += multiplier * shape.lumped_mass().cwiseProduct(curvature.mean);
@@ -117,7 +116,7 @@ class NewtonStepper : public Stepper<Dim> {
     for (int k = 0;; ++k) {
       TrustRegionStep step = minimise_in_trust_region(system.model, radius_, solve);
       const double longest =
-          largest_step<Dim>(shape, step.V.asDiagonal() * shape.nodal_normals(),
+          largest_step<Dim>(shape, step.V.asDiagonal() * shape.directions(),
                             this->moving_.max_displacement(), this->options_.step);
       tau = std::min(1.0, longest);
       if (tau > kMuchTooLong || k == kMostShrinkings || !(tau > 0)) return step;
@@ -128,8 +127,9 @@ class NewtonStepper : public Stepper<Dim> {
   /// V with displacement = V n, as far as it is along the normals.
   static Eigen::VectorXd normal_part(const fem::Geometry<Dim>& shape,
                                      const Points<Dim>& displacement) {
-    const Points<Dim>& n = shape.nodal_normals();
-    return displacement.cwiseProduct(n).rowwise().sum().cwiseQuotient(n.rowwise().squaredNorm());
+    const Points<Dim>& n = shape.directions();
+    return displacement.cwiseProduct(n).rowwise().sum().cwiseQuotient(
+        n.rowwise().squaredNorm().cwiseMax(1e-12));
   }
 
   double radius_ = 0;

@@ -33,7 +33,7 @@ double Stepper<Dim>::try_displacement(const fem::Geometry<Dim>& shape,
 template <int Dim>
 void Stepper<Dim>::keep_content(const fem::Geometry<Dim>& shape, const Points<Dim>& wanted,
                                 const Eigen::VectorXd& content_direction, StepRecord& record) {
-  Points<Dim> direction = content_direction.asDiagonal() * shape.nodal_normals();
+  Points<Dim> direction = content_direction.asDiagonal() * shape.directions();
   const double longest = std::min(moving_.max_displacement(), shape.radius());
   Points<Dim> before = wanted;
   for (int round = 0; round < kContentRounds; ++round) {

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "libsurf/base/log.h"
+
 namespace surf::flow {
 namespace {
 
@@ -32,6 +34,8 @@ struct SymmetricSolver::Impl {
       entry += entry < 0 ? -kShift : kShift;
     }
     factor.compute(shifted);
+    if (factor.info() != Eigen::Success)
+      log(LogLevel::kWarning, "velocity: the system's matrix has no factorisation");
   }
 
   Eigen::VectorXd scale;

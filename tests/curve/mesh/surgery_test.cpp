@@ -26,7 +26,7 @@ Result after_surgery(const Segments& curves, const SurgeryOptions& options = {})
   out.curves = mesh.segments();
   EXPECT_TRUE(out.report.is_resolved);
   if (mesh.size() > 0) expect_valid(out.curves);
-  for (const auto& event : out.report.events) ++out.kinds[event.kind];
+  for (const auto& event : out.report.events) ++out.kinds[to_string(event.kind)];
   if (mesh.size() > 0) out.hierarchy = curve_hierarchy(out.curves);
   return out;
 }
@@ -229,7 +229,7 @@ TEST(Surgery, JoinsSheetsThatComeCloserThanTheResolution) {
   ASSERT_TRUE(report.is_resolved);
   expect_valid(mesh.segments());
   EXPECT_EQ(curve_hierarchy(mesh.segments()).components.size(), 1u);
-  EXPECT_EQ(report.events.at(0).kind, "merging");
+  EXPECT_EQ(report.events.at(0).kind, flow::TopologyChange::kMerging);
   CurveMesh parting(then);
   EXPECT_FALSE(operate(parting, options, now.points).has_changed);
 }
@@ -243,7 +243,7 @@ TEST(Surgery, CutsWallsThinnerThanTheResolution) {
   CurveMesh mesh(ring(0.95));
   const SurgeryReport report = operate(mesh, options, ring(0.85).points);
   expect_valid(mesh.segments());
-  EXPECT_EQ(report.events.at(0).kind, "inside-opening");
+  EXPECT_EQ(report.events.at(0).kind, flow::TopologyChange::kInsideOpening);
   EXPECT_EQ(curve_hierarchy(mesh.segments()).components.size(), 1u);
 }
 

@@ -46,6 +46,39 @@ TYPED_TEST(EveryEnergy, DerivativeIsTheDifferenceQuotientOfTheValue) {
   }
 }
 
+// The border closes the shape, and its rim is charged without its stretching: the value that the
+// step control sees has the derivative all the same.
+TYPED_TEST(EveryEnergy, DerivativeIsTheDifferenceQuotientWhereABorderCutsTheShapeOff) {
+  constexpr int Dim = TypeParam::value;
+  constexpr double kStep = 5e-5, kTolerance = 1e-7, kRounding = 1e-14 / kStep;
+  for (unsigned seed = 1; seed <= 3; ++seed) {
+    auto arrays = test::random_smooth_shape<Dim>(seed, Dim == 2 ? 4 : 3);
+    const double plane = 0.4 * arrays.X.col(0).maxCoeff();
+    fem::Border<Dim> border{Points<Dim>::Identity(1, Dim), {}};
+    for (Eigen::Index i = 0; i < arrays.X.rows(); ++i) {
+      border.planes.push_back(arrays.X(i, 0) >= plane);
+      arrays.X(i, 0) = std::min(arrays.X(i, 0), plane);
+    }
+    const fem::Geometry<Dim> shape(arrays.X, arrays.T, border);
+    ASSERT_TRUE(shape.has_border());
+    Points<Dim> W = test::random_smooth_vectors<Dim>(arrays.X, 100 + seed);
+    for (Eigen::Index i = 0; i < W.rows(); ++i)
+      if (border.planes[i]) W(i, 0) = 0;
+    for (auto& [name, energy] : all_energies<Dim>(seed)) {
+      energy->reset(shape);
+      ShapeTerms<Dim> terms(shape);
+      energy->differentiate(test::no_curvature(shape.n_vertices()), 1, terms);
+      const double exact = terms.derivative.cwiseProduct(W).sum();
+      const double plus = energy->try_move(shape.moved_to(arrays.X + kStep * W));
+      const double minus = energy->try_move(shape.moved_to(arrays.X - kStep * W));
+      const double difference = (plus - minus) / (2 * kStep);
+      const double scale = terms.derivative.cwiseAbs().sum();
+      EXPECT_NEAR(exact, difference, kTolerance * scale + kRounding * std::abs(plus))
+          << name << ", seed " << seed;
+    }
+  }
+}
+
 TYPED_TEST(EveryEnergy, DerivativeErrorFallsWithTheSquareOfTheStep) {
   constexpr int Dim = TypeParam::value;
   const auto arrays = test::random_smooth_shape<Dim>(3, 3);

@@ -179,5 +179,113 @@ TYPED_TEST(GeometryOf, RefusesBadElementsWithAMessageThatNamesThem) {
   EXPECT_EQ(message(not_a_number, arrays.T), "geometry: element 0 has no measure");
 }
 
+/// A shape of which the planes x_k = 0.5, k < n_planes, hold what lies on them.
+template <int Dim>
+Geometry<Dim> on_planes(const test::Arrays<Dim>& arrays, int n_planes) {
+  Border<Dim> border{Points<Dim>::Identity(n_planes, Dim), {}};
+  for (Eigen::Index i = 0; i < arrays.X.rows(); ++i) {
+    border.planes.push_back(0);
+    for (int k = 0; k < n_planes; ++k) border.planes.back() |= (arrays.X(i, k) == 0.5) << k;
+  }
+  return {arrays.X, arrays.T, border};
+}
+
+/// The unit sphere, pressed flat at x = 0.5.
+template <int Dim>
+Geometry<Dim> cut_sphere(int level) {
+  auto arrays = test::unit_sphere<Dim>(level);
+  arrays.X.col(0) = arrays.X.col(0).cwiseMin(0.5);
+  return on_planes<Dim>(arrays, 1);
+}
+
+/// The sides of a square or cube, some of them on planes; it is cut off a little along its edges.
+template <int Dim>
+Geometry<Dim> cube(int n_planes) {
+  auto arrays = test::unit_sphere<Dim>(3);
+  for (auto row : arrays.X.rowwise()) row /= 2 * row.cwiseAbs().maxCoeff();
+  return on_planes<Dim>(arrays, n_planes);
+}
+
+TYPED_TEST(GeometryOf, ABorderIsNotChargedAndItsRimIsHeldAtItsMeasure) {
+  constexpr int Dim = TypeParam::value;
+  const auto shape = cut_sphere<Dim>(3);
+  ASSERT_TRUE(shape.has_border());
+  const auto moved = shape.moved_to(1.1 * shape.points());
+  int n_rim = 0;
+  for (Eigen::Index t = 0; t < shape.n_elements(); ++t) {
+    const bool is_flat = std::abs(shape.normals()(t, 0) - 1) < 1e-12;
+    EXPECT_EQ(shape.place(t) == Place::kBorder, is_flat);
+    n_rim += shape.place(t) == Place::kRim;
+    const double expected = is_flat                         ? 0
+                            : shape.place(t) == Place::kRim ? shape.measures()[t]
+                                                            : moved.measures()[t];
+    EXPECT_DOUBLE_EQ(moved.charged_measures()[t], expected);
+  }
+  EXPECT_GE(n_rim, 2);
+}
+
+// d . n = 1 with the normal n of what is not on the border, but for nearly tangential shapes.
+TYPED_TEST(GeometryOf, VerticesWhereItEndsOnABorderMoveInItsPlanes) {
+  constexpr int Dim = TypeParam::value;
+  for (const auto& shape : {cut_sphere<Dim>(4), cube<Dim>(1), cube<Dim>(2), cube<Dim>(Dim)}) {
+    Points<Dim> normals = Points<Dim>::Zero(shape.n_vertices(), Dim);
+    Eigen::VectorXd masses = Eigen::VectorXd::Zero(shape.n_vertices());
+    for (Eigen::Index t = 0; t < shape.n_elements(); ++t)
+      for (int i = 0; i < Dim && shape.place(t) != Place::kBorder; ++i) {
+        normals.row(shape.elements()(t, i)) += shape.measures()[t] * shape.normals().row(t);
+        masses[shape.elements()(t, i)] += shape.measures()[t];
+      }
+    int n_ends = 0;
+    for (Eigen::Index i = 0; i < shape.n_vertices(); ++i) {
+      const Vector<Dim> d = shape.directions().row(i);
+      if (!shape.is_on_border(i)) {
+        EXPECT_EQ(d, Vector<Dim>(shape.nodal_normals().row(i)));
+        continue;
+      }
+      if (masses[i] == 0) {
+        EXPECT_TRUE(d.isZero(0)) << "inside a face";
+        continue;
+      }
+      EXPECT_LE(d.norm(), 2 + 1e-12);
+      if (d.norm() > 1e-9 && d.norm() < 1.9) {
+        ++n_ends;
+        EXPECT_NEAR(d.dot(normals.row(i)) / masses[i], 1, 1e-12);
+      }
+      for (Eigen::Index t = 0; t < shape.n_elements(); ++t)
+        if (shape.place(t) == Place::kBorder && (shape.elements().row(t).array() == i).any()) {
+          EXPECT_NEAR(d.dot(shape.normals().row(t)), 0, 1e-12);
+        }
+    }
+    EXPECT_GE(n_ends, 2);
+  }
+}
+
+TYPED_TEST(GeometryOf, ContentChangesByItsDerivativeAlongTheDirections) {
+  constexpr int Dim = TypeParam::value;
+  const auto shape = cube<Dim>(2);
+  const Eigen::VectorXd V = Eigen::VectorXd::LinSpaced(shape.n_vertices(), -1, 1);
+  constexpr double kStep = 1e-5;
+  const auto content_at = [&](double step) {
+    return shape.moved_to(shape.points() + step * V.asDiagonal() * shape.directions()).enclosed();
+  };
+  const double difference = (content_at(kStep) - content_at(-kStep)) / (2 * kStep);
+  Eigen::VectorXd derivative = shape.content_derivative();
+  EXPECT_GT(derivative.minCoeff(), 0);
+  for (Eigen::Index i = 0; i < shape.n_vertices(); ++i)
+    if (shape.directions().row(i).isZero(0)) derivative[i] = 0;
+  EXPECT_NEAR(derivative.dot(V), difference, 1e-8);
+}
+
+TYPED_TEST(GeometryOf, WithoutElementsOnTheBorderIsAsWithoutABorder) {
+  constexpr int Dim = TypeParam::value;
+  const auto arrays = test::unit_sphere<Dim>(2);
+  Border<Dim> border{Points<Dim>::Identity(1, Dim), std::vector<std::uint8_t>(arrays.X.rows(), 0)};
+  border.planes[0] = 1;  // one vertex touches it
+  const Geometry<Dim> shape(arrays.X, arrays.T, border);
+  EXPECT_FALSE(shape.has_border());
+  EXPECT_EQ(shape.directions(), shape.nodal_normals());
+  EXPECT_TRUE(shape.has_border_of(Geometry<Dim>(arrays.X, arrays.T)));
+}
+
 }  // namespace
 }  // namespace surf::fem

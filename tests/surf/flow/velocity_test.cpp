@@ -1,6 +1,8 @@
 #include "libsurf/flow/velocity.h"
 
+#include "libsurf/base/log.h"
 #include "libsurf/energy/domain_integral.h"
+#include "libsurf/fem/stiffness.h"
 #include "libsurf/flow/content.h"
 #include "tests/surf/flow/stepping.h"
 
@@ -313,6 +315,26 @@ TEST(VelocityOptions, NameTheFieldThatIsWrong) {
             "VelocityOptions::beta_floor = 0 violates > 0");
   EXPECT_EQ(VelocityOptions{.solver_tolerance = 1}.error(),
             "VelocityOptions::solver_tolerance = 1 violates 0 < tolerance < 1");
+}
+
+TEST(Velocity, SaysThatItsSolverDidNotConverge) {
+  const auto arrays = test::unit_sphere<3>(2);
+  const fem::Geometry<3> shape(arrays.X, arrays.T);
+  energy::ShapeTerms<3> terms(shape);
+  terms.derivative.col(0) = arrays.X.col(1);
+  terms.alpha.setOnes();
+  terms.beta.setOnes();
+  const SparseMatrix A = fem::stiffness<3>(shape);
+  VelocityOptions options;
+  std::vector<std::string> messages;
+  set_log_sink([&](LogLevel, const std::string& message) { messages.push_back(message); });
+  VelocitySystem<3>(shape, terms, A, options).solve(0);
+  EXPECT_TRUE(messages.empty());
+  options.solver_tolerance = 1e-300;
+  VelocitySystem<3>(shape, terms, A, options).solve(0);
+  set_log_sink({});
+  ASSERT_EQ(messages.size(), 1u);
+  EXPECT_NE(messages[0].find("the residual is"), std::string::npos) << messages[0];
 }
 
 }  // namespace

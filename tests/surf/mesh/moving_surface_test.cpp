@@ -34,6 +34,17 @@ Points<3> normals(const MovingSurface& surface) {
   return surface.geometry().nodal_normals().rowwise().normalized();
 }
 
+/// Sum of plane waves with lengths from about 1 to 6.
+Points<3> random_field(const Points<3>& X, unsigned seed, double amplitude) {
+  std::mt19937 random(seed);
+  Points<3> out = Points<3>::Zero(X.rows(), 3);
+  for (int wave = 0; wave < 4; ++wave) {
+    const WavyField field(random, amplitude / 2);
+    for (Eigen::Index i = 0; i < X.rows(); ++i) out.row(i) += field(X.row(i).transpose());
+  }
+  return out;
+}
+
 void expect_sound(const MovingSurface& surface) {
   const Verification check = verify(surface.simplices());
   EXPECT_TRUE(check.passed()) << check.message();
@@ -88,8 +99,8 @@ TEST(MovingSurface, IsClampedAtTheBorderOfTheVolume) {
     surface.restrict_move(to);
     for (Eigen::Index i = 0; i < to.rows(); ++i) {
       const Eigen::Array3d index = (options.box->world_to_index * Vector<3>(to.row(i))).array();
-      EXPECT_GE(index.minCoeff(), -kRounding);
-      EXPECT_LE(index.maxCoeff(), 20 + kRounding);
+      EXPECT_GE(index.minCoeff(), -0.5 - kRounding);
+      EXPECT_LE(index.maxCoeff(), 20.5 + kRounding);
     }
     surface.move_to(to);
     surface.mend();
@@ -97,14 +108,41 @@ TEST(MovingSurface, IsClampedAtTheBorderOfTheVolume) {
   EXPECT_GT(surface.border_share(), 0.05);
 }
 
-TEST(MovingSurface, ReportsThatItMeetsTheBorder) {
+TEST(MovingSurface, ReportsThatItFillsTheVolume) {
   MovingSurfaceOptions options{.edge_length_mm = 0.6, .box = {}, .max_border_share = 0.3};
   options.box = some_box();
   MovingSurface surface(ball({0, 0, 0}, 4, 0.6), options);
   EXPECT_EQ(surface.obstacle(), "");
   for (int k = 0; k < 40 && surface.obstacle().empty(); ++k) step(surface, 0.25 * normals(surface));
-  EXPECT_NE(surface.obstacle().find("meets the volume's border"), std::string::npos);
-  EXPECT_GT(surface.border_share(), 0.3);
+  EXPECT_NE(surface.obstacle().find("fills the volume"), std::string::npos);
+  EXPECT_GT(surface.covered_border(), 0.3);
+}
+
+TEST(MovingSurface, BeginsWithWhatOfItLiesInTheVolume) {
+  MovingSurfaceOptions options{.edge_length_mm = 0.6, .box = {}};
+  options.box = some_box();
+  const Vector<3> corner = options.box->index_to_world * Vector<3>(-0.5, -0.5, -0.5);
+  MovingSurface surface(ball(corner, 3, 0.6), options);
+  expect_sound(surface);
+  EXPECT_NEAR(surface.geometry().enclosed(), std::numbers::pi * 4 / 3 * 27 / 8, 0.2);
+  EXPECT_NEAR(surface.covered_border() * options.box->border_measure(), std::numbers::pi * 27 / 4,
+              0.2);
+  EXPECT_THROW(MovingSurface(ball({40, 0, 0}, 3, 0.6), options), InvalidMesh);
+}
+
+// What lies on a face stays on it while the mesh is mended.
+TEST(MovingSurface, KeepsTheLineWhereItEndsOnTheBorder) {
+  MovingSurfaceOptions options{.edge_length_mm = 0.6, .box = {}};
+  options.box = some_box();
+  const Vector<3> face = options.box->index_to_world * Vector<3>(-0.5, 10, 10);
+  MovingSurface surface(ball(face, 4, 0.6), options);
+  const double covered = surface.covered_border(), enclosed = surface.geometry().enclosed();
+  for (int k = 0; k < 10; ++k) {
+    step(surface, 1e-3 * random_field(surface.geometry().points(), 5 + k, 1));
+    expect_sound(surface);
+  }
+  EXPECT_NEAR(surface.covered_border(), covered, 0.02 * covered);
+  EXPECT_NEAR(surface.geometry().enclosed(), enclosed, 0.02 * enclosed);
 }
 
 TEST(MovingSurface, ReportsThatItVanished) {
@@ -132,17 +170,6 @@ TEST(MovingSurface, HoldsSheetsApartThatWouldTouch) {
   }
   EXPECT_GT(held, 0);
   EXPECT_EQ(measure_components(surface.simplices()).size(), 2u);
-}
-
-/// Sum of plane waves with lengths from about 1 to 6.
-Points<3> random_field(const Points<3>& X, unsigned seed, double amplitude) {
-  std::mt19937 random(seed);
-  Points<3> out = Points<3>::Zero(X.rows(), 3);
-  for (int wave = 0; wave < 4; ++wave) {
-    const WavyField field(random, amplitude / 2);
-    for (Eigen::Index i = 0; i < X.rows(); ++i) out.row(i) += field(X.row(i).transpose());
-  }
-  return out;
 }
 
 // Fields that tear, fold and press together; a new one every tenth step.
@@ -221,7 +248,7 @@ TEST(MovingSurface, MergesShellsThatMeetUnlessItsTopologyIsFixed) {
     EXPECT_EQ(measure_components(surface.simplices()).size(), n_shells);
     EXPECT_EQ(events.empty(), topology == Topology::kFixed);
     if (events.empty()) continue;
-    EXPECT_EQ(events[0].kind, "merging");
+    EXPECT_EQ(events[0].kind, TopologyChange::kMerging);
     EXPECT_FALSE(surface.mend() && surface.has_changed_domain()) << "nothing has moved since";
     EXPECT_LT(events[0].place.norm(), 0.2);
   }

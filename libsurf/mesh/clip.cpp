@@ -1,0 +1,77 @@
+#include "libsurf/mesh/clip.h"
+
+#include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
+#include <CGAL/Polygon_mesh_processing/clip.h>
+#include <CGAL/Surface_mesh.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <vector>
+
+#include "libsurf/base/error.h"
+
+namespace surf::mesh {
+namespace {
+
+namespace PMP = CGAL::Polygon_mesh_processing;
+using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
+using Mesh = CGAL::Surface_mesh<Kernel::Point_3>;
+
+/// In indices of the box, where its faces are axis-parallel.
+Mesh to_cgal(const Triangles& surface, const ImageBox<3>& box) {
+  Mesh mesh;
+  for (const auto& point : surface.points.rowwise()) {
+    const auto at = box.index(point.transpose());
+    mesh.add_vertex({at[0], at[1], at[2]});
+  }
+  const bool is_mirrored = box.index_to_world.linear().determinant() < 0;
+  for (const auto& t : surface.elements.rowwise()) {
+    const Mesh::Vertex_index a(t[0]), b(t[1]), c(t[2]);
+    if (mesh.add_face(a, is_mirrored ? c : b, is_mirrored ? b : c) == Mesh::null_face())
+      throw InvalidMesh("a surface that reaches out of the volume is not manifold");
+  }
+  return mesh;
+}
+
+Triangles from_cgal(Mesh mesh, const ImageBox<3>& box) {
+  mesh.collect_garbage();
+  Triangles out{Points<3>(mesh.number_of_vertices(), 3), Elements<3>(mesh.number_of_faces(), 3)};
+  for (const auto vertex : mesh.vertices()) {
+    const auto& p = mesh.point(vertex);
+    const Vector<3> world = box.index_to_world * Vector<3>(p.x(), p.y(), p.z());
+    out.points.row(Eigen::Index(vertex)) = box.clamped(world, box.faces(world)).transpose();
+  }
+  const bool is_mirrored = box.index_to_world.linear().determinant() < 0;
+  Eigen::Index row = 0;
+  for (const auto face : mesh.faces()) {
+    int column = 0;
+    for (const auto vertex : mesh.vertices_around_face(mesh.halfedge(face)))
+      out.elements(row, column++) = int(Eigen::Index(vertex));
+    if (is_mirrored) std::swap(out.elements(row, 1), out.elements(row, 2));
+    ++row;
+  }
+  return out;
+}
+
+}  // namespace
+
+Triangles clipped(const Triangles& surface, const ImageBox<3>& box) {
+  const auto rows = surface.points.rowwise();
+  if (std::all_of(rows.begin(), rows.end(),
+                  [&](const auto& point) { return box.contains(point.transpose()); }))
+    return surface;
+  Mesh mesh = to_cgal(surface, box);
+  const auto first = box.first(), last = box.last();
+  const Kernel::Iso_cuboid_3 cuboid({first[0], first[1], first[2]}, {last[0], last[1], last[2]});
+  bool is_done = false;
+  try {
+    is_done = PMP::clip(mesh, cuboid,
+                        PMP::parameters::clip_volume(true).throw_on_self_intersection(true));
+  } catch (const PMP::Corefinement::Self_intersection_exception&) {
+  }
+  if (!is_done) throw InvalidMesh("a surface that reaches out of the volume cannot be clipped");
+  if (mesh.number_of_faces() == 0) throw InvalidMesh("nothing of the surface lies in the volume");
+  return from_cgal(std::move(mesh), box);
+}
+
+}  // namespace surf::mesh

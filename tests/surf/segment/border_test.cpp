@@ -1,0 +1,124 @@
+// Objects that the border of the volume cuts off.
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+#include <random>
+
+#include "libsurf/mesh/distance.h"
+#include "libsurf/mesh/measure.h"
+#include "libsurf/mesh/primitives.h"
+#include "libsurf/mesh/verify.h"
+#include "libsurf/segment/segment.h"
+
+namespace surf::segment {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr int kSize = 40;
+constexpr double kRadius = 15, kEdgeWidth = 1.6;  // voxels, those of the phantom of 64^3
+
+/// A ball of the phantoms' profile whose centre lies `depth` voxels from the outer faces of the
+/// voxels along `n_faces` axes, and in the middle along the others. One voxel is 1 mm.
+struct CutBall {
+  int n_faces;
+  double depth = 6, noise = 0;
+
+  Vector3d centre() const {
+    Vector3d out = Vector3d::Constant((kSize - 1) / 2.0);
+    out.head(n_faces).setConstant(depth - 0.5);
+    return out;
+  }
+  volume::Volume volume() const {
+    std::mt19937 random(7);
+    std::normal_distribution<double> normal;
+    std::vector<float> values;
+    for (int k = 0; k < kSize; ++k)
+      for (int j = 0; j < kSize; ++j)
+        for (int i = 0; i < kSize; ++i) {
+          const double depth_mm = kRadius - (Vector3d(i, j, k) - centre()).norm();
+          const double t = std::clamp(depth_mm / kEdgeWidth, -1.0, 1.0);
+          const double value = (1 + t + std::sin(std::numbers::pi * t) / std::numbers::pi) / 2;
+          values.push_back(float(value + (noise > 0 ? noise * normal(random) : 0)));
+        }
+    return {{kSize, kSize, kSize}, Eigen::Affine3d::Identity(), values};
+  }
+  /// Of the ball within the voxels, column by column.
+  double exact_volume() const {
+    constexpr double kStep = 1.0 / 16;
+    const Vector3d c = centre();
+    double sum = 0;
+    for (double x = -0.5 + kStep / 2; x < kSize - 0.5; x += kStep)
+      for (double y = -0.5 + kStep / 2; y < kSize - 0.5; y += kStep) {
+        const double squared = kRadius * kRadius - std::pow(x - c[0], 2) - std::pow(y - c[1], 2);
+        if (squared <= 0) continue;
+        const double half = std::sqrt(squared);
+        sum += std::max(0.0, std::min(c[2] + half, kSize - 0.5) - std::max(c[2] - half, -0.5));
+      }
+    return sum * kStep * kStep;
+  }
+};
+
+/// What of a surface does not lie on the outer faces of the voxels.
+Triangles off_the_border(const Triangles& surface, const ImageBox<3>& box) {
+  std::vector<Eigen::Index> rows;
+  for (Eigen::Index t = 0; t < surface.elements.rows(); ++t) {
+    std::uint8_t common = 0xff;
+    for (int i = 0; i < 3; ++i)
+      common &= box.faces(surface.points.row(surface.elements(t, i)).transpose());
+    if (common == 0) rows.push_back(t);
+  }
+  return {surface.points, surface.elements(rows, Eigen::all)};
+}
+
+void expect_found(const CutBall& scene, const SegmentOptions& options, double tolerance,
+                  const std::string& name) {
+  const volume::Volume volume = scene.volume();
+  const SegmentResult result = segment(volume, options);
+  const mesh::Verification check = mesh::verify(result.shape);
+  EXPECT_TRUE(check.passed()) << name << ": " << check.message();
+  const Vector3d c = scene.centre();
+  const ImageBox<3> box{volume.size(), volume.index_to_world(), volume.world_to_index()};
+  const auto distances = mesh::distances_from(
+      off_the_border(result.shape, box),
+      [&](const Vector<3>& x) { return (x - c).norm() - kRadius; }, {.n_samples = 20000});
+  const double exact = scene.exact_volume();
+  const double excess = mesh::volume_mm3(result.shape) / exact - 1;
+  fmt::print("{:<46} volume {:+.2f} %, mean {:.3f} max {:.3f} signed {:+.3f}, {} steps, {} ({})\n",
+             name, 100 * excess, distances.mean_mm, distances.max_mm, distances.signed_mean_mm,
+             result.last().steps.size(), to_string(result.last().termination),
+             result.last().message);
+  EXPECT_LT(std::abs(excess), 0.01) << name;
+  EXPECT_LT(distances.mean_mm, tolerance) << name;
+}
+
+const std::vector<std::pair<std::string, std::vector<EnergyTerm>>> kEnergies = {
+    {"minimal-surface", {{"minimal-surface", 1, {{"gamma", 0}}}}},
+    {"chan-vese + area", {{"chan-vese", 1, {}}, {"area", 0.01, {}}}},
+    {"window + area", {{"window", 1, {{"mean", 1}, {"half-width", 0.5}}}, {"area", 0.05, {}}}}};
+
+class CutObject : public ::testing::TestWithParam<int> {};
+
+TEST_P(CutObject, EndsOnTheBorderAsIfItWentOn) {
+  for (const double noise : {0.0, 0.1})
+    for (const auto& [energy, terms] : kEnergies)
+      for (const double offset : {-2.0, 2.0}) {
+        const CutBall scene{GetParam(), 6, noise};
+        SegmentOptions options;
+        options.seeds_mm = {scene.centre()};
+        options.initial = mesh::ball(scene.centre(), kRadius + offset, 1.5);
+        options.energies = terms;
+        options.settle = false;
+        if (noise > 0) options.sigma_mm = 1.5;
+        expect_found(
+            scene, options, 0.06,
+            fmt::format("{} faces, noise {}, {}, {:+}", scene.n_faces, noise, energy, offset));
+      }
+}
+
+INSTANTIATE_TEST_SUITE_P(FaceEdgeAndCorner, CutObject, ::testing::Values(1, 2, 3));
+
+}  // namespace
+}  // namespace surf::segment
