@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include "libcurve/energy/mumford_shah.h"
+#include "libcurve/mesh/from_level.h"
 #include "libcurve/mesh/hierarchy.h"
 #include "libcurve/mesh/intersections.h"
 #include "libcurve/mesh/moving_curve.h"
@@ -200,6 +201,11 @@ std::vector<std::uint8_t> CurveSetting::rasterized(const Segments& shape,
                                                    const std::array<int, 2>& size,
                                                    const Eigen::Affine2d& index_to_world) const {
   return rasterize(shape, size, index_to_world);
+}
+
+Segments CurveSetting::shape_of_level(std::span<const float> values, const std::array<int, 2>& size,
+                                      const Eigen::Affine2d& index_to_world, double level) const {
+  return curve_of_level(values, size, index_to_world, level);
 }
 
 bool CurveSetting::is_embedded(const Segments& shape) const {

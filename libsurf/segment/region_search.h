@@ -1,36 +1,43 @@
-// One seed in a volume, no options: regions of a grid that may be the object, best first. They say
-// which object is meant and where it leaks; where its boundary is, a surface finds from there.
-// See docs/method.md for why.
+// Clicks in an image or a volume, no options: regions of a grid that may be the object, best first.
+// They say which object is meant and where it leaks; where its boundary is, a curve or surface
+// finds from there. See docs/method.md for why.
 #pragma once
 
 #include <functional>
 #include <span>
+#include <stop_token>
 #include <vector>
 
-#include "libsurf/segment/energy_model.h"
-#include "libsurf/segment/seed_model.h"
-#include "libsurf/volume/volume.h"
+#include "libsurf/segment/rung_features.h"
+#include "libsurf/segment/search_grid.h"
 
 namespace surf::segment {
 
-struct RegionSearchOptions {
+struct SearchOptions {
   /// Neck radii r [nodes]: what hangs on by a neck that is thinner is cut off.
   std::vector<double> neck_radii = {1, 1.5, 2, 3, 4, 6};
-  /// The grid is as fine as cubes of the voxels' content, or as about so many nodes allow. Then
-  /// what is found depends on the field of view, by a fraction of a node.
+  /// See SearchLattice.
   double max_nodes = 1.5e6;
   /// Regions to return. They differ: no two have more than kMostOverlap in common.
   int max_regions = 4;
   static constexpr double kMostOverlap = 0.8;  // Dice
 };
 
-/// A region: how much of each node of a grid belongs to it, between 0 and 1.
+/// A region: how much of each node of a box belongs to it, between 0 and 1.
+template <int Dim>
 struct Region {
-  volume::Volume share;   ///< 1 inside, 0 outside, blurred by one node; 0.5 is the boundary
-  double half_width;      ///< of the window [intensity]
-  double neck_radius_mm;  ///< of the opening
-  double score;           ///< larger is better; to compare regions of one search
+  std::array<int, Dim> size;
+  Eigen::Transform<double, Dim, Eigen::Affine> node_to_world;
+  std::vector<float> share;  ///< 1 inside, 0 outside, blurred by one node; 0.5 is the boundary
+  double mean, half_width;   ///< of the window [intensity]; the mean of the first seed
+  double neck_radius_mm;     ///< of the opening
+  double node_mm;
+  double score;  ///< larger is better; to compare regions of one search
+  RungFeatures features;
 };
+
+/// Called on the caller's own thread now and then with the number of windows done; false stops.
+using SearchProgress = std::function<bool(int n_done)>;
 
 /// Wider and wider windows |I - mean| <= a = deviation 2^(q/2), q = 2, 3, ..., on an isotropic
 /// grid; with several seeds the mean is that of one of them, whichever is nearest. Of each the
@@ -41,16 +48,14 @@ struct Region {
 ///
 /// O(windows (1 + neck radii) nodes in the component's box); one thread per window.
 ///
-/// @param I         intensities, blurred by about 0.7 voxels
-/// @param models    of each seed; the least deviation counts
-/// @param seeds     RAS mm, in the volume
-/// @param progress  called after each window with the number of those done, never by two threads at
-///                  once; false stops, and what has been found is judged
+/// @param seeds  world mm, in the image
+/// @param stop   when it is requested, what has been found is judged
 /// @return  best score first; empty if no region reaches the size of a ball of 3 nodes
-std::vector<Region> search_regions(const Field<3>& I, const ImageExtent<3>& extent,
-                                   std::span<const SeedModel> models,
-                                   std::span<const Vector<3>> seeds,
-                                   const RegionSearchOptions& options,
-                                   const std::function<bool(int n_done)>& progress);
+template <int Dim>
+std::vector<Region<Dim>> search_regions(const SearchGrid<Dim>& grid,
+                                        std::span<const Vector<Dim>> seeds,
+                                        const SearchOptions& options = {},
+                                        const SearchProgress& progress = {},
+                                        const std::stop_token& stop = {});
 
 }  // namespace surf::segment

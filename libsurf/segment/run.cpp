@@ -5,15 +5,11 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <map>
 #include <optional>
 
-#include "libsurf/mesh/from_label_map.h"
-#include "libsurf/mesh/verify.h"
 #include "libsurf/segment/edge_offset.h"
-#include "libsurf/segment/ladder.h"
 #include "libsurf/segment/nucleation.h"
-#include "libsurf/segment/region_search.h"
+#include "libsurf/segment/proposal.h"
 #include "libsurf/segment/seed_model.h"
 
 namespace surf::segment {
@@ -43,10 +39,8 @@ constexpr double kCoarseShare =
 // ones overshoot.
 constexpr double kCoarseL2Step = 2;
 constexpr double kCoarseEnergyTol = 0.01;
-// Of the image's range, since phantoms have no noise: what a curve or surface can grow through, and
-// the finest step of a search.
-constexpr double kLeastDeviation = 1.0 / 256, kLeastSearchDeviation = 1.0 / 4096;
-constexpr double kSearchSigma = 0.4;  // cells: with the spline's own blur 0.7
+// Of the image's range, since phantoms have no noise: what a curve or surface can grow through.
+constexpr double kLeastDeviation = 1.0 / 256;
 // Twice as many find a noisy ball from its seed alone to 0.05 voxel, not 0.14, but what the volume
 // cuts off shrinks along the border, where nothing holds it: by 15 % at a corner.
 constexpr int kSettleSteps = 8;
@@ -174,10 +168,7 @@ class Run {
 
   /// False if the caller asked to stop.
   bool run_automatic() {
-    if constexpr (Dim == 2)
-      climb_ladder();
-    else
-      search();
+    search();
     if (result_.candidates.empty()) {
       result_.shape = start_;
       result_.notes.push_back(is_stopped_
@@ -192,11 +183,11 @@ class Run {
   }
 
   /// Whether the shape comes from a grid.
-  bool is_searched() const { return Dim == 3 && !result_.candidates.empty(); }
+  bool is_searched() const { return !result_.candidates.empty(); }
 
   SeedModel seed_model(const EnergyModel<Dim>& model, const std::vector<Vector<Dim>>& seeds,
                        double least_deviation) const {
-    SeedModel out = estimate_seed_model<Dim>(*model.intensity(), seeds, cell_);
+    SeedModel out = estimate_seed_model<Dim>(*model.intensity(), seeds, setting_.extent());
     const auto [lowest, highest] = setting_.extent().range;
     out.deviation = std::max(out.deviation, least_deviation * (double(highest) - lowest));
     return out;
@@ -209,18 +200,14 @@ class Run {
     report.name = "search";
     report.edge_length_mm = result_.edge_length_mm;
     note_unused_options();
-    const auto [regions, mean] = find_regions();
-    for (const Region& region : regions) {
-      const std::optional<Triangles> shape = boundary(region.share);
-      if (!shape) continue;
+    for (Proposal<Dim>& found : proposals())
       result_.candidates.push_back(
-          {*shape,
-           region.score,
-           fem::Geometry<3>(shape->points, shape->elements).enclosed(),
-           {{"window", 1, {{"mean", mean}, {"half-width", region.half_width}}},
-            {"area", region.neck_radius_mm / 2, {}}},
+          {std::move(found.shape),
+           found.score,
+           found.enclosed,
+           {{"window", 1, {{"mean", found.mean}, {"half-width", found.half_width}}},
+            {"area", found.neck_radius_mm / 2, {}}},
            report.name});
-    }
     if (result_.candidates.empty()) {
       report.flow.termination = flow::Termination::kObstacle;
       report.flow.message = "no region round the seeds stands out";
@@ -229,7 +216,7 @@ class Run {
       report.flow.message = fmt::format(
           "the region within {:.4g} of {:.4g} that no neck thinner than {:.3g} mm joins, score "
           "{:.2f}",
-          terms[0].parameters.at("half-width"), mean, 4 * terms[1].weight,
+          terms[0].parameters.at("half-width"), terms[0].parameters.at("mean"), 4 * terms[1].weight,
           result_.candidates.front().score);
     }
     if (is_stopped_) {
@@ -254,107 +241,15 @@ class Run {
          "the topology asked for (the object has the one that is found)");
   }
 
-  /// With the mean of the first seed.
-  std::pair<std::vector<Region>, double> find_regions() {
-    volume::SmoothingOptions narrow = smoothing();
-    narrow.sigma_mm = options_.sigma_mm.value_or(kSearchSigma * cell_);
-    const auto model = setting_.make_model(narrow);
-    std::vector<SeedModel> seeds;  // each may lie in a material of its own
-    for (const Vector<3>& seed : options_.seeds_mm)
-      seeds.push_back(seed_model(*model, {seed}, kLeastSearchDeviation));
+  std::vector<Proposal<Dim>> proposals() {
+    const SearchGrid<Dim> grid =
+        search_grid<Dim>(setting_, smoothing(), options_.sigma_mm, SearchOptions().max_nodes);
     const auto progress = [&](int n_done) {
       flow::StepRecord record;
       record.k = n_done;
       return progress_("search", record, [&] { return start_; });
     };
-    return {search_regions(*model->intensity(), setting_.extent(), seeds, options_.seeds_mm, {},
-                           progress),
-            seeds.front().mean};
-  }
-
-  /// Where a region's share is one half, in the box of the voxel centres; of whole nodes, with
-  /// stairs, if the smooth surface does not pass; nothing if that does not either.
-  std::optional<Triangles> boundary(const volume::Volume& share) const {
-    for (const bool is_smooth : {true, false}) {
-      Triangles out = in_box(is_smooth ? mesh::surface_of_level(share, 0.5)
-                                       : mesh::surface_of_label_map(above(share, 0.5)));
-      if (mesh::verify(out).passed()) return out;
-    }
-    return std::nullopt;
-  }
-
-  /// 1 where the values are above the level, else 0.
-  static volume::Volume above(const volume::Volume& values, double level) {
-    std::vector<float> flags(values.n_voxels());
-    values.copy_box({0, 0, 0}, values.size(), flags.data());
-    for (float& value : flags) value = value > level ? 1.f : 0.f;
-    return {values.size(), values.index_to_world(), flags};
-  }
-
-  /// The surface moved into the box of the voxel centres; vertices that come to the same place
-  /// there, at its edges, become one.
-  Triangles in_box(const Triangles& surface) const {
-    const ImageExtent<3>& extent = setting_.extent();
-    const Eigen::Array3d last =
-        Eigen::Array3i(extent.size[0], extent.size[1], extent.size[2]).cast<double>() - 1;
-    std::map<std::array<double, 3>, int> moved;  // indices of the box's border
-    std::vector<Vector<3>> points;
-    std::vector<int> vertex(surface.points.rows());
-    for (Eigen::Index i = 0; i < surface.points.rows(); ++i) {
-      const Eigen::Vector3d index = extent.world_to_index * surface.points.row(i).transpose();
-      const Eigen::Vector3d inside = index.array().max(1e-9).min(last - 1e-9);
-      vertex[i] = int(points.size());
-      if (inside == index) {
-        points.push_back(surface.points.row(i).transpose());
-        continue;
-      }
-      // Rounded, so that places that differ by rounding alone are one.
-      const Eigen::Vector3d at = (index.array().max(0).min(last) * 1e6).round() / 1e6;
-      const auto [known, is_new] = moved.try_emplace({at[0], at[1], at[2]}, vertex[i]);
-      vertex[i] = known->second;
-      if (is_new) points.push_back(extent.index_to_world * at);
-    }
-    std::vector<std::array<int, 3>> elements;
-    for (const auto t : surface.elements.rowwise()) {
-      const std::array<int, 3> corners = {vertex[t[0]], vertex[t[1]], vertex[t[2]]};
-      if (corners[0] != corners[1] && corners[1] != corners[2] && corners[2] != corners[0])
-        elements.push_back(corners);
-    }
-    Triangles out;
-    out.points.resize(Eigen::Index(points.size()), 3);
-    for (std::size_t i = 0; i < points.size(); ++i) out.points.row(Eigen::Index(i)) = points[i];
-    out.elements.resize(Eigen::Index(elements.size()), 3);
-    for (std::size_t i = 0; i < elements.size(); ++i)
-      out.elements.row(Eigen::Index(i)) = Eigen::RowVector3i::Map(elements[i].data());
-    return out;
-  }
-
-  /// Candidates from the rungs of a ladder.
-  void climb_ladder() {
-    LadderOptions ladder;
-    ladder.shape = shape_options(result_.edge_length_mm);
-    ladder.shape.edge_length_mm = std::max(result_.edge_length_mm, 2 * cell_);
-    ladder.shape.max_displacement_mm = 0.6 * ladder.shape.edge_length_mm;
-    // A leak is known by the front's contact with itself, so it is held there; but seeds may merge.
-    if (options_.topology == mesh::Topology::kFree)
-      ladder.shape.topology =
-          options_.seeds_mm.size() > 1 ? mesh::Topology::kGenus0 : mesh::Topology::kFixed;
-    for (const double share : {0.5, 1.0}) ladder.edge_strengths.push_back(share * edge_strength());
-    ladder.flow = options_.flow;
-    ladder.flow.energy_tol = std::max(ladder.flow.energy_tol, 3e-3);
-    ladder.flow.energy_share_on_the_way = 1;  // a leak is on its way too
-    // Alg. 3 as printed: with 1e-3 a liver's front leaks (Dice 0.36 in place of 0.88).
-    ladder.flow.step.exempt_share = 0;
-    const auto starts = [&](double neck_radius) {
-      const double radius = std::max(result_.seed_radius_mm, 1.4 * neck_radius * cell_);
-      if (options_.initial || radius == result_.seed_radius_mm) return start_;
-      std::vector<std::string> notes;
-      return seed_balls<Dim>(setting_, options_.seeds_mm, radius,
-                             std::min(ladder.shape.edge_length_mm, radius / 2), options_.topology,
-                             notes);
-    };
-    result_.candidates =
-        climb(setting_, *model_, seed_model_, starts, ladder, result_.stages, progress_);
+    return propose<Dim>(setting_, grid, options_.seeds_mm, {}, progress);
   }
 
   bool run_energies() {

@@ -4,6 +4,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -27,8 +28,7 @@ struct RunOptions {
   std::optional<Simplices<Dim>> initial;
 
   /// Terms of the energy; empty = automatic: the object that stands out round the seeds is looked
-  /// for, in the plane with a ladder of intensity windows that a curve grows through (ladder.h), in
-  /// space among openings of such windows on a grid (region_search.h), and settled on its edges.
+  /// for among openings of intensity windows on a grid (proposal.h), and settled on its edges.
   std::vector<EnergyTerm> energies;
   /// Gaussian smoothing [mm]; none = 0.7 cells.
   std::optional<double> sigma_mm;
@@ -99,7 +99,7 @@ struct RunResult {
   double sigma_mm = 0, edge_length_mm = 0, seed_radius_mm = 0;
   double border_share = 0;  ///< share of the length or area on the image's border
   const flow::FlowSummary& last() const { return stages.back().flow; }
-  /// The stage that made the shape, before it settled: the search or the chosen rung of a ladder,
+  /// The stage that made the shape, before it settled: the search,
   /// or the evolution of explicit energies. Needs at least one stage.
   const StageReport& main_stage() const;
 };
@@ -176,6 +176,11 @@ class Setting {
       const Simplices<Dim>& shape, const std::array<int, Dim>& size,
       const Eigen::Transform<double, Dim, Eigen::Affine>& index_to_world) const = 0;
   virtual bool is_embedded(const Simplices<Dim>& shape) const = 0;
+  /// Where the values at the nodes of a grid, first index fastest, are above a level; half a step
+  /// outside where the grid ends. Closed and outward, but it may intersect itself.
+  virtual Simplices<Dim> shape_of_level(
+      std::span<const float> values, const std::array<int, Dim>& size,
+      const Eigen::Transform<double, Dim, Eigen::Affine>& index_to_world, double level) const = 0;
   /// The shape moved to `to`, but for what would then intersect.
   virtual Simplices<Dim> moved(const Simplices<Dim>& shape, const Points<Dim>& to) const = 0;
   /// "curve" or "surface"

@@ -3,9 +3,15 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numeric>
 #include <vector>
 
 namespace surf::segment {
+namespace {
+
+constexpr int kBins = 32;
+
+}  // namespace
 
 double RungFeatures::score() const {
   return separation * edge_share * std::sqrt(std::clamp(sphericity, 0.0, 1.0)) * growth_out *
@@ -13,7 +19,6 @@ double RungFeatures::score() const {
 }
 
 double histogram_separation(std::span<const float> inside, std::span<const float> outside) {
-  constexpr int kBins = 32;
   if (inside.empty() || outside.empty()) return 0;
   std::vector<float> all(inside.begin(), inside.end());
   all.insert(all.end(), outside.begin(), outside.end());
@@ -34,6 +39,34 @@ double histogram_separation(std::span<const float> inside, std::span<const float
   const auto p = histogram(inside), q = histogram(outside);
   double overlap = 0;
   for (int bin = 0; bin < kBins; ++bin) overlap += std::min(p[bin], q[bin]);
+  return std::max(0.0, 1 - overlap);  // rounding
+}
+
+double histogram_separation(std::span<const int> inside, std::span<const int> outside) {
+  const double n_inside = std::accumulate(inside.begin(), inside.end(), 0.0),
+               n_outside = std::accumulate(outside.begin(), outside.end(), 0.0);
+  if (n_inside == 0 || n_outside == 0) return 0;
+  const double tail = std::floor((n_inside + n_outside) / 100);
+  const auto ranked = [&](bool from_top) {
+    const int last = int(inside.size()) - 1;
+    int level = 0;
+    for (double n = 0; level < last; ++level) {
+      const int at = from_top ? last - level : level;
+      n += inside[at] + outside[at];
+      if (n > tail) break;
+    }
+    return from_top ? last - level : level;
+  };
+  const int low = ranked(false), high = ranked(true);
+  if (!(high > low)) return 0;
+  std::array<double, kBins> p{}, q{};
+  for (int level = 0; level < int(inside.size()); ++level) {
+    const int bin = std::clamp(kBins * (level - low) / (high - low), 0, kBins - 1);
+    p[bin] += inside[level];
+    q[bin] += outside[level];
+  }
+  double overlap = 0;
+  for (int bin = 0; bin < kBins; ++bin) overlap += std::min(p[bin] / n_inside, q[bin] / n_outside);
   return std::max(0.0, 1 - overlap);  // rounding
 }
 

@@ -1,5 +1,6 @@
 #include "libsurf/segment/seed_model.h"
 
+#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -7,24 +8,62 @@
 namespace surf::segment {
 namespace {
 
-constexpr int kLargestRadius = 16;  // voxels; more says nothing new and costs radius^3
+constexpr int kLargestRadius = 16;  // cells; more says nothing new and costs radius^3
+constexpr int kNoiseRadius = 4;     // cells, of the ball that noise is measured in
 
-/// Points of a square or cubic lattice of this spacing with inner < |x - center| <= outer. Radii
-/// are multiples of the spacing, and many points lie at them: a slack keeps rounding from choosing
-/// among these.
+/// A square or cubic lattice in the frame of an image, its spacing that of the cells.
 template <int Dim>
-Points<Dim> lattice_shell(const Vector<Dim>& center, double spacing, double inner, double outer) {
-  std::vector<Vector<Dim>> points;
-  const int n = static_cast<int>(std::ceil(outer / spacing));
+struct Frame {
+  double spacing;
+  Eigen::Matrix<double, Dim, Dim> axes;  ///< orthonormal, mirrored where the image is
+
+  /// The image's axes where they are orthogonal, else the nearest such frame (polar decomposition).
+  explicit Frame(const ImageExtent<Dim>& extent) : spacing(extent.cell_mm()) {
+    using Matrix = Eigen::Matrix<double, Dim, Dim>;
+    const Matrix linear = extent.index_to_world.linear();
+    const Matrix unit = linear * linear.colwise().norm().cwiseInverse().asDiagonal();
+    const Eigen::JacobiSVD<Matrix> svd(unit, Eigen::ComputeFullU | Eigen::ComputeFullV);
+    axes = svd.matrixU() * svd.matrixV().transpose();
+  }
+};
+
+/// Calls visit(offset) for the points of a lattice with inner < |offset| <= outer.
+template <int Dim, class Visit>
+void for_shell(double inner, double outer, const Visit& visit) {
+  constexpr double kSlack = 1e-9;  // many points lie at whole numbers
+  const int n = static_cast<int>(std::ceil(outer));
   for (int k = Dim == 3 ? -n : 0; k <= (Dim == 3 ? n : 0); ++k)
     for (int j = -n; j <= n; ++j)
       for (int i = -n; i <= n; ++i) {
-        const Vector<Dim> offset = spacing * Eigen::Vector3d(i, j, k).template head<Dim>();
-        const double r = offset.norm() - 1e-9 * spacing;
-        if (r <= outer && r > inner) points.push_back(center + offset);
+        const double r = std::sqrt(double(i * i + j * j + k * k)) - kSlack;
+        if (r <= outer && r > inner) visit(Eigen::Vector3i(i, j, k).head<Dim>().eval());
       }
+}
+
+/// Points of the lattice about a centre; radii in its spacing.
+template <int Dim>
+Points<Dim> lattice_shell(const Frame<Dim>& frame, const Vector<Dim>& center, double inner,
+                          double outer) {
+  std::vector<Vector<Dim>> points;
+  for_shell<Dim>(inner, outer, [&](const auto& offset) {
+    points.push_back(center + frame.spacing * (frame.axes * offset.template cast<double>()));
+  });
   Points<Dim> out(points.size(), Dim);
   for (std::size_t i = 0; i < points.size(); ++i) out.row(i) = points[i];
+  return out;
+}
+
+/// The centres of the cells nearest to the seeds.
+template <int Dim>
+std::vector<Vector<Dim>> cell_centers(const ImageExtent<Dim>& extent,
+                                      std::span<const Vector<Dim>> seeds) {
+  std::vector<Vector<Dim>> out;
+  for (const Vector<Dim>& seed : seeds)
+    for (const auto& cell : nearest_nodes<Dim>(extent.world_to_index * seed, extent.size)) {
+      Vector<Dim> index;
+      for (int axis = 0; axis < Dim; ++axis) index[axis] = cell[axis];
+      out.push_back(extent.index_to_world * index);
+    }
   return out;
 }
 
@@ -41,21 +80,61 @@ double median_deviation(const std::vector<double>& values, double centre) {
   return 1.4826 * median(std::move(distances));
 }
 
+/// 1.4826 median / sqrt 6 of second differences: the deviation of white noise.
+double noise_of(std::vector<double> seconds) {
+  return 1.4826 * median(std::move(seconds)) / std::sqrt(6.0);
+}
+
 template <int Dim>
-double estimate_noise(const Field<Dim>& I, std::span<const Vector<Dim>> seeds, double voxel_mm) {
+double estimate_noise(const Field<Dim>& I, std::span<const Vector<Dim>> centers,
+                      const Frame<Dim>& frame) {
   std::vector<double> seconds;
-  for (const Vector<Dim>& seed : seeds) {
-    const Points<Dim> x = lattice_shell<Dim>(seed, voxel_mm, -1, 4 * voxel_mm);
+  for (const Vector<Dim>& center : centers) {
+    const Points<Dim> x = lattice_shell<Dim>(frame, center, -1, kNoiseRadius);
     const std::vector<double> here = values_at<Dim>(I, x);
     for (int axis = 0; axis < Dim; ++axis) {
-      const Eigen::Matrix<double, 1, Dim> step = voxel_mm * Vector<Dim>::Unit(axis).transpose();
+      const Eigen::Matrix<double, 1, Dim> step = frame.spacing * frame.axes.col(axis).transpose();
       const std::vector<double> plus = values_at<Dim>(I, x.rowwise() + step);
       const std::vector<double> minus = values_at<Dim>(I, x.rowwise() - step);
       for (std::size_t i = 0; i < here.size(); ++i)
         seconds.push_back(std::abs(plus[i] - 2 * here[i] + minus[i]));
     }
   }
-  return 1.4826 * median(std::move(seconds)) / std::sqrt(6.0);
+  return noise_of(std::move(seconds));
+}
+
+/// Grows the ball.
+/// @param shell  values at the lattice points with inner < r <= outer [cells]
+template <class Shell>
+SeedModel grown_ball(double noise, double cell_mm, const Shell& shell_values) {
+  SeedModel model;
+  model.noise = noise;
+  std::vector<double> ball;
+  double first_mean = 0, first_deviation = 0;
+  for (int radius = 2; radius <= kLargestRadius; ++radius) {
+    const std::vector<double> shell = shell_values(radius == 2 ? -1 : radius - 1, radius);
+    if (radius > 2) {
+      const auto n_inside = std::count_if(shell.begin(), shell.end(), [&](double value) {
+        return std::abs(value - model.mean) <= 2.5 * model.deviation;
+      });
+      if (double(n_inside) < 0.85 * double(shell.size())) break;
+    }
+    std::vector<double> grown = ball;
+    grown.insert(grown.end(), shell.begin(), shell.end());
+    const double mean = median(grown);
+    const double deviation = std::max(median_deviation(grown, mean), model.noise);
+    if (radius == 2) {
+      first_mean = mean;
+      first_deviation = deviation;
+    } else if (deviation > 2 * first_deviation || std::abs(mean - first_mean) > first_deviation) {
+      break;
+    }
+    ball = std::move(grown);
+    model.mean = mean;
+    model.deviation = deviation;
+    model.radius_mm = radius * cell_mm;
+  }
+  return model;
 }
 
 /// |grad I| along a ray up to its first pronounced peak: it exceeds `background` five times
@@ -91,9 +170,10 @@ double median(std::vector<double> values) {
 
 template <>
 Points<2> directions<2>(int n) {
-  Points<2> out(n, 2);
-  for (int i = 0; i < n; ++i) {
-    const double angle = 2 * std::numbers::pi * (i + 0.5) / n;
+  const int n_edge = std::max(1, int(std::lround(n / 4.0)));
+  Points<2> out(4 * n_edge, 2);
+  for (int i = 0; i < out.rows(); ++i) {
+    const double angle = 2 * std::numbers::pi * (i + 0.5) / double(out.rows());
     out.row(i) << std::cos(angle), std::sin(angle);
   }
   return out;
@@ -101,81 +181,124 @@ Points<2> directions<2>(int n) {
 
 template <>
 Points<3> directions<3>(int n) {
-  Points<3> out(n, 3);
-  const double golden = std::numbers::pi * (3 - std::sqrt(5.0));
-  for (int i = 0; i < n; ++i) {
-    const double z = 1 - (2 * i + 1.0) / n, rho = std::sqrt(1 - z * z);
-    out.row(i) << rho * std::cos(golden * i), rho * std::sin(golden * i), z;
+  const int n_edge = std::max(1, int(std::lround(std::sqrt(n / 6.0))));
+  const auto at = [&](int i) {
+    return std::tan(std::numbers::pi / 4 * ((2 * i + 1.0) / n_edge - 1));
+  };
+  Points<3> out(6 * n_edge * n_edge, 3);
+  Eigen::Index row = 0;
+  for (int axis = 0; axis < 3; ++axis)
+    for (const int side : {-1, 1})
+      for (int j = 0; j < n_edge; ++j)
+        for (int i = 0; i < n_edge; ++i, ++row) {
+          Vector<3> point;
+          point[axis] = side;
+          point[(axis + 1) % 3] = at(i);
+          point[(axis + 2) % 3] = at(j);
+          out.row(row) = point.normalized().transpose();
+        }
+  return out;
+}
+
+template <int Dim>
+std::vector<std::array<int, Dim>> nearest_nodes(const Vector<Dim>& index,
+                                                const std::array<int, Dim>& size) {
+  constexpr double kTie = 1e-3;
+  std::vector<std::array<int, Dim>> out(1);
+  for (int axis = 0; axis < Dim; ++axis) {
+    const auto clamped = [&](double x) {
+      return std::clamp(int(std::lround(x)), 0, size[axis] - 1);
+    };
+    const int low = clamped(index[axis] - kTie), high = clamped(index[axis] + kTie);
+    const std::size_t n = out.size();
+    for (std::size_t i = 0; i < n; ++i) {
+      out[i][axis] = low;
+      if (high == low) continue;
+      out.push_back(out[i]);
+      out.back()[axis] = high;
+    }
   }
   return out;
 }
 
 template <int Dim>
 SeedModel estimate_seed_model(const Field<Dim>& I, std::span<const Vector<Dim>> seeds,
-                              double voxel_mm) {
-  SeedModel model;
-  model.noise = estimate_noise<Dim>(I, seeds, voxel_mm);
-  std::vector<double> ball;
-  double first_mean = 0, first_deviation = 0;
-  for (int radius = 2; radius <= kLargestRadius; ++radius) {
-    std::vector<double> shell;
-    for (const Vector<Dim>& seed : seeds) {
-      const auto values = values_at<Dim>(
-          I, lattice_shell<Dim>(seed, voxel_mm, radius == 2 ? -1 : (radius - 1) * voxel_mm,
-                                radius * voxel_mm));
-      shell.insert(shell.end(), values.begin(), values.end());
-    }
-    if (radius > 2) {
-      const auto n_inside = std::count_if(shell.begin(), shell.end(), [&](double value) {
-        return std::abs(value - model.mean) <= 2.5 * model.deviation;
+                              const ImageExtent<Dim>& extent) {
+  const Frame<Dim> frame(extent);
+  const std::vector<Vector<Dim>> centers = cell_centers(extent, seeds);
+  return grown_ball(
+      estimate_noise<Dim>(I, centers, frame), frame.spacing, [&](double inner, double outer) {
+        std::vector<double> shell;
+        for (const Vector<Dim>& center : centers) {
+          const auto values = values_at<Dim>(I, lattice_shell<Dim>(frame, center, inner, outer));
+          shell.insert(shell.end(), values.begin(), values.end());
+        }
+        return shell;
       });
-      if (double(n_inside) < 0.85 * double(shell.size())) break;
-    }
-    std::vector<double> grown = ball;
-    grown.insert(grown.end(), shell.begin(), shell.end());
-    const double mean = median(grown);
-    const double deviation = std::max(median_deviation(grown, mean), model.noise);
-    if (radius == 2) {
-      first_mean = mean;
-      first_deviation = deviation;
-    } else if (deviation > 2 * first_deviation || std::abs(mean - first_mean) > first_deviation) {
-      break;
-    }
-    ball = std::move(grown);
-    model.mean = mean;
-    model.deviation = deviation;
-    model.radius_mm = radius * voxel_mm;
-  }
-  return model;
+}
+
+template <int Dim>
+SeedModel estimate_seed_model(const SearchGrid<Dim>& grid, const Vector<Dim>& seed) {
+  const NodeBox<Dim>& box = grid.box();
+  const auto value = [&](std::array<int, Dim> node, const auto& offset) {
+    for (int axis = 0; axis < Dim; ++axis)
+      node[axis] = std::clamp(node[axis] + offset[axis], 0, box.size[axis] - 1);
+    return double(grid.intensity()[box.at(node)]);
+  };
+  const auto nodes = nearest_nodes<Dim>(grid.node_to_world().inverse() * seed, box.size);
+  std::vector<double> seconds;
+  for (const auto& node : nodes)
+    for_shell<Dim>(-1, kNoiseRadius, [&](const Eigen::Matrix<int, Dim, 1>& offset) {
+      for (int axis = 0; axis < Dim; ++axis) {
+        const Eigen::Matrix<int, Dim, 1> step = Eigen::Matrix<int, Dim, 1>::Unit(axis);
+        seconds.push_back(std::abs(value(node, offset + step) - 2 * value(node, offset) +
+                                   value(node, offset - step)));
+      }
+    });
+  return grown_ball(noise_of(std::move(seconds)), grid.node_mm(), [&](double inner, double outer) {
+    std::vector<double> shell;
+    for (const auto& node : nodes)
+      for_shell<Dim>(inner, outer,
+                     [&](const auto& offset) { shell.push_back(value(node, offset)); });
+    return shell;
+  });
 }
 
 template <int Dim>
 double estimate_edge_strength(const Field<Dim>& I, std::span<const Vector<Dim>> seeds,
                               const ImageExtent<Dim>& extent) {
-  constexpr int kRays = 42;  // each costs the tiles it crosses
-  const double voxel_mm = extent.cell_mm();
-  const Points<Dim> rays = directions<Dim>(kRays);
+  constexpr int kRays = 48;  // each costs the tiles it crosses
+  const Frame<Dim> frame(extent);
+  const double voxel_mm = frame.spacing;
+  const std::vector<Vector<Dim>> centers = cell_centers(extent, seeds);
+  const Points<Dim> rays = directions<Dim>(kRays) * frame.axes.transpose();
   std::vector<double> near, peaks;
-  for (const Vector<Dim>& seed : seeds) {
+  for (const Vector<Dim>& center : centers) {
     Samples<Dim> samples;
-    I.sample(lattice_shell<Dim>(seed, voxel_mm, -1, 3 * voxel_mm), Derivatives::kFirst, samples);
+    I.sample(lattice_shell<Dim>(frame, center, -1, 3), Derivatives::kFirst, samples);
     for (Eigen::Index i = 0; i < samples.gradient.rows(); ++i)
       near.push_back(samples.gradient.row(i).norm());
   }
   // Without noise the background is 0, and every ripple would count as a peak.
   const auto [lowest, highest] = extent.range;
   const double background = std::max(median(near), 2e-3 * (double(highest) - lowest) / voxel_mm);
-  for (const Vector<Dim>& seed : seeds)
-    for (int ray = 0; ray < kRays; ++ray)
-      peaks.push_back(first_peak<Dim>(I, seed, rays.row(ray), voxel_mm / 2, background, extent));
+  for (const Vector<Dim>& center : centers)
+    for (const auto ray : rays.rowwise())
+      peaks.push_back(
+          first_peak<Dim>(I, center, ray.transpose(), voxel_mm / 2, background, extent));
   return std::max({0.25 * median(peaks), 3 * background, 1e-30});
 }
 
-template SeedModel estimate_seed_model<2>(const Field<2>&, std::span<const Vector<2>>, double);
-template SeedModel estimate_seed_model<3>(const Field<3>&, std::span<const Vector<3>>, double);
-template double estimate_edge_strength<2>(const Field<2>&, std::span<const Vector<2>>,
-                                          const ImageExtent<2>&);
-template double estimate_edge_strength<3>(const Field<3>&, std::span<const Vector<3>>,
-                                          const ImageExtent<3>&);
+#define SURF_INSTANTIATE(Dim)                                                                  \
+  template SeedModel estimate_seed_model<Dim>(const Field<Dim>&, std::span<const Vector<Dim>>, \
+                                              const ImageExtent<Dim>&);                        \
+  template SeedModel estimate_seed_model<Dim>(const SearchGrid<Dim>&, const Vector<Dim>&);     \
+  template std::vector<std::array<int, Dim>> nearest_nodes<Dim>(const Vector<Dim>&,            \
+                                                                const std::array<int, Dim>&);  \
+  template double estimate_edge_strength<Dim>(const Field<Dim>&, std::span<const Vector<Dim>>, \
+                                              const ImageExtent<Dim>&);
+SURF_INSTANTIATE(2)
+SURF_INSTANTIATE(3)
+#undef SURF_INSTANTIATE
 
 }  // namespace surf::segment

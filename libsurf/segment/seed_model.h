@@ -1,11 +1,13 @@
 // What the image says round the seeds: intensity statistics and edge strength.
 #pragma once
 
+#include <array>
 #include <span>
 #include <vector>
 
 #include "libsurf/base/field.h"
 #include "libsurf/segment/energy_model.h"
+#include "libsurf/segment/search_grid.h"
 
 namespace surf::segment {
 
@@ -21,12 +23,25 @@ struct SeedModel {
 /// the deviation stays below twice and the mean within one of its first values. The
 /// deviation says little about the whole structure (2 to 180 times larger on real scans): use it as
 /// the smallest meaningful step of a search, not as a model.
-/// @param I        intensities
-/// @param seeds    world mm; the ball grows round the first, means are over all
-/// @param cell_mm  ImageExtent::cell_mm(): the "voxel" above
+///
+/// Samples lie on a lattice in the image's own frame about the cell nearest to each seed (all, if
+/// several are): the same for every seed in a cell, and turned or flipped with the image.
+/// @param I      intensities
+/// @param seeds  world mm; the ball grows round all at once
 template <int Dim>
 SeedModel estimate_seed_model(const Field<Dim>& I, std::span<const Vector<Dim>> seeds,
-                              double cell_mm);
+                              const ImageExtent<Dim>& extent);
+
+/// The same at the nodes of a grid, "voxel" being a node: its noise is that which a search on the
+/// grid meets.
+template <int Dim>
+SeedModel estimate_seed_model(const SearchGrid<Dim>& grid, const Vector<Dim>& seed);
+
+/// The nodes of a grid of this size nearest to a point given in indices: one, or all that are
+/// equally near, so that mirror images have mirrored ones. Clamped to the grid.
+template <int Dim>
+std::vector<std::array<int, Dim>> nearest_nodes(const Vector<Dim>& index,
+                                                const std::array<int, Dim>& size);
 
 /// Edge strength lambda for (5.1): a quarter of the median, over rays from the seeds, of the first
 /// pronounced peak of |grad I|, but at least three times the median of |grad I| round the seeds, so
@@ -37,8 +52,9 @@ template <int Dim>
 double estimate_edge_strength(const Field<Dim>& I, std::span<const Vector<Dim>> seeds,
                               const ImageExtent<Dim>& extent);
 
-/// n uniform directions in the plane, or nearly uniform ones in space (Fibonacci lattice), (n,
-/// Dim).
+/// About n directions, (n, Dim), nearly uniform, that are the same after any permutation and flip
+/// of the axes: of the middles of the cells of a lattice, even in angle, on the edges of a square
+/// or the faces of a cube.
 template <int Dim>
 Points<Dim> directions(int n);
 

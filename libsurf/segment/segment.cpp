@@ -7,6 +7,7 @@
 #include <map>
 
 #include "libsurf/base/error.h"
+#include "libsurf/mesh/from_label_map.h"
 #include "libsurf/mesh/moving_surface.h"
 #include "libsurf/mesh/primitives.h"
 #include "libsurf/mesh/rasterize.h"
@@ -129,6 +130,13 @@ std::vector<std::uint8_t> SurfaceSetting::rasterized(const Triangles& shape,
                                                      const std::array<int, 3>& size,
                                                      const Eigen::Affine3d& index_to_world) const {
   return mesh::rasterize(shape, size, index_to_world);
+}
+
+Triangles SurfaceSetting::shape_of_level(std::span<const float> values,
+                                         const std::array<int, 3>& size,
+                                         const Eigen::Affine3d& index_to_world,
+                                         double level) const {
+  return mesh::surface_of_level({size, index_to_world, values}, level);
 }
 
 bool SurfaceSetting::is_embedded(const Triangles& shape) const {

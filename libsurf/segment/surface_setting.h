@@ -20,6 +20,8 @@ class SurfaceSetting : public Setting<3> {
   Triangles flipped(const Triangles& shape) const override;
   std::vector<std::uint8_t> rasterized(const Triangles& shape, const std::array<int, 3>& size,
                                        const Eigen::Affine3d& index_to_world) const override;
+  Triangles shape_of_level(std::span<const float> values, const std::array<int, 3>& size,
+                           const Eigen::Affine3d& index_to_world, double level) const override;
   bool is_embedded(const Triangles& shape) const override;
   Triangles moved(const Triangles& shape, const Points<3>& to) const override;
   const char* noun() const override { return "surface"; }

@@ -21,6 +21,8 @@ class CurveSetting : public segment::Setting<2> {
   Segments flipped(const Segments& shape) const override;
   std::vector<std::uint8_t> rasterized(const Segments& shape, const std::array<int, 2>& size,
                                        const Eigen::Affine2d& index_to_world) const override;
+  Segments shape_of_level(std::span<const float> values, const std::array<int, 2>& size,
+                          const Eigen::Affine2d& index_to_world, double level) const override;
   bool is_embedded(const Segments& shape) const override;
   Segments moved(const Segments& shape, const Points<2>& to) const override;
   const char* noun() const override { return "curve"; }

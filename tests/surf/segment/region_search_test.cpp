@@ -8,196 +8,319 @@
 #include <numeric>
 
 #include "libsurf/base/threads.h"
-#include "libsurf/segment/surface_setting.h"
-#include "libsurf/volume/interpolate.h"
+#include "tests/surf/fixtures.h"
+#include "tests/surf/segment/lattice_image.h"
 
 namespace surf::segment {
 namespace {
 
-constexpr int kSize = 48;
+using test::image_of;
+using test::LatticeImage;
 
-/// Voxels of 1 mm with the values of a function of the index, and a little noise.
-volume::Volume volume_of(const std::function<double(const Vector<3>&)>& value) {
-  std::vector<float> values;
-  unsigned state = 5;
-  for (int k = 0; k < kSize; ++k)
-    for (int j = 0; j < kSize; ++j)
-      for (int i = 0; i < kSize; ++i) {
-        state = state * 1664525u + 1013904223u;
-        values.push_back(float(value({double(i), double(j), double(k)}) +
-                               0.1 * ((state >> 8) % 1000 / 1000.0 - 0.5)));
-      }
-  return {{kSize, kSize, kSize}, Eigen::Affine3d::Identity(), values};
-}
+constexpr double kNoise = 0.03;
 
-bool is_in_ball(const Vector<3>& x, const Vector<3>& center, double radius) {
+template <int Dim>
+bool is_in_ball(const Vector<Dim>& x, const Vector<Dim>& center, double radius) {
   return (x - center).norm() <= radius;
 }
 
-double radius_of_ball(double volume) { return std::cbrt(3 / (4 * std::numbers::pi) * volume); }
+template <int Dim>
+double radius_of_ball(double content) {
+  return Dim == 2 ? std::sqrt(content / std::numbers::pi)
+                  : std::cbrt(3 / (4 * std::numbers::pi) * content);
+}
 
 /// The widest window before the leak reaches to the foot of the edge.
 constexpr double kEdge = 1;
 
-std::vector<Region> search(
-    const volume::Volume& volume, const std::vector<Vector<3>>& seeds,
-    const RegionSearchOptions& options = {},
-    const std::function<bool(int)>& progress = [](int) { return true; }) {
-  const SurfaceSetting setting(volume, volume::DerivativeFilter::kBSpline);
-  const auto model = setting.make_model({.sigma_mm = 0.4 * volume.voxel_size()});
-  const auto [lowest, highest] = volume.range();
-  std::vector<SeedModel> models;
-  for (const Vector<3>& seed : seeds) {
-    models.push_back(estimate_seed_model<3>(*model->intensity(), std::vector<Vector<3>>{seed},
-                                            volume.voxel_size()));
-    models.back().deviation = std::max(models.back().deviation, (highest - lowest) / 4096.0);
+template <int Dim>
+std::vector<Region<Dim>> search(const LatticeImage<Dim>& image,
+                                const std::vector<Vector<Dim>>& seeds,
+                                const SearchOptions& options = {},
+                                const SearchProgress& progress = {},
+                                const std::stop_token& stop = {}) {
+  const SearchGrid<Dim> grid(image, image.extent(), {image.extent(), options.max_nodes});
+  return search_regions<Dim>(grid, seeds, options, progress, stop);
+}
+
+/// [mm^Dim], from the shares.
+template <int Dim>
+double content_of(const Region<Dim>& region) {
+  return std::abs(region.node_to_world.linear().determinant()) *
+         std::accumulate(region.share.begin(), region.share.end(), 0.0);
+}
+
+/// At the nearest node; 0 where the region's grid has ended.
+template <int Dim>
+double share_at(const Region<Dim>& region, const Vector<Dim>& point) {
+  const Vector<Dim> index = region.node_to_world.inverse() * point;
+  NodeBox<Dim> box;
+  box.size = region.size;
+  std::array<int, Dim> node;
+  for (int axis = 0; axis < Dim; ++axis) node[axis] = int(std::lround(index[axis]));
+  return box.contains(node) ? region.share[box.at(node)] : 0;
+}
+
+template <class T>
+struct RegionSearch : ::testing::Test {
+  static Vector<T::value> at(double x, double y, double z) {
+    return Eigen::Vector3d(x, y, z).template head<T::value>();
   }
-  return search_regions(*model->intensity(), setting.extent(), models, seeds, options, progress);
-}
+};
+TYPED_TEST_SUITE(RegionSearch, test::Dims, test::DimName);
 
-/// [mm^3], from the shares.
-double volume_of(const Region& region) {
-  std::vector<float> shares(region.share.n_voxels());
-  region.share.copy_box({0, 0, 0}, region.share.size(), shares.data());
-  return std::pow(region.share.voxel_size(), 3) *
-         std::accumulate(shares.begin(), shares.end(), 0.0);
-}
-
-/// 0 where the region's grid has ended.
-double share_at(const Region& region, const Vector<3>& point) {
-  const double share = volume::interpolate(region.share, region.share.world_to_index() * point);
-  return std::isnan(share) ? 0 : share;
-}
-
-TEST(RegionSearch, PutsTheObjectFirst) {
-  const Vector<3> center(23, 25, 22);
-  const auto regions =
-      search(volume_of([&](const auto& x) { return is_in_ball(x, center, 14); }), {center});
+TYPED_TEST(RegionSearch, PutsTheObjectFirst) {
+  constexpr int Dim = TypeParam::value;
+  const Vector<Dim> center = this->at(23, 25, 22);
+  const auto regions = search<Dim>(
+      image_of<Dim>([&](const auto& x) { return is_in_ball<Dim>(x, center, 14); }, kNoise),
+      {center});
   ASSERT_FALSE(regions.empty());
-  EXPECT_NEAR(radius_of_ball(volume_of(regions.front())), 14, kEdge);
-  EXPECT_GT(share_at(regions.front(), center + Vector<3>(12, 0, 0)), 0.9);
+  EXPECT_NEAR(radius_of_ball<Dim>(content_of(regions.front())), 14, kEdge);
+  EXPECT_GT(share_at<Dim>(regions.front(), center + this->at(12, 0, 0)), 0.9);
+  EXPECT_NEAR(regions.front().mean, 1, 2 * kNoise);
+  EXPECT_GT(regions.front().features.separation, 0.9);
 }
 
-TEST(RegionSearch, CutsNecksAndFillsHoles) {
-  const Vector<3> left(12, 24, 24), right(36, 24, 24), hole(12, 27, 24);
-  const volume::Volume volume = volume_of([&](const Vector<3>& x) {
-    if (is_in_ball(x, hole, 1.5)) return 0.0;
-    const bool is_neck = x[0] > 12 && x[0] < 36 && std::hypot(x[1] - 24, x[2] - 24) < 1.6;
-    return double(is_in_ball(x, left, 9) || is_in_ball(x, right, 9) || is_neck);
-  });
-  const auto regions = search(volume, {left});
+TYPED_TEST(RegionSearch, CutsNecksAndFillsHoles) {
+  constexpr int Dim = TypeParam::value;
+  const Vector<Dim> left = this->at(12, 24, 24), right = this->at(36, 24, 24),
+                    hole = this->at(12, 27, 24);
+  const auto regions = search<Dim>(
+      image_of<Dim>(
+          [&](const Vector<Dim>& x) {
+            if (is_in_ball<Dim>(x, hole, 1.5)) return 0.0;
+            const double off_axis = (x - left).tail(Dim - 1).norm();
+            const bool is_neck = x[0] > 12 && x[0] < 36 && off_axis < 1.6;
+            return double(is_in_ball<Dim>(x, left, 9) || is_in_ball<Dim>(x, right, 9) || is_neck);
+          },
+          kNoise),
+      {left});
   ASSERT_FALSE(regions.empty());
-  EXPECT_NEAR(radius_of_ball(volume_of(regions.front())), 9, kEdge);
-  EXPECT_GT(share_at(regions.front(), hole), 0.9);
-  EXPECT_LT(share_at(regions.front(), right), 0.1);
+  EXPECT_NEAR(radius_of_ball<Dim>(content_of(regions.front())), 9, kEdge);
+  EXPECT_GT(share_at<Dim>(regions.front(), hole), 0.9);
+  EXPECT_LT(share_at<Dim>(regions.front(), right), 0.1);
 }
 
-TEST(RegionSearch, FindsWhatTheScanCutsOff) {
-  const Vector<3> center(0, 24, 24);
-  const auto regions = search(volume_of([&](const auto& x) { return is_in_ball(x, center, 14); }),
-                              {Vector<3>(5, 24, 24)});
+TYPED_TEST(RegionSearch, FindsWhatTheScanCutsOff) {
+  constexpr int Dim = TypeParam::value;
+  const Vector<Dim> center = this->at(0, 24, 24);
+  const auto regions = search<Dim>(
+      image_of<Dim>([&](const auto& x) { return is_in_ball<Dim>(x, center, 14); }, kNoise),
+      {this->at(5, 24, 24)});
   ASSERT_FALSE(regions.empty());
-  EXPECT_NEAR(radius_of_ball(2 * volume_of(regions.front())), 14, kEdge);
+  EXPECT_NEAR(radius_of_ball<Dim>(2 * content_of(regions.front())), 14, kEdge);
 }
 
-TEST(RegionSearch, OffersRegionsThatDiffer) {
+TYPED_TEST(RegionSearch, OffersRegionsThatDiffer) {
+  constexpr int Dim = TypeParam::value;
   // A ball in a shell in a larger ball.
-  const Vector<3> center(24, 24, 24);
-  const auto regions = search(volume_of([&](const Vector<3>& x) {
-                                const double r = (x - center).norm();
-                                return r < 8 ? 3.0 : r < 15 ? 2.0 : r < 21 ? 1.0 : -4.0;
-                              }),
-                              {center});
+  const Vector<Dim> center = this->at(24, 24, 24);
+  const auto regions = search<Dim>(image_of<Dim>(
+                                       [&](const Vector<Dim>& x) {
+                                         const double r = (x - center).norm();
+                                         return r < 8 ? 3.0 : r < 15 ? 2.0 : r < 21 ? 1.0 : -4.0;
+                                       },
+                                       kNoise),
+                                   {center});
   ASSERT_GE(regions.size(), 2u);
   for (std::size_t i = 1; i < regions.size(); ++i) {
     EXPECT_GE(regions[i - 1].score, regions[i].score);
     for (std::size_t j = 0; j < i; ++j) {
-      const double smaller = std::min(volume_of(regions[i]), volume_of(regions[j])),
-                   larger = std::max(volume_of(regions[i]), volume_of(regions[j]));
-      EXPECT_LE(2 * smaller / (smaller + larger), RegionSearchOptions::kMostOverlap + 0.02);
+      const double smaller = std::min(content_of(regions[i]), content_of(regions[j])),
+                   larger = std::max(content_of(regions[i]), content_of(regions[j]));
+      EXPECT_LE(2 * smaller / (smaller + larger), SearchOptions::kMostOverlap + 0.02);
     }
   }
 }
 
-TEST(RegionSearch, TakesACoarserGridWhereItMust) {
-  const Vector<3> center(23, 25, 22);
-  const auto regions = search(volume_of([&](const auto& x) { return is_in_ball(x, center, 16); }),
-                              {center}, {.max_nodes = 2e4});
+TYPED_TEST(RegionSearch, TakesACoarserGridWhereItMust) {
+  constexpr int Dim = TypeParam::value;
+  const Vector<Dim> center = this->at(23, 25, 22);
+  const double max_nodes = std::pow(27, Dim);
+  const auto regions = search<Dim>(
+      image_of<Dim>([&](const auto& x) { return is_in_ball<Dim>(x, center, 16); }, kNoise),
+      {center}, {.max_nodes = max_nodes});
   ASSERT_FALSE(regions.empty());
-  EXPECT_NEAR(regions.front().share.voxel_size(), std::cbrt(std::pow(kSize, 3) / 2e4), 0.1);
-  EXPECT_NEAR(radius_of_ball(volume_of(regions.front())), 16, regions.front().share.voxel_size());
+  const double node = regions.front().node_to_world.linear().col(0).norm();
+  EXPECT_NEAR(regions.front().node_mm, 48.0 / 27, 1e-9);
+  EXPECT_NEAR(node, regions.front().node_mm, 0.1);
+  EXPECT_NEAR(radius_of_ball<Dim>(content_of(regions.front())), 16, node);
 }
 
-TEST(RegionSearch, IsTheSameForAnyNumberOfThreads) {
-  const Vector<3> center(23, 25, 22);
-  const volume::Volume volume =
-      volume_of([&](const Vector<3>& x) { return std::cos(0.3 * (x - center).norm()); });
-  std::vector<std::vector<Region>> found;
+TYPED_TEST(RegionSearch, IsTheSameForAnyNumberOfThreads) {
+  constexpr int Dim = TypeParam::value;
+  const Vector<Dim> center = this->at(23, 25, 22);
+  const auto image =
+      image_of<Dim>([&](const auto& x) { return std::cos(0.3 * (x - center).norm()); }, kNoise);
+  std::vector<std::vector<Region<Dim>>> found;
   for (const int n : {1, 2}) {
     const ThreadLimit limit(n);
-    found.push_back(search(volume, {center}));
+    found.push_back(search<Dim>(image, {center}));
   }
   ASSERT_FALSE(found[0].empty());
   ASSERT_EQ(found[0].size(), found[1].size());
   for (std::size_t i = 0; i < found[0].size(); ++i) {
     EXPECT_EQ(found[0][i].score, found[1][i].score);
-    EXPECT_EQ(volume_of(found[0][i]), volume_of(found[1][i]));
+    EXPECT_EQ(found[0][i].share, found[1][i].share);
   }
 }
 
-TEST(RegionSearch, StopsOnRequestAndJudgesWhatItHas) {
-  const Vector<3> center(24, 24, 24);
-  const volume::Volume volume = volume_of([&](const auto& x) { return is_in_ball(x, center, 14); });
+TYPED_TEST(RegionSearch, StopsOnRequestAndJudgesWhatItHas) {
+  constexpr int Dim = TypeParam::value;
+  const Vector<Dim> center = this->at(24, 24, 24);
+  const auto image =
+      image_of<Dim>([&](const auto& x) { return is_in_ball<Dim>(x, center, 14); }, kNoise);
+  const ThreadLimit limit(1);  // so that every window is told of
   int n_windows = 0, n_calls = 0;
-  search(volume, {center}, {}, [&](int n_done) { return (n_windows = n_done) > 0; });
+  search<Dim>(image, {center}, {}, [&](int n_done) { return (n_windows = n_done) > 0; });
   ASSERT_GT(n_windows, 4);
-  const auto stopped = search(volume, {center}, {}, [&](int) { return ++n_calls < n_windows - 1; });
+  const auto stopped =
+      search<Dim>(image, {center}, {}, [&](int) { return ++n_calls < n_windows - 1; });
   EXPECT_FALSE(stopped.empty());
   EXPECT_EQ(n_calls, n_windows - 1);
+  std::stop_source stop;
+  stop.request_stop();
+  EXPECT_TRUE(search<Dim>(image, {center}, {}, {}, stop.get_token()).empty());
 }
 
-TEST(RegionSearch, TakesSeedsInObjectsOfDifferentIntensity) {
-  const Vector<3> left(12, 24, 24), right(36, 24, 24);
-  const auto regions = search(volume_of([&](const Vector<3>& x) {
-                                return is_in_ball(x, left, 9) ? 3.0 : is_in_ball(x, right, 9);
-                              }),
-                              {left, right});
+TYPED_TEST(RegionSearch, TellsOfProgressOnTheCallersThread) {
+  constexpr int Dim = TypeParam::value;
+  const Vector<Dim> center = this->at(24, 24, 24);
+  const auto caller = std::this_thread::get_id();
+  int n_calls = 0;
+  search<Dim>(image_of<Dim>([&](const auto& x) { return is_in_ball<Dim>(x, center, 14); }, kNoise),
+              {center}, {}, [&](int) {
+                EXPECT_TRUE(std::this_thread::get_id() == caller);
+                return ++n_calls > 0;
+              });
+  EXPECT_GT(n_calls, 0);
+}
+
+TYPED_TEST(RegionSearch, TakesSeedsInObjectsOfDifferentIntensity) {
+  constexpr int Dim = TypeParam::value;
+  const Vector<Dim> left = this->at(12, 24, 24), right = this->at(36, 24, 24);
+  const auto regions = search<Dim>(
+      image_of<Dim>(
+          [&](const Vector<Dim>& x) {
+            return is_in_ball<Dim>(x, left, 9) ? 3.0 : double(is_in_ball<Dim>(x, right, 9));
+          },
+          kNoise),
+      {left, right});
   ASSERT_FALSE(regions.empty());
-  for (const Vector<3>& inside : {left, right}) EXPECT_GT(share_at(regions.front(), inside), 0.9);
-  EXPECT_LT(share_at(regions.front(), {24, 24, 38}), 0.1);
+  for (const auto& inside : {left, right}) EXPECT_GT(share_at<Dim>(regions.front(), inside), 0.9);
+  EXPECT_LT(share_at<Dim>(regions.front(), this->at(24, 40, 38)), 0.1);
 }
 
-TEST(RegionSearch, WorksOnTwoSlices) {
+TYPED_TEST(RegionSearch, KnowsTheShearOfAnImage) {
+  constexpr int Dim = TypeParam::value;
+  Eigen::Transform<double, Dim, Eigen::Affine> sheared;
+  sheared.setIdentity();
+  sheared(1, 0) = 0.45;
+  const Vector<Dim> center = sheared * Vector<Dim>::Constant(24);
+  const auto regions = search<Dim>(
+      image_of<Dim>([&](const auto& x) { return is_in_ball<Dim>(sheared * x, center, 13); }, kNoise,
+                    48, sheared),
+      {center});
+  ASSERT_FALSE(regions.empty());
+  EXPECT_NEAR(radius_of_ball<Dim>(content_of(regions.front())), 13, kEdge);
+}
+
+TYPED_TEST(RegionSearch, FindsNothingWhereAllIsTheSame) {
+  constexpr int Dim = TypeParam::value;
+  EXPECT_TRUE(search<Dim>(image_of<Dim>([](const auto&) { return 3.0; }, 0, 20),
+                          {Vector<Dim>::Constant(10)})
+                  .empty());
+  EXPECT_TRUE(search<Dim>(image_of<Dim>([](const auto& x) { return x[0]; }, 0, 2),
+                          {Vector<Dim>::Constant(1)})
+                  .empty());
+}
+
+/// A turned ellipsoid with a tail, and noise that belongs to the cell.
+template <int Dim>
+double scene(const Vector<Dim>& x) {
+  Vector<Dim> from = x - Vector<Dim>::Constant(24);
+  from[0] += 0.3 * from[1] + 2;
+  from[1] *= 1.4;
+  unsigned hash = 17;
+  for (const double coordinate : x) hash = (hash ^ unsigned(coordinate)) * 1664525u + 1013904223u;
+  const bool is_tail = std::abs(from[1]) < 2.5 && x[0] > 24;
+  return double(from.norm() < 13 || is_tail) + 0.2 * ((hash >> 8) % 1000 / 1000.0 - 0.5);
+}
+
+TYPED_TEST(RegionSearch, TurnsWithTheHeader) {
+  constexpr int Dim = TypeParam::value;
+  Eigen::Transform<double, Dim, Eigen::Affine> turned;
+  turned.setIdentity();
+  for (int axis = 0; axis + 1 < Dim; ++axis) {
+    const double c = std::cos(0.4 + axis), s = std::sin(0.4 + axis);
+    Eigen::Matrix<double, Dim, Dim> step = Eigen::Matrix<double, Dim, Dim>::Identity();
+    step(axis, axis) = step(axis + 1, axis + 1) = c;
+    step(axis, axis + 1) = -s;
+    step(axis + 1, axis) = s;
+    turned.linear() = turned.linear() * step;
+  }
+  turned.linear() = (turned.linear() * 1e6).array().round() / 1e6;  // as files have it
+  turned.translation().setConstant(-31.7);
+  const Vector<Dim> seed = Vector<Dim>::Constant(25);
+  const auto plain = search<Dim>(image_of<Dim>(scene<Dim>, 0), {seed});
+  const auto found = search<Dim>(image_of<Dim>(scene<Dim>, 0, 48, turned), {turned * seed});
+  ASSERT_FALSE(plain.empty());
+  ASSERT_EQ(plain.size(), found.size());
+  EXPECT_NEAR(content_of(found.front()) / content_of(plain.front()), 1, 1e-3);
+}
+
+TYPED_TEST(RegionSearch, FlipsAndPermutesWithTheAxes) {
+  constexpr int Dim = TypeParam::value;
+  const Vector<Dim> seed = this->at(25, 23, 24.5);  // between two slices
+  const auto plain = search<Dim>(image_of<Dim>(scene<Dim>, 0), {seed});
+  ASSERT_FALSE(plain.empty());
+  for (int change = 0; change < 2 * Dim; ++change) {
+    // Of an index of the changed image, that of the plain one: an exchange of axes, or a flip.
+    const auto to_plain = [&](const Vector<Dim>& x) -> Vector<Dim> {
+      Vector<Dim> out = x;
+      const int axis = change / 2;
+      if (change % 2 == 0)
+        out[axis] = 47 - out[axis];
+      else
+        std::swap(out[axis], out[(axis + 1) % Dim]);
+      return out;
+    };
+    const auto found =
+        search<Dim>(image_of<Dim>([&](const Vector<Dim>& x) { return scene<Dim>(to_plain(x)); }, 0),
+                    {to_plain(seed)});  // its own inverse
+    ASSERT_EQ(plain.size(), found.size()) << change;
+    for (std::size_t i = 0; i < plain.size(); ++i) {
+      EXPECT_NEAR(content_of(found[i]) / content_of(plain[i]), 1, 1e-3) << change;
+      EXPECT_NEAR(found[i].score, plain[i].score, 1e-3) << change;
+    }
+  }
+}
+
+TYPED_TEST(RegionSearch, IsTheSameForEverySeedInACell) {
+  constexpr int Dim = TypeParam::value;
+  const auto image = image_of<Dim>(scene<Dim>, 0);
+  const Vector<Dim> seed = Vector<Dim>::Constant(25);
+  const auto plain = search<Dim>(image, {seed});
+  ASSERT_FALSE(plain.empty());
+  for (int axis = 0; axis < Dim; ++axis)
+    for (const double shift : {-0.4, 0.1}) {
+      const auto moved = search<Dim>(image, {seed + shift * Vector<Dim>::Unit(axis)});
+      ASSERT_FALSE(moved.empty());
+      EXPECT_EQ(moved.front().share, plain.front().share);
+    }
+}
+
+TEST(RegionSearchInSpace, WorksOnTwoSlices) {
   std::vector<float> values;
   for (int k = 0; k < 2; ++k)
     for (int j = 0; j < 60; ++j)
       for (int i = 0; i < 60; ++i)
         values.push_back(std::hypot(i - 30, j - 28) < 15 ? 1.f : float((i * 7 + j * 13) % 5) / 50);
-  const volume::Volume volume({60, 60, 2}, Eigen::Affine3d::Identity(), values);
-  const auto regions = search(volume, {Vector<3>(30, 28, 0.5)});
+  const LatticeImage<3> image({60, 60, 2}, Eigen::Affine3d::Identity(), values);
+  const auto regions = search<3>(image, {Vector<3>(30, 28, 0.5)});
   ASSERT_FALSE(regions.empty());
-  EXPECT_NEAR(std::sqrt(volume_of(regions.front()) / (2 * std::numbers::pi)), 15, kEdge);
-}
-
-TEST(RegionSearch, KnowsTheShearOfAVolume) {
-  Eigen::Affine3d sheared = Eigen::Affine3d::Identity();
-  sheared(1, 2) = 0.45;
-  const Vector<3> center = sheared * Vector<3>(24, 24, 24);
-  std::vector<float> values;
-  for (int k = 0; k < kSize; ++k)
-    for (int j = 0; j < kSize; ++j)
-      for (int i = 0; i < kSize; ++i)
-        values.push_back(
-            is_in_ball(sheared * Vector<3>(i, j, k), center, 13) ? 1.f : 0.01f * float(i % 3));
-  const auto regions = search({{kSize, kSize, kSize}, sheared, values}, {center});
-  ASSERT_FALSE(regions.empty());
-  EXPECT_NEAR(radius_of_ball(volume_of(regions.front())), 13, kEdge);
-}
-
-TEST(RegionSearch, FindsNothingWhereAllIsTheSame) {
-  const std::vector<float> values(20 * 20 * 20, 3.f);
-  const volume::Volume volume({20, 20, 20}, Eigen::Affine3d::Identity(), values);
-  EXPECT_TRUE(search(volume, {Vector<3>(10, 10, 10)}).empty());
+  EXPECT_NEAR(std::sqrt(content_of(regions.front()) / (2 * std::numbers::pi)), 15, kEdge);
 }
 
 }  // namespace

@@ -2,7 +2,8 @@
 
 #include <gtest/gtest.h>
 
-#include <random>
+#include <cmath>
+#include <numbers>
 
 #include "libsurf/segment/model.h"
 #include "libsurf/volume/image_fields.h"
@@ -24,7 +25,7 @@ volume::PhantomOptions ball(double noise = 0) {
 const std::vector<Vector3d> kCentre = {Vector3d::Zero()};
 
 SeedModel model_of(const volume::Volume& volume, const std::vector<Vector3d>& seeds = kCentre) {
-  return estimate_seed_model<3>(*volume::intensity_field(volume, {}), seeds, volume.voxel_size());
+  return estimate_seed_model<3>(*volume::intensity_field(volume, {}), seeds, extent_of(volume));
 }
 
 TEST(SeedModel, OfACleanBallHasItsIntensityAndReachesItsEdge) {
@@ -103,7 +104,8 @@ TEST(EdgeStrength, TakesNoiseForNoEdge) {
   Samples<3> samples;
   field->sample(0.3 * directions<3>(500), Derivatives::kFirst, samples);
   std::vector<double> inside;
-  for (Eigen::Index i = 0; i < 500; ++i) inside.push_back(samples.gradient.row(i).norm());
+  for (Eigen::Index i = 0; i < samples.gradient.rows(); ++i)
+    inside.push_back(samples.gradient.row(i).norm());
   EXPECT_GT(strength(volume), 2 * median(inside));
 }
 
@@ -117,9 +119,14 @@ TEST(EdgeStrength, OfAnEmptyImageIsPositive) {
 TEST(SphereDirections, AreUnitVectorsSpreadEvenly) {
   const Points<3> u = directions<3>(200);
   EXPECT_LT((u.rowwise().norm().array() - 1).abs().maxCoeff(), 1e-15);
-  EXPECT_LT(u.colwise().mean().norm(), 0.02);
-  const Eigen::Matrix3d second = u.transpose() * u / 200;
-  EXPECT_LT((second - Eigen::Matrix3d::Identity() / 3).norm(), 0.01);
+  EXPECT_LT(u.colwise().mean().norm(), 1e-15);
+  const Eigen::Matrix3d second = u.transpose() * u / double(u.rows());
+  EXPECT_LT((second - Eigen::Matrix3d::Identity() / 3).norm(), 1e-15);
+  for (Eigen::Index i = 0; i < u.rows(); ++i) {  // an even share for each
+    Eigen::VectorXd cosines = u * u.row(i).transpose();
+    cosines[i] = -1;
+    EXPECT_NEAR(std::acos(cosines.maxCoeff()), std::sqrt(4 * std::numbers::pi / 200), 0.1);
+  }
 }
 
 TEST(Median, IsTheUpperMiddleValueAndZeroOfNothing) {

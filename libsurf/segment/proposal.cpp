@@ -1,0 +1,111 @@
+#include "libsurf/segment/proposal.h"
+
+#include <algorithm>
+#include <map>
+
+#include "libsurf/fem/geometry.h"
+#include "libsurf/mesh/verify.h"
+
+namespace surf::segment {
+namespace {
+
+/// The shape moved into the box of the cells' centres; vertices that come to the same place there,
+/// at its corners and edges, become one.
+template <int Dim>
+Simplices<Dim> in_box(const ImageExtent<Dim>& extent, const Simplices<Dim>& shape) {
+  using Array = Eigen::Array<double, Dim, 1>;
+  Array last;
+  for (int axis = 0; axis < Dim; ++axis) last[axis] = extent.size[axis] - 1;
+  std::map<std::array<double, Dim>, int> moved;  // indices of the box's border
+  std::vector<Vector<Dim>> points;
+  std::vector<int> vertex(shape.points.rows());
+  for (Eigen::Index i = 0; i < shape.points.rows(); ++i) {
+    const Array index = (extent.world_to_index * shape.points.row(i).transpose()).array();
+    vertex[i] = int(points.size());
+    if ((index >= 1e-9 && index <= last - 1e-9).all()) {
+      points.push_back(shape.points.row(i).transpose());
+      continue;
+    }
+    // Rounded, so that places that differ by rounding alone are one.
+    const Array at = (index.max(0).min(last) * 1e6).round() / 1e6;
+    std::array<double, Dim> key;
+    std::copy(at.begin(), at.end(), key.begin());
+    const auto [known, is_new] = moved.try_emplace(key, vertex[i]);
+    vertex[i] = known->second;
+    if (is_new) points.push_back(extent.index_to_world * at.matrix());
+  }
+  std::vector<std::array<int, Dim>> elements;
+  for (const auto element : shape.elements.rowwise()) {
+    std::array<int, Dim> corners;
+    for (int c = 0; c < Dim; ++c) corners[c] = vertex[element[c]];
+    std::array<int, Dim> sorted = corners;
+    std::sort(sorted.begin(), sorted.end());
+    if (std::adjacent_find(sorted.begin(), sorted.end()) == sorted.end())
+      elements.push_back(corners);
+  }
+  Simplices<Dim> out;
+  out.points.resize(Eigen::Index(points.size()), Dim);
+  for (std::size_t i = 0; i < points.size(); ++i) out.points.row(Eigen::Index(i)) = points[i];
+  out.elements.resize(Eigen::Index(elements.size()), Dim);
+  for (std::size_t i = 0; i < elements.size(); ++i)
+    for (int c = 0; c < Dim; ++c) out.elements(Eigen::Index(i), c) = elements[i][c];
+  return out;
+}
+
+template <int Dim>
+bool is_sound(const Setting<Dim>& setting, const Simplices<Dim>& shape) {
+  if constexpr (Dim == 3) return mesh::verify(shape).passed();
+  return shape.elements.rows() > 0 && setting.is_embedded(shape);
+}
+
+/// Where a region's share is one half; of whole nodes, with stairs, if the smooth shape does not
+/// pass; nothing if that does not either.
+template <int Dim>
+std::optional<Simplices<Dim>> boundary(const Setting<Dim>& setting, const Region<Dim>& region) {
+  std::vector<float> values = region.share;
+  for (const bool is_smooth : {true, false}) {
+    if (!is_smooth)
+      for (float& value : values) value = value > 0.5f ? 1.f : 0.f;
+    Simplices<Dim> out = in_box<Dim>(
+        setting.extent(), setting.shape_of_level(values, region.size, region.node_to_world, 0.5));
+    if (is_sound<Dim>(setting, out)) return out;
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+template <int Dim>
+SearchGrid<Dim> search_grid(const Setting<Dim>& setting, volume::SmoothingOptions smoothing,
+                            std::optional<double> sigma_mm, double max_nodes) {
+  const SearchLattice<Dim> lattice(setting.extent(), max_nodes);
+  smoothing.sigma_mm = sigma_mm.value_or(lattice.sigma_mm);
+  return {*setting.make_model(smoothing)->intensity(), setting.extent(), lattice};
+}
+
+template <int Dim>
+std::vector<Proposal<Dim>> propose(const Setting<Dim>& setting, const SearchGrid<Dim>& grid,
+                                   std::span<const Vector<Dim>> seeds, const SearchOptions& options,
+                                   const SearchProgress& progress, const std::stop_token& stop) {
+  std::vector<Proposal<Dim>> out;
+  for (const Region<Dim>& region : search_regions<Dim>(grid, seeds, options, progress, stop)) {
+    std::optional<Simplices<Dim>> shape = boundary<Dim>(setting, region);
+    if (!shape) continue;
+    const double enclosed = fem::Geometry<Dim>(shape->points, shape->elements).enclosed();
+    out.push_back({std::move(*shape), region.score, enclosed, region.mean, region.half_width,
+                   region.neck_radius_mm, region.node_mm, region.features});
+  }
+  return out;
+}
+
+#define SURF_INSTANTIATE(Dim)                                                              \
+  template SearchGrid<Dim> search_grid<Dim>(const Setting<Dim>&, volume::SmoothingOptions, \
+                                            std::optional<double>, double);                \
+  template std::vector<Proposal<Dim>> propose<Dim>(                                        \
+      const Setting<Dim>&, const SearchGrid<Dim>&, std::span<const Vector<Dim>>,           \
+      const SearchOptions&, const SearchProgress&, const std::stop_token&);
+SURF_INSTANTIATE(2)
+SURF_INSTANTIATE(3)
+#undef SURF_INSTANTIATE
+
+}  // namespace surf::segment

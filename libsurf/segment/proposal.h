@@ -1,0 +1,39 @@
+// Shapes to start from, proposed round clicks.
+#pragma once
+
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "libsurf/segment/region_search.h"
+#include "libsurf/segment/run.h"
+
+namespace surf::segment {
+
+/// A start, never a result: it says which object is meant.
+template <int Dim>
+struct Proposal {
+  Simplices<Dim> shape;     ///< closed, embedded, in the box of the cells' centres
+  double score, enclosed;   ///< larger is better; [mm^Dim]
+  double mean, half_width;  ///< of the window [intensity]
+  double neck_radius_mm;    ///< of the opening
+  double node_mm;           ///< of the grid: how far off its boundary may be
+  RungFeatures features;    ///< what the boundary looks like
+};
+
+/// What the search looks at, made once for an image.
+/// @param smoothing  its Gaussian is replaced by that of the grid unless `sigma_mm` is given
+template <int Dim>
+SearchGrid<Dim> search_grid(const Setting<Dim>& setting, volume::SmoothingOptions smoothing,
+                            std::optional<double> sigma_mm = {}, double max_nodes = 1.5e6);
+
+/// The best regions (search_regions) as shapes, best first; those whose boundary cannot be made a
+/// sound shape are left out. Empty: no object stands out round the seeds.
+template <int Dim>
+std::vector<Proposal<Dim>> propose(const Setting<Dim>& setting, const SearchGrid<Dim>& grid,
+                                   std::span<const Vector<Dim>> seeds,
+                                   const SearchOptions& options = {},
+                                   const SearchProgress& progress = {},
+                                   const std::stop_token& stop = {});
+
+}  // namespace surf::segment

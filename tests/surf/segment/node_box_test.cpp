@@ -1,0 +1,142 @@
+#include "libsurf/segment/node_box.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "tests/surf/fixtures.h"
+
+namespace surf::segment {
+namespace {
+
+template <class T>
+struct NodeBoxes : ::testing::Test {
+  static constexpr int kDim = T::value;
+  static NodeBox<kDim> box() {
+    NodeBox<kDim> out;
+    const std::array<int, 3> size = {9, 14, 11}, lower = {3, -2, 5};
+    std::copy_n(size.begin(), kDim, out.size.begin());
+    std::copy_n(lower.begin(), kDim, out.lower.begin());
+    return out;
+  }
+  static Flags one_in(unsigned n) {
+    unsigned state = 7;
+    Flags out(box().n());
+    for (auto& flag : out) {
+      state = state * 1664525u + 1013904223u;
+      flag = (state >> 8) % n == 0;
+    }
+    return out;
+  }
+  static int squared(std::size_t a, std::size_t b) {
+    int out = 0;
+    for (int axis = 0; axis < kDim; ++axis) {
+      const int d = box().node(a)[axis] - box().node(b)[axis];
+      out += d * d;
+    }
+    return out;
+  }
+};
+TYPED_TEST_SUITE(NodeBoxes, test::Dims, test::DimName);
+
+TYPED_TEST(NodeBoxes, NumberTheirNodes) {
+  const auto box = this->box();
+  for (std::size_t at = 0; at < box.n(); ++at) {
+    EXPECT_TRUE(box.contains(box.node(at)));
+    EXPECT_EQ(box.at(box.node(at)), at);
+  }
+}
+
+TYPED_TEST(NodeBoxes, KnowTheDistanceOfTheNearestFlagWithinReach) {
+  const auto box = this->box();
+  for (const unsigned n : {2u, 10u, 150u}) {
+    const Flags flags = this->one_in(n);
+    for (const int reach : {0, 1, 3, 6}) {
+      const auto found = squared_distances(box, flags, reach);
+      for (std::size_t at = 0; at < box.n(); ++at) {
+        int least = 1000;
+        for (std::size_t other = 0; other < box.n(); ++other)
+          if (flags[other]) least = std::min(least, this->squared(at, other));
+        if (least <= reach * reach)
+          ASSERT_EQ(found[at], least);
+        else
+          ASSERT_GT(found[at], reach * reach);
+      }
+    }
+  }
+}
+
+TYPED_TEST(NodeBoxes, FindTheNodesThatAreConnectedWithTheStarts) {
+  const auto box = this->box();
+  const Flags flags = this->one_in(2);
+  const std::size_t start = std::find(flags.begin(), flags.end(), 1) - flags.begin();
+  const Flags found = component(box, flags, {start});
+  // What a flood that looks at every pair says.
+  Flags expected(box.n());
+  expected[start] = 1;
+  for (bool has_changed = true; has_changed;) {
+    has_changed = false;
+    for (std::size_t a = 0; a < box.n(); ++a)
+      for (std::size_t b = 0; b < box.n(); ++b)
+        if (expected[a] && flags[b] && !expected[b] && this->squared(a, b) == 1)
+          has_changed = (expected[b] = 1) != 0;
+  }
+  EXPECT_EQ(found, expected);
+}
+
+TYPED_TEST(NodeBoxes, FillWhatIsEnclosedAndNothingElse) {
+  constexpr int Dim = TypeParam::value;
+  const auto box = this->box();
+  typename NodeBox<Dim>::Index center;
+  for (int axis = 0; axis < Dim; ++axis) center[axis] = box.lower[axis] + box.size[axis] / 2;
+  Flags shell(box.n()), ball(box.n());
+  for (std::size_t at = 0; at < box.n(); ++at) {
+    const int d = this->squared(at, box.at(center));
+    ball[at] = d <= 9;
+    shell[at] = ball[at] && d >= 4;
+  }
+  fill_holes(box, shell);
+  EXPECT_EQ(shell, ball);
+}
+
+TYPED_TEST(NodeBoxes, BoundWhatIsFlagged) {
+  constexpr int Dim = TypeParam::value;
+  const auto box = this->box();
+  Flags flags(box.n());
+  typename NodeBox<Dim>::Index low = box.lower, high = box.lower;
+  for (int axis = 0; axis < Dim; ++axis) {
+    low[axis] += 3;
+    high[axis] += box.size[axis] - 2;
+  }
+  flags[box.at(low)] = flags[box.at(high)] = 1;
+  const auto found = bounds(box, flags, 2);
+  for (int axis = 0; axis < Dim; ++axis) {
+    EXPECT_EQ(found.lower[axis], low[axis] - 2);
+    EXPECT_EQ(found.size[axis], high[axis] - low[axis] + 1 + 3);  // the box ends one beyond
+  }
+  EXPECT_EQ(cropped(box, flags, found)[found.at(high)], 1);
+  EXPECT_EQ(bounds(box, Flags(box.n()), 2).n(), 0u);
+}
+
+TYPED_TEST(NodeBoxes, BlurKeepsConstantsAndSpreadsOneNodeByOne) {
+  constexpr int Dim = TypeParam::value;
+  const auto box = this->box();
+  std::vector<float> same(box.n(), 3);
+  blur(box, same);
+  for (const float value : same) EXPECT_EQ(value, 3);
+  typename NodeBox<Dim>::Index center;
+  for (int axis = 0; axis < Dim; ++axis) center[axis] = box.lower[axis] + box.size[axis] / 2;
+  std::vector<float> one(box.n());
+  one[box.at(center)] = 1;
+  blur(box, one);
+  double sum = 0, squares = 0;
+  for (std::size_t at = 0; at < box.n(); ++at) {
+    sum += one[at];
+    squares += one[at] * this->squared(at, box.at(center));
+  }
+  EXPECT_NEAR(sum, 1, 1e-6);
+  EXPECT_NEAR(squares, Dim, 1e-5);  // variance 1 along each axis
+}
+
+}  // namespace
+}  // namespace surf::segment
