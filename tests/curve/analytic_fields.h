@@ -51,7 +51,7 @@ inline std::shared_ptr<const Field<2>> bright_waves() {
 struct TwoSquares {
   static constexpr double kMu = 0.05;
   static constexpr std::array<double, 2> kA = {-0.3, 1.0}, kB = {0.2, -0.5};  // outside, inside
-  static constexpr double kPi = std::numbers::pi;
+  static constexpr double kPi = std::numbers::pi, kFactor = 1 + 2 * kPi * kPi * kMu;
 
   static bool is_inside(const Vector<2>& x) { return x.cwiseAbs().maxCoeff() < 1; }
   static double exact(const Vector<2>& x, bool inside) {
@@ -63,7 +63,6 @@ struct TwoSquares {
                      std::cos(kPi * x[0]) * std::sin(kPi * x[1]));
   }
   static std::shared_ptr<const Field<2>> image() {
-    constexpr double kFactor = 1 + 2 * kPi * kPi * kMu;
     return std::make_shared<FormulaField>(
         [](const Vector<2>& x) {
           const bool inside = is_inside(x);

@@ -135,7 +135,7 @@ TEST_F(ReadDicom, FileCutAnywhereIsOneMessageThatNamesIt) {
   for (const bool is_compressed : {false, true}) {
     const auto files = write_series(path("cut"), grid);
     if (is_compressed) compress(files[2], gdcm::TransferSyntax::JPEGLSLossless);
-    const std::string bytes = bytes_of(files[2]);
+    const std::string bytes = read(files[2]);
     for (std::size_t n = 133; n < bytes.size(); ++n) {
       std::ofstream(files[2], std::ios::binary) << bytes.substr(0, n);
       const std::string message = failure(path("cut"));
@@ -150,7 +150,7 @@ TEST_F(ReadDicom, FileCutAnywhereIsOneMessageThatNamesIt) {
 TEST_F(ReadDicom, AnySpoiledByteIsReadOrRefusedInOneLine) {
   const Grid grid = {"small", {5, 4, 4}, dicom_grids()[0].index_to_world};
   const auto files = write_series(path("spoiled"), grid);
-  const std::string bytes = bytes_of(files[2]);
+  const std::string bytes = read(files[2]);
   for (std::size_t place = 132; place < bytes.size(); ++place)
     for (const int mask : {0x01, 0x5a, 0xff}) {
       std::string spoiled = bytes;
