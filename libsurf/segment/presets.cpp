@@ -95,8 +95,10 @@ Preset find_preset(const std::string& name) {
   if (names.empty())
     throw UsageError(fmt::format(
         "preset '{}' is unknown: there are none; SURFSEG_PRESETS names folders of them", name));
-  throw UsageError(fmt::format("preset '{}' is unknown{}; there are {}", name,
-                               did_you_mean(name, names), fmt::join(names, ", ")));
+  const std::string near = did_you_mean(name, names);
+  throw UsageError(fmt::format("preset '{}' is unknown{} {}", name,
+                               near.empty() ? "; there are" : near + " There are",
+                               fmt::join(names, ", ")));
 }
 
 }  // namespace surf::segment

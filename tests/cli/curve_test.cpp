@@ -225,7 +225,10 @@ const std::vector<Row> kRows = {
     {"SeedOffTheSlice", in_slice({"--seed", "0,0,5"}), 2,
      "--seed: 0,0,5 lies 4.933 mm off the plane of the slice (NIfTI-1, axial slice 8; 0.1333 mm "
      "thick), whose next point is 0,0,0.0666667 ras"},
-    {"SeedOffTheSliceInLps", in_slice({"--seed", "0.2,0.1,-0.1", "--space", "lps"}), 2,
+    {"SeedOffTheSliceInLps",
+     {"segment", "ball.nii", "--slice", "axial:8", "-o", "out.json", "--space", "lps", "--seed",
+      "0.2,0.1,-0.1"},
+     2,
      "whose next point is 0.2,0.1,0.0666667 lps"},
     {"CircleOffTheSlice", in_slice({"--circle", "0,0,5,3px", "--energy", "area"}), 2,
      "--circle: 0,0,5 lies 4.933 mm off the plane"},

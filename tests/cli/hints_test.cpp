@@ -6,7 +6,7 @@
 namespace surfseg::test {
 namespace {
 
-class Presets : public RowTest {
+class Presets : public FileTest {
  protected:
   ~Presets() override { ::unsetenv("SURFSEG_PRESETS"); }
 
@@ -64,70 +64,62 @@ TEST_F(Presets, MayBeNamedInAConfigWhichWins) {
   EXPECT_EQ(config["edge-length"], "2mm");
 }
 
-/// `exit_code` is not looked at.
-const std::vector<Row> kIdle = {
-    {"Threshold",
-     {"--selective-threshold", "3"},
-     0,
-     "note: --selective-threshold has no effect without --selective-sigma"},
-    {"Levels", {"--levels", "2"}, 0, "note: --levels has no effect without --energy"},
-    {"OpenCavities", {"--open-cavities"}, 0, "note: --open-cavities has no effect without"},
-    {"NoSettle",
-     {"--energy", "willmore", "--no-settle"},
-     0,
-     "note: --no-settle has no effect here"},
-    {"NoSettleWithContent",
-     {"--energy", "area", "--volume", "keep", "--no-settle"},
-     0,
-     "note: --no-settle has no effect here"},
-    {"SheetDistance",
-     {"--energy", "area", "--sheet-distance", "1mm"},
-     0,
-     "note: --sheet-distance has no effect with --topology free"},
-    {"TopologyResolution",
-     {"--energy", "area", "--topology", "fixed", "--topology-resolution", "1mm"},
-     0,
-     "note: --topology-resolution has no effect with --topology fixed"},
-    {"Scheme",
-     {"--energy", "area", "--flow", "newton", "--scheme", "explicit"},
-     0,
-     "note: --scheme has no effect with --flow newton"},
-    {"StepRule",
-     {"--energy", "area", "--flow", "lbfgs", "--step-rule", "backtracking"},
-     0,
-     "note: --step-rule has no effect with --flow lbfgs"},
-    {"GeometryTolerance",
-     {"--energy", "area", "--coarseness", "1", "--geometry-tolerance", "1mm"},
-     0,
-     "note: --geometry-tolerance has no effect with --coarseness 1"},
-    {"Radius",
-     {"--energy", "area", "--initial-ball", "0,0,0,5mm", "--radius", "3mm"},
-     0,
-     "note: --radius has no effect where the initial shape is given"},
-    {"Gamma",
-     {"--gamma", "-0.1"},
-     0,
-     "note: --gamma means --energy minimal-surface: the object is not looked for"},
-    {"LambdaAndGamma0",
-     {"--lambda", "2", "--gamma0", "2"},
-     0,
-     "note: --gamma0, --lambda mean --energy minimal-surface"}};
+/// Options beside which others do nothing.
+struct Idle {
+  const char* test;
+  Words options, idle;
+};
+void PrintTo(const Idle& row, std::ostream* stream) { *stream << row.test; }
 
-class IdleOptions : public RowTest {
+const Words kArea = {"--energy", "area"};
+const std::vector<Idle> kIdle = {
+    {"Threshold", kArea, {"--selective-threshold", "3"}},
+    {"Levels", {}, {"--levels", "2"}},
+    {"OpenCavities", {}, {"--open-cavities"}},
+    {"NoSettle", {"--energy", "willmore"}, {"--no-settle"}},
+    {"NoSettleWithContent", joined(kArea, {"--volume", "keep"}), {"--no-settle"}},
+    {"SheetDistance", kArea, {"--sheet-distance", "1mm"}},
+    {"TopologyResolution",
+     joined(kArea, {"--topology", "fixed"}),
+     {"--topology-resolution", "1mm"}},
+    {"Scheme", joined(kArea, {"--flow", "newton"}), {"--scheme", "explicit"}},
+    {"StepRule", joined(kArea, {"--flow", "lbfgs"}), {"--step-rule", "backtracking"}},
+    {"GeometryTolerance", joined(kArea, {"--coarseness", "1"}), {"--geometry-tolerance", "1mm"}},
+    {"Radius", joined(kArea, {"--initial-ball", "0,0,0,5mm"}), {"--radius", "3mm"}}};
+
+class IdleOptions : public FileTest {
  protected:
+  IdleOptions() { must({"phantom", "ball", "--size", "16", "--spacing", "1", "-o", "ball.nii"}); }
+
   Outcome run_with(const Words& options) const {
-    must({"phantom", "ball", "--size", "16", "--spacing", "1", "-o", "ball.nii"});
     return run(joined({"segment", "ball.nii", "--seed", "0,0,0", "--max-iterations", "2", "-o",
                        "a.ply", "--json", "s.json"},
                       options));
   }
 };
 
-TEST_P(IdleOptions, AreNoted) {
-  const Outcome outcome = run_with(GetParam().arguments);
-  EXPECT_NE(outcome.err.find(GetParam().piece), std::string::npos) << outcome.err;
+class EachIdleOption : public IdleOptions, public ::testing::WithParamInterface<Idle> {};
+
+TEST_P(EachIdleOption, IsNotedAndChangesNothing) {
+  const auto& [test, options, idle] = GetParam();
+  const std::string sentence = "note: " + idle[0] + " has no effect ";
+  EXPECT_EQ(run_with(options).err.find(sentence), std::string::npos);
+  const std::string without = bytes("a.ply");
+  const std::string notes = run_with(joined(options, idle)).err;
+  EXPECT_NE(notes.find(sentence), std::string::npos) << notes;
+  EXPECT_EQ(bytes("a.ply"), without);
 }
-INSTANTIATE_TEST_SUITE_P(All, IdleOptions, ::testing::ValuesIn(kIdle), name_of);
+INSTANTIATE_TEST_SUITE_P(All, EachIdleOption, ::testing::ValuesIn(kIdle),
+                         [](const auto& row) { return row.param.test; });
+
+TEST_F(IdleOptions, AreNotTheShorthandsButTheyLeaveTheAutomaticWay) {
+  EXPECT_NE(run_with({"--gamma", "-0.1"})
+                .err.find("note: --gamma means --energy minimal-surface: the object is not looked"),
+            std::string::npos);
+  EXPECT_NE(run_with({"--lambda", "2", "--gamma0", "2"})
+                .err.find("note: --gamma0, --lambda mean --energy minimal-surface"),
+            std::string::npos);
+}
 
 TEST_F(IdleOptions, AreNotThoseWithAnEffectNorDefaultsOfASummaryThatIsFedBack) {
   for (const Words& options :

@@ -4,7 +4,7 @@
 namespace surfseg::test {
 namespace {
 
-class Pictures : public RowTest {
+class Pictures : public FileTest {
  protected:
   Pictures() {
     must({"phantom", "ball", "--size", "24", "--spacing", "1", "-o", "ball.nii"});

@@ -20,12 +20,16 @@ struct Row {
 };
 inline void PrintTo(const Row& row, std::ostream* stream) { *stream << row.test; }
 
-class RowTest : public Program, public ::testing::WithParamInterface<Row> {
+/// With files of its own to put.
+class FileTest : public Program {
  protected:
   void put(const std::string& name, const std::string& content) const {
     write("files/" + name, content);
   }
+};
 
+class RowTest : public FileTest, public ::testing::WithParamInterface<Row> {
+ protected:
   /// One line on stderr, nothing on stdout, and no file.
   void expect_refusal(const std::string& program) const {
     const auto before = files();

@@ -18,15 +18,17 @@
 namespace surfseg {
 namespace {
 
-/// What an option that the verb does not know may have been meant to be.
-std::string suggestion(const CLI::App& verb) {
+/// The first option that the verb does not know and what it may have been meant to be; that is why
+/// others are missing.
+std::string mistyped_option(const CLI::App& verb) {
   const std::vector<std::string> known = option_names(verb);
   for (const std::string& word : verb.remaining()) {
     const std::size_t begin = word.find_first_not_of('-');
     if (begin == 0 || begin == std::string::npos) continue;
     const std::string name = word.substr(begin, word.find('=') - begin);
     if (const auto nearest = surf::nearest_name(name, known))
-      return fmt::format("; did you mean '--{}'?", *nearest);
+      return fmt::format("{} is not an option; did you mean '--{}'?",
+                         word.substr(0, word.find('=')), *nearest);
   }
   return "";
 }
@@ -34,9 +36,11 @@ std::string suggestion(const CLI::App& verb) {
 /// The parser says of an unknown verb only that one is missing.
 std::string usage_message(const CLI::App& app, const CLI::ParseError& error) {
   const auto verbs = app.get_subcommands();
-  if (!verbs.empty())
-    return fmt::format("{}{} (see {} {} --help)", error.what(), suggestion(*verbs.front()),
+  if (!verbs.empty()) {
+    const std::string mistyped = mistyped_option(*verbs.front());
+    return fmt::format("{} (see {} {} --help)", mistyped.empty() ? error.what() : mistyped,
                        app.get_name(), verbs.front()->get_name());
+  }
   const std::vector<std::string> rest = app.remaining();
   if (rest.empty()) return fmt::format("{} (see {} --help)", error.what(), app.get_name());
   std::vector<std::string> known;
