@@ -233,15 +233,9 @@ int main(int argc, char** argv) {
     if (is_volume) {
       if (open != file) {
         study.reset();
-<<<<<<< ours
         surfaces = std::make_unique<segment::SurfaceSetting>(
             volume::read_volume(folder + file));
         study = std::make_unique<Study<3>>(*surfaces, volumes);
-=======
-        surfaces = std::make_unique<segment::SurfaceSetting>(volume::read_volume(folder + file),
-                                                             volume::DerivativeFilter::kBSpline);
-        study = std::make_unique<Study<3>>(*surfaces, has_shifts, volumes);
->>>>>>> theirs
         open = file;
       }
       const auto at = entry.at("calm_seed_ras_mm").get<std::array<double, 3>>();
