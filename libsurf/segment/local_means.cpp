@@ -11,14 +11,16 @@
 namespace surf::segment {
 namespace {
 
+static double env(const char* n, double v) { const char* t = std::getenv(n); return t ? std::atof(t) : v; }
 constexpr double kMostNodes = 3e6;
 constexpr double kMeansPerReach = 4.0 / 3;  // deviation of the Gaussian of the local means
-static double env(const char* n, double v) { const char* t = std::getenv(n); return t ? std::atof(t) : v; }
-const double kClear = env("CLEARW", 2);                // deviations of the edge: what is nearer is a mixture
-constexpr double kLeastShare = 1e-4;        // of a mean over all, where nothing of a side is near
+// Deviations of the edge: what is nearer is a mixture. Beyond, samples lose weight with their depth,
+// by a Gaussian of a share of the means' deviation: a bright layer on a dark object is outside.
+const double kClear = env("CLEARW", 1.5);
+const double kShell = env("SHELL_W", 0.3);
+constexpr double kLeastShare = 1e-4;  // of a mean over all, where nothing of a side is near
 const double kOver = env("OVER", 8);
-const double kHold = env("HOLD", 0.75), kSure = env("SURE", 4);
-const int kTrimmings = int(env("TRIM", 0));
+const double kHold = env("HOLD", 2), kSure = env("SURE", 4);
 constexpr double kPull = 1.5;  // f of a shape at the reach: more than intensities have
 
 /// The nodes round a start.
@@ -53,12 +55,32 @@ NodeGrid<Dim> grid_round(const ImageExtent<Dim>& extent, const Simplices<Dim>& s
   return grid;
 }
 
-std::vector<std::uint8_t> others(flags.size());
-  std::transform(flags.begin(), flags.end(), others.begin(),
+std::vector<std::uint8_t> others(const std::vector<std::uint8_t>& flags) {
+  std::vector<std::uint8_t> out(flags.size());
+  std::transform(flags.begin(), flags.end(), out.begin(),
                  [](std::uint8_t flag) { return std::uint8_t(!flag); });
-  std::vector<float> out = volume::squared_distances(size, others);
+  return out;
+}
+
+/// Distances [nodes] to the boundary of the flagged ones, half a node beyond the last; no more than
+/// the deepest that is asked for.
+std::vector<float> depths(const std::array<int, 3>& size, const std::vector<std::uint8_t>& flags,
+                          int deepest) {
+  const NodeBox<3> box{{0, 0, 0}, size};
+  const std::vector<std::int16_t> squares = squared_distances<3>(box, others(flags), deepest);
+  std::vector<float> out(flags.size());
   for (std::size_t at = 0; at < out.size(); ++at)
-    out[at] = flags[at] ? std::min(std::sqrt(out[at]), 1e6f) - 0.5f : 0.f;
+    out[at] = flags[at] ? std::min(std::sqrt(float(squares[at])), float(deepest)) - 0.5f : 0.f;
+  return out;
+}
+
+/// [nodes], negative inside, without the stairs.
+std::vector<float> signed_distances(const std::array<int, 3>& size,
+                                    const std::vector<std::uint8_t>& inside, int deepest) {
+  std::vector<float> out = depths(size, others(inside), deepest);
+  const std::vector<float> inner = depths(size, inside, deepest);
+  for (std::size_t at = 0; at < out.size(); ++at) out[at] -= inner[at];
+  blur(size, 1, out);
   return out;
 }
 
@@ -80,63 +102,24 @@ std::vector<float> local_means_of(const std::array<int, 3>& size, const std::vec
   return weighted;
 }
 
-std::vector<std::uint8_t> others(const std::vector<std::uint8_t>& flags) {
-  std::vector<std::uint8_t> out(flags.size());
-  std::transform(flags.begin(), flags.end(), out.begin(),
-                 [](std::uint8_t flag) { return std::uint8_t(!flag); });
-  return out;
-}
-
-/// Distances [nodes] to the boundary of the flagged ones, half a node beyond the last; no more than
-/// the deepest that is asked for.
-std::vector<float> depths(const std::array<int, 3>& size, const std::vector<std::uint8_t>& flags,
-                          int deepest) {
-  const NodeBox<3> box{{0, 0, 0}, size};
-  const std::vector<std::int16_t> squares = squared_distances<3>(box, others(flags), deepest);
-  std::vector<float> out(flags.size());
-  for (std::size_t at = 0; at < out.size(); ++at)
-    out[at] = flags[at] ? std::min(std::sqrt(float(squares[at])), float(deepest)) - 0.5f : 0.f;
-  return out;
-}
-
-ze, 1, out);
-  return out;
-}
-
 struct Intensities {
   std::array<int, 3> size;
   std::vector<float> values;
 };
 
-/// The local means inside and outside.
+/// The local means on one side.
+/// @param side              flags of its nodes
 /// @param clear, deviation  [nodes]
-std::array<std::vector<float>, 2> means_of_sides(const Intensities& I,
-                                                 const std::vector<std::uint8_t>& inside,
-                                                 double clear, double deviation) {
-  if (std::none_of(inside.begin(), inside.end(), [](std::uint8_t flag) { return flag; }))
-    throw UsageError("local-means: the start is too thin to hold a cell of the image");
-  const int deepest = int(std::ceil(clear + 3 * deviation)) + 1;
-  std::array<std::vector<float>, 2> weights = {depths(I.size, inside, deepest),
-                                               depths(I.size, others(inside), deepest)};
-  for (std::vector<float>& side : weights)
-    for (float& depth : side)
-      depth = depth > 0 ? float(std::pow(std::min(1.0, depth / clear), 4) *
-                                std::exp(-0.5 * std::pow(std::max(0.0, depth - clear) /
-                                                             (env("SHELL_W", 0.5) * deviation),
-                                                         2)))
-                        : 0.f;
-  std::array<std::vector<float>, 2> means;
-  for (int round = 0; round <= kTrimmings; ++round) {
-    std::array<std::vector<float>, 2> kept = weights;
-    for (std::size_t at = 0; round > 0 && at < I.values.size(); ++at) {
-      const double c = double(means[0][at]) - means[1][at];
-      const double e = (2.0 * I.values[at] - means[0][at] - means[1][at]) * c;
-      if (e != 0) kept[e < 0 ? 0 : 1][at] = 0;
-    }
-    for (int side = 0; side < 2; ++side)
-      means[side] = local_means_of(I.size, I.values, std::move(kept[side]), deviation);
+std::vector<float> means_of_side(const Intensities& I, const std::vector<std::uint8_t>& side,
+                                 double clear, double deviation) {
+  std::vector<float> weights = depths(I.size, side, int(std::ceil(clear + 3 * deviation)) + 1);
+  for (float& depth : weights) {
+    const double beyond = std::max(0.0, depth - clear) / (kShell * deviation);
+    depth = depth > 0 ? float(std::pow(std::min(1.0, depth / clear), 4) *
+                              std::exp(-0.5 * beyond * beyond))
+                      : 0.f;
   }
-  return means;
+  return local_means_of(I.size, I.values, std::move(weights), deviation);
 }
 
 /// f and its derivatives by the chain rule from those of I, m_1, m_2 and d.
@@ -217,18 +200,22 @@ std::shared_ptr<const Field<Dim>> local_means(const Setting<Dim>& setting,
   const NodeGrid<Dim> grid = grid_round<Dim>(setting.extent(), start,
                                              2 * (options.reach_mm + clear_mm), options.edge_mm);
   const double node_mm = std::pow(std::abs(grid.node_to_world.linear().determinant()), 1.0 / Dim);
+  const double clear = std::max(1.0, clear_mm / node_mm),
+               deviation = kMeansPerReach * options.reach_mm / node_mm;
+  const std::vector<std::uint8_t> inside =
+      setting.rasterized(shape, grid.size, grid.node_to_world);
+  if (std::none_of(inside.begin(), inside.end(), [](std::uint8_t flag) { return flag; }))
+    throw UsageError("local-means: the start is too thin to hold a cell of the image");
   Samples<Dim> values;
   I->sample(grid.positions(), Derivatives::kNone, values);
-  const std::array<std::vector<float>, 2> means =
-      means_of_sides({grid.size_in_space(), {values.value.begin(), values.value.end()}},
-                     setting.rasterized(shape, grid.size, grid.node_to_world),
-                     std::max(1.0, clear_mm / node_mm), kMeansPerReach * options.reach_mm / node_mm);
+  const Intensities intensities{grid.size_in_space(), {values.value.begin(), values.value.end()}};
   std::vector<float> distance = signed_distances(
       grid.size_in_space(), setting.rasterized(start, grid.size, grid.node_to_world),
       int(std::ceil(3 * options.reach_mm / node_mm)) + 2);
   for (float& d : distance) d *= float(node_mm);
   return std::make_shared<const LocalMeansField<Dim>>(
-      std::move(I), NodeField<Dim>(grid, means[0]), NodeField<Dim>(grid, means[1]),
+      std::move(I), NodeField<Dim>(grid, means_of_side(intensities, inside, clear, deviation)),
+      NodeField<Dim>(grid, means_of_side(intensities, others(inside), clear, deviation)),
       NodeField<Dim>(grid, std::move(distance)), options.reach_mm, options.noise);
 }
 

@@ -235,7 +235,7 @@ int main(int argc, char** argv) {
         study.reset();
         surfaces = std::make_unique<segment::SurfaceSetting>(
             volume::read_volume(folder + file));
-        study = std::make_unique<Study<3>>(*surfaces, volumes);
+        study = std::make_unique<Study<3>>(*surfaces, has_shifts, volumes);
         open = file;
       }
       const auto at = entry.at("calm_seed_ras_mm").get<std::array<double, 3>>();
