@@ -150,8 +150,9 @@ const EnergyKind<Dim>& find_kind(const std::string& name) {
     throw UsageError(fmt::format("energy '{}' is there for {} only; here there are {}", name,
                                  Dim == 2 ? "volumes" : "images", known_energies<Dim>()));
   const std::string nearest = did_you_mean(name, sorted_names<Dim>());
-  throw UsageError(fmt::format("energy '{}' is unknown{} {} are {}", name, nearest,
-                               nearest.empty() ? "; there" : " There", known_energies<Dim>()));
+  throw UsageError(fmt::format("energy '{}' is unknown{} are {}", name,
+                               nearest.empty() ? "; there" : nearest + " There",
+                               known_energies<Dim>()));
 }
 
 template <int Dim>

@@ -14,12 +14,14 @@
 namespace surf::segment {
 namespace {
 
-/// Lines of a text that begin so; other tests of the same process may have added kinds "test-...".
+/// Lines of a text that begin so, but for heads of tables; other tests of the same process may have
+/// added kinds "test-...".
 std::vector<std::string> lines_with(const std::string& text, const std::string& begin) {
   std::vector<std::string> out;
   std::istringstream stream(text);
   for (std::string line; std::getline(stream, line);)
-    if (line.starts_with(begin) && !line.starts_with("| `test-")) out.push_back(line);
+    if (line.starts_with(begin) && !line.starts_with("| `test-") && !line.starts_with("| `--"))
+      out.push_back(line);
   return out;
 }
 
