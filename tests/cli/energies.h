@@ -9,8 +9,8 @@ inline const std::vector<std::string> kEnergyNames = {
     "minimal-surface", "alignment",          "prescribed-curvature",
     "average-edge",    "average-alignment",  "area",
     "volume",          "anisotropic",        "willmore",
-    "chan-vese",       "region-competition", "window",
-    "mumford-shah"};
+    "chan-vese",       "region-competition", "local-means",
+    "window",          "mumford-shah"};
 
 class EnergyProgram : public Program {
  protected:

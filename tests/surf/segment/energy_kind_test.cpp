@@ -14,6 +14,7 @@
 #include "libsurf/mesh/measure.h"
 #include "libsurf/mesh/primitives.h"
 #include "libsurf/segment/detail/volume_model.h"
+#include "libsurf/segment/detail/surface_setting.h"
 #include "libsurf/segment/segment.h"
 #include "libsurf/volume/phantom.h"
 #include "tests/surf/segment/every_kind.h"
@@ -55,6 +56,9 @@ struct Scene {
 TEST(EveryKind, BuildsInVolumesAndItsDerivativeIsTheDifferenceQuotient) {
   Scene scene;
   const Triangles start = mesh::ball({0.02, -0.01, 0.03}, 0.55, 0.1);
+  const SurfaceSetting setting{scene.image};  // for what is fitted to a shape
+  scene.context.initial = scene.context.shape = &start;
+  scene.context.setting = &setting;
   test::expect_derivatives_of_every_kind<3>(scene.context, start, 1e-4, 1e-3);
 }
 
