@@ -57,7 +57,8 @@ EnergyKind<Dim> region_competition() {
   return kind;
 }
 
-/// Of J from scratch, of the reach: only changes of J are asked for, and these come from the surface.
+/// Of J from scratch, of the reach: only changes of J are asked for, and these come from the
+/// surface.
 constexpr double kRaySpacing = 0.5;
 
 template <int Dim>
@@ -68,7 +69,7 @@ EnergyKind<Dim> local_means_kind() {
   kind.name = "local-means";
   kind.formula =
       "int_Omega f dx, f = -tanh(2 (I - (m_1 + m_2) / 2) (m_1 - m_2) / ((m_1 - m_2)^2 + (2 "
-      "noise)^2)) + 3/2 (d / reach)^5";
+      "noise)^2)) + 3/2 (d / reach)^9";
   kind.description =
       "Local means m_1, m_2 of both sides of an initial shape, and the distance d to it: for what "
       "lies within a few cells of a start.";
@@ -99,8 +100,7 @@ EnergyKind<Dim> local_means_kind() {
            "that round the seeds")}};
   kind.build = [](const Context& context, const EnergyTerm& term) {
     if (!context.initial || !context.shape || !context.setting)
-      throw UsageError(
-          "energy local-means: it is fitted to an initial shape, and there is none");
+      throw UsageError("energy local-means: it is fitted to an initial shape, and there is none");
     const LocalMeansOptions options{parameter(term, "reach"), parameter(term, "edge"),
                                     parameter(term, "noise")};
     return std::make_unique<energy::DomainIntegral<Dim>>(

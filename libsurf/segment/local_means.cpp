@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 
 #include "libsurf/base/error.h"
 #include "libsurf/segment/node_box.h"
@@ -11,16 +10,18 @@
 namespace surf::segment {
 namespace {
 
-static double env(const char* n, double v) { const char* t = std::getenv(n); return t ? std::atof(t) : v; }
 constexpr double kMostNodes = 3e6;
 constexpr double kMeansPerReach = 4.0 / 3;  // deviation of the Gaussian of the local means
-// Deviations of the edge: what is nearer is a mixture. Beyond, samples lose weight with their depth,
-// by a Gaussian of a share of the means' deviation: a bright layer on a dark object is outside.
-const double kClear = env("CLEARW", 1.5);
-const double kShell = env("SHELL_W", 0.3);
+// Deviations of the edge: what is nearer is a mixture. Beyond, samples lose weight with their
+// depth, by a Gaussian of a share of the means' deviation: a bright layer on a dark object is
+// outside.
+constexpr double kClear = 2;
+constexpr double kShell = 0.4;
 constexpr double kLeastShare = 1e-4;  // of a mean over all, where nothing of a side is near
-const double kOver = env("OVER", 8);
-const double kHold = env("HOLD", 2), kSure = env("SURE", 4);
+constexpr double kOver = 8;           // beyond the inner mean by 0.7 of the contrast f is 0 again
+// Where the means differ by less than about kSure times the noise the start decides, by kHold at
+// the reach.
+constexpr double kHold = 2, kSure = 4;
 constexpr double kPull = 1.5;  // f of a shape at the reach: more than intensities have
 
 /// The nodes round a start.
@@ -40,8 +41,8 @@ NodeGrid<Dim> grid_round(const ImageExtent<Dim>& extent, const Simplices<Dim>& s
     high[axis] = std::min(high[axis] + margin_mm / spacing[axis], extent.size[axis] - 1.0);
     content *= std::max(high[axis] - low[axis], 1.0) * spacing[axis];
   }
-  const double node_mm = std::max({extent.cell_mm(), least_spacing_mm,
-                                   std::pow(content / kMostNodes, 1.0 / Dim)});
+  const double node_mm =
+      std::max({extent.cell_mm(), least_spacing_mm, std::pow(content / kMostNodes, 1.0 / Dim)});
   NodeGrid<Dim> grid;
   Vector<Dim> step;
   for (int axis = 0; axis < Dim; ++axis) {
@@ -50,8 +51,8 @@ NodeGrid<Dim> grid_round(const ImageExtent<Dim>& extent, const Simplices<Dim>& s
     step[axis] = width > 0 ? width / n_steps : 1;
     grid.size[axis] = n_steps + 1;
   }
-  grid.node_to_world = extent.index_to_world *
-                       Eigen::Translation<double, Dim>(low) * Eigen::Scaling(step);
+  grid.node_to_world =
+      extent.index_to_world * Eigen::Translation<double, Dim>(low) * Eigen::Scaling(step);
   return grid;
 }
 
@@ -115,9 +116,10 @@ std::vector<float> means_of_side(const Intensities& I, const std::vector<std::ui
   std::vector<float> weights = depths(I.size, side, int(std::ceil(clear + 3 * deviation)) + 1);
   for (float& depth : weights) {
     const double beyond = std::max(0.0, depth - clear) / (kShell * deviation);
-    depth = depth > 0 ? float(std::pow(std::min(1.0, depth / clear), 4) *
-                              std::exp(-0.5 * beyond * beyond))
-                      : 0.f;
+    depth =
+        depth > 0
+            ? float(std::pow(std::min(1.0, depth / clear), 4) * std::exp(-0.5 * beyond * beyond))
+            : 0.f;
   }
   return local_means_of(I.size, I.values, std::move(weights), deviation);
 }
@@ -146,22 +148,21 @@ class LocalMeansField : public Field<Dim> {
     using Square = Eigen::Matrix<double, Dim, Dim>;
     for (Eigen::Index at = 0; at < x.rows(); ++at) {
       // f = -tanh q + u l + p with q = e c / m, e = 2 I - a - b, c = a - b, m = c^2 + least,
-      // u = k / (c^2 + k), l = kHold z, p = kPull z^5, z = d / reach.
+      // u = k / (c^2 + k), l = kHold z, p = kPull z^9, z = d / reach.
       const double c = a.value[at] - b.value[at], m = c * c + least_,
                    e = 2 * out.value[at] - a.value[at] - b.value[at], q = e * c / m,
                    v = std::max(0.0, (q - c * c / m) / 2), t = std::tanh(q - kOver * v * v * v),
-                   s = 1 - t * t, z = d.value[at] / reach_, z3 = z * z * z,
+                   s = 1 - t * t, z = d.value[at] / reach_, z2 = z * z, z7 = z2 * z2 * z2 * z,
                    u = unsure_ / (c * c + unsure_);
-      out.value[at] = -t + kHold * z * u + kPull * z3 * z * z;
+      out.value[at] = -t + kHold * z * u + kPull * z7 * z2;
       if (order == Derivatives::kNone) continue;
       const Row dI = out.gradient.row(at), dc = a.gradient.row(at) - b.gradient.row(at),
                 de = 2 * dI - a.gradient.row(at) - b.gradient.row(at),
                 dz = d.gradient.row(at) / reach_, dm = 2 * c * dc,
-                dq = (de * c + e * dc - q * dm) / m,
-                dv = (dq - least_ / (m * m) * dm) / 2, dQ = dq - 3 * kOver * v * v * dv;
+                dq = (de * c + e * dc - q * dm) / m, dv = (dq - least_ / (m * m) * dm) / 2,
+                dQ = dq - 3 * kOver * v * v * dv;
       const double u_by_c = -2 * c * u * u / unsure_;
-      out.gradient.row(at) =
-          -s * dQ + kHold * (u * dz + z * u_by_c * dc) + 5 * kPull * z3 * z * dz;
+      out.gradient.row(at) = -s * dQ + kHold * (u * dz + z * u_by_c * dc) + 9 * kPull * z7 * z * dz;
       if (order == Derivatives::kFirst) continue;
       const auto square = [&](Samples<Dim>& of) {
         return Eigen::Map<Square>(of.hessian.row(at).data());
@@ -175,10 +176,10 @@ class LocalMeansField : public Field<Dim> {
                    hQ = hq - 3 * kOver * v * (v * hv + 2 * dv.transpose() * dv);
       const double u_by_cc = (-2 * u * u + 8 * c * c * u * u * u / unsure_) / unsure_;
       const Square hu = u_by_c * hc + u_by_cc * dc.transpose() * dc;
-      square(out) = -s * hQ + 2 * t * s * dQ.transpose() * dQ +
-                    kHold * (u * hz + u_by_c * (dz.transpose() * dc + dc.transpose() * dz) +
-                             z * hu) +
-                    kPull * (5 * z3 * z * hz + 20 * z3 * dz.transpose() * dz);
+      square(out) =
+          -s * hQ + 2 * t * s * dQ.transpose() * dQ +
+          kHold * (u * hz + u_by_c * (dz.transpose() * dc + dc.transpose() * dz) + z * hu) +
+          kPull * (9 * z7 * z * hz + 72 * z7 * dz.transpose() * dz);
     }
   }
 
@@ -197,13 +198,12 @@ std::shared_ptr<const Field<Dim>> local_means(const Setting<Dim>& setting,
                                               const Simplices<Dim>& shape,
                                               const LocalMeansOptions& options) {
   const double clear_mm = kClear * options.edge_mm;
-  const NodeGrid<Dim> grid = grid_round<Dim>(setting.extent(), start,
-                                             2 * (options.reach_mm + clear_mm), options.edge_mm);
+  const NodeGrid<Dim> grid =
+      grid_round<Dim>(setting.extent(), start, 2 * (options.reach_mm + clear_mm), options.edge_mm);
   const double node_mm = std::pow(std::abs(grid.node_to_world.linear().determinant()), 1.0 / Dim);
   const double clear = std::max(1.0, clear_mm / node_mm),
                deviation = kMeansPerReach * options.reach_mm / node_mm;
-  const std::vector<std::uint8_t> inside =
-      setting.rasterized(shape, grid.size, grid.node_to_world);
+  const std::vector<std::uint8_t> inside = setting.rasterized(shape, grid.size, grid.node_to_world);
   if (std::none_of(inside.begin(), inside.end(), [](std::uint8_t flag) { return flag; }))
     throw UsageError("local-means: the start is too thin to hold a cell of the image");
   Samples<Dim> values;
@@ -221,9 +221,11 @@ std::shared_ptr<const Field<Dim>> local_means(const Setting<Dim>& setting,
 
 template std::shared_ptr<const Field<2>> local_means<2>(const Setting<2>&,
                                                         std::shared_ptr<const Field<2>>,
-                                                        const Segments&, const Segments&, const LocalMeansOptions&);
+                                                        const Segments&, const Segments&,
+                                                        const LocalMeansOptions&);
 template std::shared_ptr<const Field<3>> local_means<3>(const Setting<3>&,
                                                         std::shared_ptr<const Field<3>>,
-                                                        const Triangles&, const Triangles&, const LocalMeansOptions&);
+                                                        const Triangles&, const Triangles&,
+                                                        const LocalMeansOptions&);
 
 }  // namespace surf::segment

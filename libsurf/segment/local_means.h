@@ -19,7 +19,8 @@ struct LocalMeansOptions {
 
 /// f with int_Omega f dx the region term of local means, dimensionless:
 ///
-///   f = -tanh(2 (I - (m_1 + m_2) / 2) (m_1 - m_2) / ((m_1 - m_2)^2 + (2 noise)^2)) + 3/2 (d / reach)^5
+///   f = -tanh(2 (I - (m_1 + m_2) / 2) (m_1 - m_2) / ((m_1 - m_2)^2 + (2 noise)^2)) + 3/2 (d /
+///   reach)^9
 ///
 /// m_1 and m_2 are the means of I inside and outside a shape under a Gaussian of deviation 4/3
 /// reach round each point; d is the distance to the start, negative inside: within about reach of
@@ -28,9 +29,9 @@ struct LocalMeansOptions {
 /// while the shape moves: J is one functional. Fitted to what was found, and minimised again, it
 /// comes to the fixed point of both.
 ///
-/// Nodes that look more like the other side's mean do not count, twice: the shape may be a few cells
-/// off. I is the field itself; m_1, m_2 and d are C^2 splines on a grid round the start, as fine as a
-/// cell or as the edges are wide, with at most kMostNodes nodes.
+/// Nodes that look more like the other side's mean do not count, twice: the shape may be a few
+/// cells off. I is the field itself; m_1, m_2 and d are C^2 splines on a grid round the start, as
+/// fine as a cell or as the edges are wide, with at most kMostNodes nodes.
 /// @param start  d is the distance to it
 /// @param shape  m_1 and m_2 are of its sides
 /// @throws UsageError  the start holds no node of that grid: it is too thin

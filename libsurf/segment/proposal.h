@@ -29,7 +29,7 @@ std::string to_string(const Proposal<Dim>& proposal);
 /// @param options  their Gaussian is replaced by that of the grid unless `sigma_mm` is given
 template <int Dim>
 SearchGrid<Dim> search_grid(const Setting<Dim>& setting, FieldOptions options,
-                            std::optional<double> sigma_mm = {}, double max_nodes = 1.5e6);
+                            std::optional<double> sigma_mm = {}, double max_nodes = 3e6);
 
 /// The best regions (search_regions) as shapes, best first; those whose boundary cannot be made a
 /// sound shape are left out. Empty: no object stands out round the seeds.

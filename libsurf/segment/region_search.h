@@ -17,7 +17,7 @@ struct SearchOptions {
   /// Neck radii r [nodes]: what hangs on by a neck that is thinner is cut off.
   std::vector<double> neck_radii = {1, 1.5, 2, 3, 4, 6};
   /// See SearchLattice.
-  double max_nodes = 1.5e6;
+  double max_nodes = 3e6;
   /// Regions to return. They differ: no two have more than kMostOverlap in common.
   int max_regions = 4;
   static constexpr double kMostOverlap = 0.8;  // Dice

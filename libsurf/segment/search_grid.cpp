@@ -8,7 +8,7 @@
 namespace surf::segment {
 namespace {
 
-constexpr double kBlur = 0.7;                // nodes, the Gaussian's and the spline's
+constexpr double kBlur = 0.55;  // nodes, the Gaussian's and the spline's: more hides thin walls
 constexpr double kSplineVariance = 1.0 / 3;  // cells^2
 // Of a node: what a last step may be shorter by. Headers are rounded to six digits, so that the
 // same voxels may seem to reach a little beyond a whole number of nodes.
@@ -56,7 +56,8 @@ SearchLattice<Dim>::SearchLattice(const ImageExtent<Dim>& extent, double max_nod
   for (int axis = 0; axis < Dim; ++axis) content *= spacing[axis] * extent.size[axis];
   const double cell = extent.cell_mm();
   node_mm = std::max(cell, std::pow(content / max_nodes, 1.0 / Dim));
-  sigma_mm = std::sqrt(kBlur * kBlur * node_mm * node_mm - kSplineVariance * cell * cell);
+  sigma_mm =
+      std::sqrt(std::max(0.0, kBlur * kBlur * node_mm * node_mm - kSplineVariance * cell * cell));
   Vector<Dim> step;  // cells, so that the last node is the last cell
   for (int axis = 0; axis < Dim; ++axis) {
     const int n_steps =

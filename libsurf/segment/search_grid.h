@@ -15,8 +15,8 @@ struct SearchLattice {
   NodeBox<Dim> box;
   Eigen::Transform<double, Dim, Eigen::Affine> node_to_world;
   double node_mm = 0;  ///< distance of nodes, up to rounding to whole numbers of them
-  /// Standard deviation [mm] of the Gaussian blur before the C^2 spline that make 0.7 nodes in all:
-  /// less would be aliased, more would hide thin walls.
+  /// Standard deviation [mm] of the Gaussian blur before the C^2 spline that make 0.55 nodes in
+  /// all: less would be aliased, more would hide thin walls.
   double sigma_mm = 0;
 
   /// @param max_nodes  the grid is as fine as cells of the image's content, or as about so many
@@ -28,7 +28,7 @@ struct SearchLattice {
 template <int Dim>
 class SearchGrid {
  public:
-  /// @param I  intensities, blurred by about 0.7 nodes
+  /// @param I  intensities, blurred by about 0.55 nodes
   SearchGrid(const Field<Dim>& I, const ImageExtent<Dim>& extent,
              const SearchLattice<Dim>& lattice);
 

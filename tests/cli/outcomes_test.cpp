@@ -19,9 +19,9 @@ class Outcomes : public Program {
 };
 
 TEST_F(Outcomes, NothingThatStandsOutIsEight) {
-  surf::volume::write_volume(
-      file("flat.nii.gz"), surf::volume::Volume({12, 12, 12}, Eigen::Affine3d::Identity(),
-                                                std::vector<float>(12 * 12 * 12, 5.f)));
+  surf::volume::write_volume(file("flat.nii.gz"),
+                             surf::volume::Volume({12, 12, 12}, Eigen::Affine3d::Identity(),
+                                                  std::vector<float>(12 * 12 * 12, 5.f)));
   const Outcome outcome = run(
       {"segment", "flat.nii.gz", "--seed", "6,6,6", "-o", "s.stl", "--json", "s.json", "--quiet"});
   EXPECT_EQ(outcome.exit_code, 8);
@@ -33,8 +33,8 @@ TEST_F(Outcomes, NothingThatStandsOutIsEight) {
 
 TEST_F(Outcomes, AnObjectThatVanishesIsEight) {
   make_ball();
-  const Outcome outcome = run(segment(
-      {"--energy", "minimal-surface:gamma=5,lambda=7", "--json", "s.json", "--quiet"}));
+  const Outcome outcome =
+      run(segment({"--energy", "minimal-surface:gamma=5,lambda=7", "--json", "s.json", "--quiet"}));
   EXPECT_EQ(outcome.exit_code, 8);
   EXPECT_FALSE(exists("s.stl"));
   EXPECT_EQ(json("s.json")["outcome"], "vanished");
@@ -57,10 +57,10 @@ TEST_F(Outcomes, TheLimitOfStepsIsFiveInEveryMode) {
 
 TEST_F(Outcomes, TheStatedEnergyGivesTheSameBytesFromTheWrittenStart) {
   make_ball();
-  must(segment({"--json", "s.json", "--start", "start.stl"}));
+  must(segment({"--json", "s.json", "--start", "start.vtp"}));
   const auto chosen = json("s.json")["chosen"];
-  std::vector<std::string> again = {"segment", "ball.nii.gz", "--initial", "start.stl", "-o",
-                                    "again.stl"};
+  std::vector<std::string> again = {"segment",   "ball.nii.gz", "--initial",
+                                    "start.vtp", "-o",          "again.stl"};
   for (const auto& [option, key] : {std::pair{"--sigma", "sigma_mm"},
                                     {"--edge-length", "edge_length_mm"},
                                     {"--geometry-tolerance", "geometry_tolerance_mm"}}) {

@@ -4,6 +4,7 @@
 #include <filesystem>
 
 #include "libsurf/base/error.h"
+#include "libsurf/base/file.h"
 #include "libsurf/io/write_surface.h"
 #include "libsurf/mesh/rasterize.h"
 #include "libsurf/segment/denoised.h"
@@ -102,11 +103,13 @@ class SurfaceCommand : public SegmentCommand<3> {
   void check_names() const {
     if (arguments_.output.empty())
       throw surf::UsageError("-o: an output file is missing, such as -o liver.stl");
-    for (const auto& [option, path] :
-         {std::pair{"-o", arguments_.output}, {"--start", arguments_.start}})
-      if (!path.empty() && !surf::io::is_writable_surface(path))
-        throw surf::UsageError(fmt::format(
-            "{}: {}: expected a name that ends in .stl, .obj, .ply or .vtp", option, path));
+    if (!surf::io::is_writable_surface(arguments_.output))
+      throw surf::UsageError(fmt::format(
+          "-o: {}: expected a name that ends in .stl, .obj, .ply or .vtp", arguments_.output));
+    if (!arguments_.start.empty() && surf::extension(arguments_.start) != ".vtp")
+      throw surf::UsageError(
+          fmt::format("--start: {}: expected a name that ends in .vtp, which holds every digit",
+                      arguments_.start));
     for (const auto& [option, path] :
          {std::pair{"--mask", arguments_.mask}, {"--denoised", arguments_.denoised}})
       if (!path.empty() && !surf::volume::is_writable_volume(path))
@@ -161,11 +164,10 @@ class SurfaceCommand : public SegmentCommand<3> {
     for (std::size_t i = 0; i < result.proposals.size() && n <= arguments_.candidates; ++i) {
       if (i == result.chosen) continue;
       ++n;
-      surf::io::write_surface(
-          (path.parent_path() /
-           fmt::format("{}-{}{}", path.stem().string(), n, path.extension().string()))
-              .string(),
-          result.proposals[i].shape, arguments_.write_options());
+      surf::io::write_surface((path.parent_path() / fmt::format("{}-{}{}", path.stem().string(), n,
+                                                                path.extension().string()))
+                                  .string(),
+                              result.proposals[i].shape, arguments_.write_options());
     }
   }
 
@@ -221,9 +223,10 @@ void add_options(CLI::App& command, Arguments& a) {
       ->group(output);
   add_picture_option(command, a.picture, output);
   command
-      .add_option("--start", a.start,
-                  "The surface that the evolution began with: given to --initial, with the summary "
-                  "as --config, it gives the same bytes again")
+      .add_option(
+          "--start", a.start,
+          "The surface that the evolution began with, .vtp: given to --initial, with the "
+          "energies and lengths under `chosen` of the summary, it gives the same bytes again")
       ->group(output);
   command
       .add_option("--denoised", a.denoised,

@@ -16,6 +16,10 @@ constexpr double kStepPerBlur = 1.2;
 constexpr double kLongSteps = 4;
 // Statistics of a start are fitted again to what was found from it, until the shape hardly moves.
 constexpr int kMostFits = 3;
+// Of a fitted energy, whose region term is of order 1, per cell and area: vertices move by less
+// than about a thirtieth of a cell. Relative to the decrease it would never rest: it begins at the
+// rest of the fit before.
+constexpr double kLeastGain = 3e-4;
 constexpr double kFitted = 0.005;  // of the content: what changes from one fit to the next
 
 template <int Dim>
@@ -98,7 +102,7 @@ Simplices<Dim> in_file_order(const Simplices<Dim>& shape) {
       int& vertex = out.elements(t, i);
       if (place[vertex] < 0) {
         place[vertex] = n;
-        out.points.row(n++) = shape.points.row(vertex).template cast<float>().template cast<double>();
+        out.points.row(n++) = shape.points.row(vertex);
       }
       vertex = place[vertex];
     }
@@ -121,25 +125,37 @@ bool minimise(Work<Dim>& work, const Minimisation<Dim>& minimisation) {
   report.sigma_mm = minimisation.sigma_mm;
   report.edge_length_mm = options.edge_length_mm;
   const auto shape = work.setting().make_shape(work.shape, options);
-  const auto on_step = [&](const flow::StepRecord& record) {
-    return work.tell(report.name, record, [&] { return shape->simplices(); });
-  };
   flow::FlowOptions flow = minimisation.flow;
+  const double least_gain =
+      are_fitted<Dim>(terms) ? kLeastGain * work.cell_mm() * shape->geometry().measure() : 0;
+  std::vector<double> energies;
+  bool is_at_rest = false;
+  const auto on_step = [&](const flow::StepRecord& record) {
+    energies.push_back(record.energy);
+    const auto before = std::ptrdiff_t(energies.size()) - 1 - flow.energy_window;
+    is_at_rest = before >= 0 && energies[before] - energies.back() < least_gain;
+    return work.tell(report.name, record, [&] { return shape->simplices(); }) && !is_at_rest;
+  };
   for (int fit = 0; fit < kMostFits; ++fit) {
     const double before = shape->geometry().enclosed();
     const auto energy = make_energy<Dim>(terms, context(work, *model));
     flow.max_steps = minimisation.flow.max_steps - int(report.flow.steps.size());
-    append(flow::evolve<Dim>(*shape, *energy, flow, on_step), report.flow);
+    energies.clear();
+    flow::FlowSummary part = flow::evolve<Dim>(*shape, *energy, flow, on_step);
+    if (is_at_rest && !work.is_stopped()) {
+      part.termination = flow::Termination::kConverged;
+      part.message =
+          fmt::format("the last {} steps gained less than {:.2g}", flow.energy_window, least_gain);
+    }
+    append(std::move(part), report.flow);
     work.shape = shape->simplices();
     if (outcome_of(report.flow.termination) != Outcome::kConverged || !are_fitted<Dim>(terms))
       break;
     if (fit > 0 && std::abs(shape->geometry().enclosed() / before - 1) < kFitted) break;
   }
-  report.outcome =
-      shape->has_vanished() ? Outcome::kVanished : outcome_of(report.flow.termination);
+  report.outcome = shape->has_vanished() ? Outcome::kVanished : outcome_of(report.flow.termination);
   report.message = report.flow.message;
-  report.seconds =
-      std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   work.border_share = shape->border_share();
   if (shape->is_limited())
     work.notes.push_back(fmt::format(

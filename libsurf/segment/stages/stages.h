@@ -50,8 +50,8 @@ template <int Dim>
 mesh::MovingShapeOptions<Dim> shape_options(const Work<Dim>& work, double edge_length_mm,
                                             double sigma_mm);
 
-/// The shape as files keep it: coordinates rounded to floats, points in the order in which elements
-/// use them and none besides. So a start that was written and read again is the same to the bit.
+/// The shape as files that hold doubles give it back (.vtp): points in the order in which elements
+/// use them, and none besides. So a start that was written and read again is the same to the bit.
 template <int Dim>
 Simplices<Dim> in_file_order(const Simplices<Dim>& shape);
 

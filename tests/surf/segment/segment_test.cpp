@@ -126,8 +126,13 @@ TEST(Segment, FindsWhatTheVolumeCutsOffFromItsSeedAlone) {
               float(0.5 - 0.5 * std::tanh((Vector3d(i, j, k) - center).norm() - 15.2)) +
               0.01f * float((3 * i + 5 * j + 7 * k) % 4));
     const volume::Volume volume({40, 40, 40}, Eigen::Affine3d::Identity(), values);
-    const double ball = 4 * std::numbers::pi / 3 * std::pow(15.2, 3),
-                 share = center[2] == 20 ? 0.25 : 0.125;
+    // The ball's part in the voxels, which reach half a voxel beyond their centres: with R = 15.2
+    // and h = 1/2 the quarter or eighth, slabs, bars, and at the corner a cube.
+    constexpr double R = 15.2, h = 0.5, pi = std::numbers::pi;
+    const double quarter = pi / 3 * R * R * R,
+                 part = center[2] == 20
+                            ? quarter + h * pi * R * R + 2 * h * h * R
+                            : quarter / 2 + 3 * h * pi / 4 * R * R + 3 * h * h * R + h * h * h;
     for (const bool settle : {true, false}) {
       SegmentOptions run;
       run.settle = settle;
@@ -136,7 +141,7 @@ TEST(Segment, FindsWhatTheVolumeCutsOffFromItsSeedAlone) {
       const mesh::Verification check = mesh::verify(result.shape);
       EXPECT_TRUE(check.passed()) << check.message();
       EXPECT_GE(check.min_angle_deg, 15);
-      EXPECT_NEAR(mesh::volume_mm3(result.shape) / (share * ball), 1, settle ? 0.08 : 0.2);
+      EXPECT_NEAR(mesh::volume_mm3(result.shape) / part, 1, settle ? 0.01 : 0.02);
       ASSERT_FALSE(result.proposals.empty());
       for (const auto& proposal : result.proposals)
         EXPECT_TRUE(mesh::verify(proposal.shape).passed());
