@@ -4,6 +4,7 @@
 
 #include "libcurve/mesh/rasterize.h"
 #include "libcurve/mesh/verify.h"
+#include "libsurf/segment/energy_assembly.h"
 
 namespace surf::curve {
 namespace {
@@ -27,6 +28,14 @@ CurveOptions continued(CurveOptions options, const StackResult& result, const Im
   options.initial = carried(before.curves, before.plane_to_ras, *image.plane_to_ras());
   options.energies = result.energies;
   return options;
+}
+
+/// An energy that is fitted to a slice says nothing of the next one: the window of the object does.
+std::vector<segment::EnergyTerm> for_other_slices(const CurveResult& result) {
+  if (!segment::are_fitted<2>(result.energies) || result.proposals.empty()) return result.energies;
+  const segment::Proposal<2>& proposal = result.proposals[result.chosen];
+  return {{"window", 1, {{"mean", proposal.mean}, {"half-width", proposal.half_width}}},
+          {"area", proposal.neck_radius_mm / 2, {}}};
 }
 
 /// Why there is no contour in a slice; empty if there is.
@@ -56,7 +65,7 @@ StackResult segment_stack(const VoxelSlices& slices, int first, int last,
       out.notes.push_back(fmt::format("slice {}: {}; the stack ends before it", k, why));
       break;
     }
-    if (out.energies.empty()) out.energies = result.energies;
+    if (out.energies.empty()) out.energies = for_other_slices(result);
     out.slices.push_back({k, result.shape, *image.plane_to_ras()});
   }
   return out;

@@ -12,11 +12,11 @@ namespace surf::segment {
 namespace {
 
 constexpr Eigen::Index kMostProfiles = 400;
-constexpr double kFirstSigma = 0.4;                                    // cells
+constexpr double kFirstSigma = 0.4;  // cells
 constexpr int kMostScales = 5;
 constexpr double kClear = 6;
 constexpr int kRays = 24;
-constexpr double kPronounced = 5;         // times the median slope of a ray
+constexpr double kPronounced = 5;        // times the median slope of a ray
 constexpr double kFirstSeedSigma = 0.7;  // cells
 constexpr double kLeastBlur = 0.3, kMostBlur = 8, kUnknownBlur = 0.5;  // cells
 constexpr double kFlatQuartile = 0.32;  // lower quartile of |N(0, 1)|
@@ -68,9 +68,7 @@ class Profiles {
  protected:
   virtual Eigen::Index edge(const Eigen::RowVectorXd& slopes) const = 0;
   /// Places before this one tell what there is but the edge.
-  virtual Eigen::Index end_of_flat(const Eigen::RowVectorXd& slopes) const {
-    return slopes.size();
-  }
+  virtual Eigen::Index end_of_flat(const Eigen::RowVectorXd& slopes) const { return slopes.size(); }
 
  private:
   const Eigen::MatrixXd& at(double sigma_mm) {

@@ -12,16 +12,16 @@ struct EdgesAlong {
   double noise = 0;     ///< deviation of I at this smoothing [intensity], > 0
 };
 
-/// Looks along the normals of a shape, at most `reach` to either side for the edge, and as far again
-/// for what lies beside it.
+/// Looks along the normals of a shape, at most `reach` to either side for the edge, and as far
+/// again for what lies beside it.
 ///
 /// *Blur.* The steepest slope g across a step that is blurred by s and by a smoothing of sigma is
 /// proportional to (s^2 + sigma^2)^(-1/2): with rho = (g_1 / g_2)^2 at two of them,
 ///
 ///   s^2 = (sigma_2^2 - rho sigma_1^2) / (rho - 1).
 ///
-/// Edges are the steepest places at sigma_2 = 2 sigma_1, g their median slope with its sign, so that
-/// noise does not count as slope; sigma_1 is the least of 0.4, 0.8, ... cells at which g is
+/// Edges are the steepest places at sigma_2 = 2 sigma_1, g their median slope with its sign, so
+/// that noise does not count as slope; sigma_1 is the least of 0.4, 0.8, ... cells at which g is
 /// kClear times the lower quartile of all slopes. It does not depend on how finely the image is
 /// sampled, as long as its edges are no sharper than its cells.
 ///

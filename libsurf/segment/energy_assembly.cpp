@@ -138,9 +138,8 @@ bool settle_on_edges(std::span<const EnergyTerm> terms) {
 
 template <int Dim>
 bool are_fitted(std::span<const EnergyTerm> terms) {
-  return std::any_of(terms.begin(), terms.end(), [](const EnergyTerm& term) {
-    return find_kind<Dim>(term.name).is_fitted;
-  });
+  return std::any_of(terms.begin(), terms.end(),
+                     [](const EnergyTerm& term) { return find_kind<Dim>(term.name).is_fitted; });
 }
 
 template <int Dim>

@@ -28,8 +28,8 @@ std::shared_ptr<const Field<Dim>> edge_indicator(const KindContext<Dim>& context
 
 /// gamma that makes the seed balls grow: four times what keeps one in balance, 4 (Dim - 1)
 /// gamma_0 / r, but at most 0.6 gamma_0 / b unless that is too little to grow, b the deviation of
-/// the edges' whole blur and at least 1.2 cells: an edge a few cells wide resists about d_nu H / H =
-/// 0.6 / cell, a wider one less, and a stronger force leaks through.
+/// the edges' whole blur and at least 1.2 cells: an edge a few cells wide resists about d_nu H / H
+/// = 0.6 / cell, a wider one less, and a stronger force leaks through.
 template <int Dim>
 double balloon(const KindContext<Dim>& context, const EnergyTerm& term) {
   if (context.initial) return 0;

@@ -23,8 +23,7 @@ std::shared_ptr<EnergyModel<Dim>> Fields<Dim>::model(const FieldOptions& options
 template <int Dim>
 const SearchGrid<Dim>& Fields<Dim>::search_grid(const FieldOptions& options,
                                                 std::optional<double> sigma_mm) {
-  if (search_ && search_->options == options && search_->sigma_mm == sigma_mm)
-    return search_->grid;
+  if (search_ && search_->options == options && search_->sigma_mm == sigma_mm) return search_->grid;
   search_.reset();
   shrink();
   search_.emplace(

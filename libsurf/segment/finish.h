@@ -15,8 +15,8 @@ struct Finished {
   Measures<Dim> measures;  ///< of that shape
 };
 
-/// Rounds the result to the numbers of a file of this kind (".stl", ...; "" = not at all), and makes
-/// the final check on what came out.
+/// Rounds the result to the numbers of a file of this kind (".stl", ...; "" = not at all), and
+/// makes the final check on what came out.
 /// @throws NoObject     the result has no shape: nothing was found, or it vanished
 /// @throws InvalidMesh  the shape fails a guarantee, or the options left nothing of it
 template <int Dim>
@@ -26,9 +26,9 @@ Finished<Dim> finish(const Setting<Dim>& setting, const Result<Dim>& result,
 /// io::write_surface(), for results only: what was not finished cannot be written by mistake.
 void write(const std::string& path, const Finished<3>& surface, const io::WriteOptions& options);
 
-/// What happened, as JSON text: outcome, measures, components, what was removed, events, notes, what
-/// was chosen, proposals, stages (docs/file-formats.md). The energies and lengths under `chosen` give
-/// the same bytes again from the same start.
+/// What happened, as JSON text: outcome, measures, components, what was removed, events, notes,
+/// what was chosen, proposals, stages (docs/file-formats.md). The energies and lengths under
+/// `chosen` give the same bytes again from the same start.
 /// @param measures  null if there is no shape
 template <int Dim>
 std::string summary_json(const Result<Dim>& result, const Measures<Dim>* measures);

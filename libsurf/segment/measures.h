@@ -25,17 +25,17 @@ struct Component : Part<Dim> {
 /// Something that was taken off a shape.
 template <int Dim>
 struct Removed {
-  std::string what;          ///< "small component", "filled cavity", ...
-  int n_parts = 1;           ///< with the cavities that went with a component
-  double content = 0;        ///< [mm^Dim], signed: negative for a cavity
+  std::string what;    ///< "small component", "filled cavity", ...
+  int n_parts = 1;     ///< with the cavities that went with a component
+  double content = 0;  ///< [mm^Dim], signed: negative for a cavity
   Vector<Dim> center_mm = Vector<Dim>::Zero();
 };
 
 /// The final check and the measures of a shape.
 template <int Dim>
 struct Measures {
-  bool passed = false;   ///< every guarantee holds
-  std::string verdict;   ///< one sentence: that, or what is wrong and where
+  bool passed = false;  ///< every guarantee holds
+  std::string verdict;  ///< one sentence: that, or what is wrong and where
   bool closed = false;
   bool manifold = false;  ///< of curves: simple
   bool outward = false;   ///< of curves: holes and outer curves alternate

@@ -17,7 +17,8 @@ struct Stencil {
 
   Stencil(double u, int size, std::size_t stride) : weights(fraction(u, size)) {
     const int base = int(std::floor(limited(u, size)));
-    for (int s = 0; s < 4; ++s) offset[s] = stride * std::size_t(std::clamp(base - 1 + s, 0, size - 1));
+    for (int s = 0; s < 4; ++s)
+      offset[s] = stride * std::size_t(std::clamp(base - 1 + s, 0, size - 1));
   }
 
  private:
@@ -41,8 +42,8 @@ double sum(const std::vector<float>& values, const std::array<Stencil, Dim>& ste
     for (int b = 0; b < 4; ++b) {
       double row = 0;
       for (int a = 0; a < 4; ++a)
-        row += weights(0)[a] *
-               double(values[offset + stencils[1].offset[b] + stencils[0].offset[a]]);
+        row +=
+            weights(0)[a] * double(values[offset + stencils[1].offset[b] + stencils[0].offset[a]]);
       out += weights(1)[b] * row;
     }
     return out;
@@ -71,8 +72,7 @@ void box_filter(float* line, int n, std::size_t stride, int r, std::vector<doubl
   for (int i = 0; i < n; ++i) sums[i + 1] = sums[i] + line[i * stride];
   const double scale = 1.0 / (2 * r + 1);
   for (int i = 0; i < n; ++i)
-    line[i * stride] =
-        float(scale * (sums[std::min(i + r, n - 1) + 1] - sums[std::max(i - r, 0)]));
+    line[i * stride] = float(scale * (sums[std::min(i + r, n - 1) + 1] - sums[std::max(i - r, 0)]));
 }
 
 }  // namespace
@@ -83,7 +83,8 @@ Points<Dim> NodeGrid<Dim>::positions() const {
   for (Eigen::Index at = 0; at < out.rows(); ++at) {
     Vector<Dim> node;
     Eigen::Index rest = at;
-    for (int axis = 0; axis < Dim; rest /= size[axis], ++axis) node[axis] = double(rest % size[axis]);
+    for (int axis = 0; axis < Dim; rest /= size[axis], ++axis)
+      node[axis] = double(rest % size[axis]);
     out.row(at) = (node_to_world * node).transpose();
   }
   return out;

@@ -24,8 +24,10 @@ struct NodeGrid {
   Points<Dim> positions() const;
   /// size, and 1 for what a plane lacks: the form that grids in space have.
   std::array<int, 3> size_in_space() const {
-    if constexpr (Dim == 3) return size;
-    else return {size[0], size[1], 1};
+    if constexpr (Dim == 3)
+      return size;
+    else
+      return {size[0], size[1], 1};
   }
 };
 

@@ -11,8 +11,8 @@
 namespace surf::segment {
 namespace {
 
-/// The shape ended at the outer faces of the cells where it leaves the box of their centres; vertices
-/// that come to the same place there, at its corners and edges, become one.
+/// The shape ended at the outer faces of the cells where it leaves the box of their centres;
+/// vertices that come to the same place there, at its corners and edges, become one.
 template <int Dim>
 Simplices<Dim> in_box(const ImageExtent<Dim>& extent, const Simplices<Dim>& shape) {
   using Array = Eigen::Array<double, Dim, 1>;
@@ -29,7 +29,8 @@ Simplices<Dim> in_box(const ImageExtent<Dim>& extent, const Simplices<Dim>& shap
       continue;
     }
     // Rounded, so that places that differ by rounding alone are one.
-    const Array ended = (index < 0).select(extent.first(), (index > last).select(extent.last(), index));
+    const Array ended =
+        (index < 0).select(extent.first(), (index > last).select(extent.last(), index));
     const Array at = (ended * 1e6).round() / 1e6;
     std::array<double, Dim> key;
     std::copy(at.begin(), at.end(), key.begin());
@@ -110,12 +111,12 @@ std::string to_string(const Proposal<Dim>& proposal) {
       2 * proposal.neck_radius_mm, proposal.score);
 }
 
-#define SURF_INSTANTIATE(Dim)                                                                  \
-  template std::string to_string<Dim>(const Proposal<Dim>&);                                   \
-  template SearchGrid<Dim> search_grid<Dim>(const Setting<Dim>&, FieldOptions,     \
-                                            std::optional<double>, double);                    \
-  template std::vector<Proposal<Dim>> propose<Dim>(                                            \
-      const Setting<Dim>&, const SearchGrid<Dim>&, std::span<const Vector<Dim>>,               \
+#define SURF_INSTANTIATE(Dim)                                                    \
+  template std::string to_string<Dim>(const Proposal<Dim>&);                     \
+  template SearchGrid<Dim> search_grid<Dim>(const Setting<Dim>&, FieldOptions,   \
+                                            std::optional<double>, double);      \
+  template std::vector<Proposal<Dim>> propose<Dim>(                              \
+      const Setting<Dim>&, const SearchGrid<Dim>&, std::span<const Vector<Dim>>, \
       const SearchOptions&, const SearchProgress&, const std::stop_token&);
 SURF_INSTANTIATE(2)
 SURF_INSTANTIATE(3)

@@ -10,14 +10,14 @@ struct Result {
   Simplices<Dim> shape;
   /// That of the last stage that minimised an energy; kProposed, kNoObject or kStopped if none did.
   Outcome outcome = Outcome::kEmpty;
-  std::string message;  ///< one sentence for a person: how that stage ended
-  Simplices<Dim> start;  ///< that the evolution began with
+  std::string message;                   ///< one sentence for a person: how that stage ended
+  Simplices<Dim> start;                  ///< that the evolution began with
   std::vector<Proposal<Dim>> proposals;  ///< best first
   std::size_t chosen = 0;
   std::vector<StageReport> stages;
-  std::vector<EnergyTerm> energies;       ///< that the shape minimises, every parameter filled in
-  std::vector<std::string> notes;         ///< what a user should know
-  std::vector<Removed<Dim>> removed;      ///< see ComponentOptions
+  std::vector<EnergyTerm> energies;   ///< that the shape minimises, every parameter filled in
+  std::vector<std::string> notes;     ///< what a user should know
+  std::vector<Removed<Dim>> removed;  ///< see ComponentOptions
   double sigma_mm = 0, edge_length_mm = 0, geometry_tolerance_mm = 0, seed_radius_mm = 0;
   double border_share = 0;  ///< share of the length or area on the image's border
 

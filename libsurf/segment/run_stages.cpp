@@ -33,8 +33,8 @@ void note_removed(const std::vector<Removed<Dim>>& removed, std::vector<std::str
     const std::string largest =
         fmt::format("{:.4g} mm^{} at ({}) mm", std::abs(group.largest->content), Dim, place);
     notes.push_back(group.n == 1
-                        ? fmt::format("removed: a {} of {}", what, largest)
-                        : fmt::format("removed: {} times a {}, {:.4g} mm^{} in all, the largest of {}",
+                        ? fmt::format("removed: 1 {} of {}", what, largest)
+                        : fmt::format("removed: {} x {}, {:.4g} mm^{} in all, the largest of {}",
                                       group.n, what, group.total, Dim, largest));
   }
 }

@@ -7,10 +7,10 @@ namespace surf::segment {
 
 /// All invariant to the image's and the world's unit.
 struct RungFeatures {
-  double enclosed = 0;      ///< [mm^2] or [mm^3]
-  double separation = 0;    ///< 1 - overlap of the histograms inside and outside the boundary
-  double edge_share = 0;    ///< share of the length or area that lies on a maximum of |grad I|
-  double sphericity = 0;    ///< measure of the ball of equal content / measure
+  double enclosed = 0;    ///< [mm^2] or [mm^3]
+  double separation = 0;  ///< 1 - overlap of the histograms inside and outside the boundary
+  double edge_share = 0;  ///< share of the length or area that lies on a maximum of |grad I|
+  double sphericity = 0;  ///< measure of the ball of equal content / measure
   /// ln V / V of the rung before, 3/2 of ln A / A in the plane; of the first, which nobody has seen
   /// come to rest, as much as of a leak.
   double growth_in = 1.4;

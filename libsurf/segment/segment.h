@@ -13,7 +13,8 @@ using SegmentResult = Result<3>;
 std::shared_ptr<const Setting<3>> make_setting(const volume::Volume& volume);
 
 /// One object, from the seeds of the options or its initial shape.
-/// @throws UsageError  options.error() is not empty, there is neither a seed nor an initial shape, a
+/// @throws UsageError  options.error() is not empty, there is neither a seed nor an initial shape,
+/// a
 ///                     seed lies outside the image, an energy or one of its parameters is unknown
 template <int Dim>
 Result<Dim> segment(std::shared_ptr<const Setting<Dim>> setting, const Options<Dim>& options,

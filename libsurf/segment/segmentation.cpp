@@ -88,10 +88,9 @@ template <int Dim>
 typename Segmentation<Dim>::History& Segmentation<Dim>::find(Id id) {
   const auto found = objects_.find(id);
   if (found == objects_.end())
-    throw UsageError(fmt::format("object {} is unknown; there {}", id,
-                                 objects_.empty()
-                                     ? "is none"
-                                     : fmt::format("are {}", fmt::join(objects(), ", "))));
+    throw UsageError(fmt::format(
+        "object {} is unknown; there {}", id,
+        objects_.empty() ? "is none" : fmt::format("are {}", fmt::join(objects(), ", "))));
   return found->second;
 }
 
@@ -108,8 +107,8 @@ void Segmentation<Dim>::check_name(const std::string& name, Id besides) const {
 }
 
 template <int Dim>
-typename Segmentation<Dim>::Id Segmentation<Dim>::add_object(
-    const std::string& name, const std::optional<Colour>& colour) {
+typename Segmentation<Dim>::Id Segmentation<Dim>::add_object(const std::string& name,
+                                                             const std::optional<Colour>& colour) {
   Object<Dim> object;
   object.name = name.empty() ? fmt::format("object {}", next_) : name;
   check_name(object.name, 0);
@@ -247,18 +246,23 @@ Result<Dim> Segmentation<Dim>::evolved(const Object<Dim>& object, const Progress
   work.proposals = before.proposals;
   work.chosen = before.chosen;
   // What was proposed and chosen is an answer to the clicks; what was evolved has to heed them.
-  const bool goes_on = before.outcome == Outcome::kProposed ||
-                       (has_shape(before.outcome) && heeds_clicks(object));
+  const bool goes_on =
+      before.outcome == Outcome::kProposed || (has_shape(before.outcome) && heeds_clicks(object));
+  // Without an energy the clicks say more of the object than a body to start from does.
+  const bool uses_initial =
+      object.options.initial && (!object.options.energies.empty() || work.seeds_mm.empty());
+  if (object.options.initial && !uses_initial && !goes_on)
+    work.notes.push_back(
+        "the initial shape is not used: without an energy the object is looked for");
   if (goes_on)
     work.shape = before.shape;
-  else if (object.options.initial)
+  else if (uses_initial)
     work.shape = *object.options.initial;
   else if (work.seeds_mm.empty())
-    throw UsageError(
-        fmt::format("'{}' has nothing to start from: no inside click and no initial shape",
-                    object.name));
+    throw UsageError(fmt::format(
+        "'{}' has nothing to start from: no inside click and no initial shape", object.name));
   if (!goes_on) work.proposals.clear();
-  work.start_is_given = goes_on || object.options.initial.has_value();
+  work.start_is_given = goes_on || uses_initial;
   run_stages(work);
   return to_result(std::move(work));
 }

@@ -28,16 +28,17 @@ struct Object {
   Outcome state() const { return result->outcome; }
 };
 
-/// A dialogue about one image: clicks make and mend objects. Fields that are computed from the image
-/// are kept for further clicks, within a bound of memory.
+/// A dialogue about one image: clicks make and mend objects. Fields that are computed from the
+/// image are kept for further clicks, within a bound of memory.
 ///
-/// Everything that is done to an object is an entry of its history: it can be undone and redone, and
-/// a recipe repeats it, to the byte.
+/// Everything that is done to an object is an entry of its history: it can be undone and redone,
+/// and a recipe repeats it, to the byte.
 ///
 /// Threads: one at a time may call any function of one segmentation; several segmentations are
-/// independent. Work is done on the calling thread, helped by TBB's. Progress is called on it, under
-/// no lock: it may look at anything but this segmentation. A std::stop_token that any thread may use
-/// stops propose() and evolve() between two steps or windows; what has been reached is kept.
+/// independent. Work is done on the calling thread, helped by TBB's. Progress is called on it,
+/// under no lock: it may look at anything but this segmentation. A std::stop_token that any thread
+/// may use stops propose() and evolve() between two steps or windows; what has been reached is
+/// kept.
 template <int Dim>
 class Segmentation {
  public:
@@ -61,7 +62,8 @@ class Segmentation {
   /// Valid until the object is changed. Here and below: @throws UsageError  there is no such object
   const Object<Dim>& object(Id id) const;
 
-  /// @throws UsageError  the point is outside the image, or in the same cell as a click of the other
+  /// @throws UsageError  the point is outside the image, or in the same cell as a click of the
+  /// other
   ///                     side
   void add_click(Id id, const Click<Dim>& click);
   /// @throws UsageError  there is no such click
@@ -79,8 +81,9 @@ class Segmentation {
   /// @throws UsageError  there is no such proposal
   const Result<Dim>& choose(Id id, std::size_t proposal);
   /// Minimises the energy of the options from the present shape: a warm start. Where there is none,
-  /// or a click is not heeded by it, from options.initial, or else from what is proposed, or with
-  /// explicit energies from balls round the inside clicks.
+  /// or a click is not heeded by it, with explicit energies from options.initial or else from balls
+  /// round the inside clicks, without an energy from what is proposed or, where there is no inside
+  /// click, from options.initial.
   /// @throws UsageError  there is nothing to start from
   const Result<Dim>& evolve(Id id, const ProgressOf<Dim>& progress = {},
                             const std::stop_token& stop = {});

@@ -32,8 +32,7 @@ std::vector<StagePointer<Dim>> plan(const Options<Dim>& options, bool has_start)
   std::vector<StagePointer<Dim>> out;
   if (is_automatic) out.push_back(propose_stage<Dim>());
   out.push_back(options.energies.empty() ? fit_stage<Dim>() : start_stage<Dim>());
-  for (int level = options.n_levels - 1; level > 0; --level)
-    out.push_back(level_stage<Dim>(level));
+  for (int level = options.n_levels - 1; level > 0; --level) out.push_back(level_stage<Dim>(level));
   if (coarse_terms<Dim>(options.energies) && has_parts) out.push_back(coarse_stage<Dim>());
   out.push_back(evolve_stage<Dim>());
   if (options.open_cavities) out.push_back(cavities_stage<Dim>());

@@ -29,11 +29,11 @@ struct StageReport {
   std::string name;
   StageKind kind = StageKind::kMinimises;
   Outcome outcome = Outcome::kConverged;
-  std::string message;                ///< how it ended: one sentence for a person
-  std::vector<EnergyTerm> energies;   ///< that it minimised, every parameter filled in
-  double sigma_mm = 0;                ///< of its fields
+  std::string message;               ///< how it ended: one sentence for a person
+  std::vector<EnergyTerm> energies;  ///< that it minimised, every parameter filled in
+  double sigma_mm = 0;               ///< of its fields
   double edge_length_mm = 0;
-  flow::FlowSummary flow;             ///< of a stage that minimises
+  flow::FlowSummary flow;  ///< of a stage that minimises
   double seconds = 0;
 };
 
@@ -54,8 +54,8 @@ struct Work {
   std::stop_token stop;
 
   std::vector<Proposal<Dim>> proposals = {};  ///< best first
-  std::size_t chosen = 0;                ///< of the proposals
-  Simplices<Dim> start = {};  ///< that the evolution begins with; the same in all stages after it
+  std::size_t chosen = 0;                     ///< of the proposals
+  Simplices<Dim> start = {};    ///< that the evolution begins with; the same in all stages after it
   bool start_is_given = false;  ///< not seed balls
   Simplices<Dim> shape = {};
   std::vector<EnergyTerm> energies = {};  ///< of the result, every parameter filled in

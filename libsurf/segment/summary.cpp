@@ -20,7 +20,8 @@ struct Keys {
   static constexpr const char* center = Dim == 3 ? "center_ras_mm" : "center_mm";
   static constexpr const char* centroid = Dim == 3 ? "centroid_ras_mm" : "centroid_mm";
   static constexpr const char* change = Dim == 3 ? "volume_change_mm3" : "area_change_mm2";
-  static constexpr const char* degenerate = Dim == 3 ? "degenerate_triangles" : "degenerate_elements";
+  static constexpr const char* degenerate =
+      Dim == 3 ? "degenerate_triangles" : "degenerate_elements";
   static constexpr const char* components = Dim == 3 ? "shells" : "regions";
   static constexpr const char* cavities = Dim == 3 ? "cavities" : "holes";
 };
@@ -116,8 +117,7 @@ std::string summary_json(const Result<Dim>& result, const Measures<Dim>* measure
   out["outcome"] = to_string(result.outcome);
   out["stop_message"] = result.message;
   out["iterations"] = result.n_steps();
-  if (const StageReport* main = result.main_stage();
-      main && main->kind == StageKind::kMinimises)
+  if (const StageReport* main = result.main_stage(); main && main->kind == StageKind::kMinimises)
     out["energy"] = main->flow.final_energy;
   if (measures) add_measures<Dim>(*measures, out);
   out["border_share"] = result.border_share;

@@ -85,10 +85,6 @@ const std::vector<Row> kRows = {
     {"InitialBoxFlat", initial("--initial-box", "0,0,0,4,4,0"), 2, "must differ in all three"},
     {"InitialTwice", segment({"--initial", "ball.stl", "--initial-ball", "0,0,0,3mm"}), 2,
      "give one of them"},
-    {"InitialAlone",
-     {"segment", "good.nii", "--initial", "ball.stl", "-o", "out.stl"},
-     2,
-     "without a --seed"},
     // Lengths and numbers.
     {"RadiusWithoutUnit", segment({"--radius", "12"}), 2,
      "--radius: expected a length with its unit, such as 12mm or 20vox; got '12'"},

@@ -78,9 +78,9 @@ TEST_F(Curveseg, FindsTheHoleOfARingFromOutside) {
                      "--energy", "chan-vese", "--energy", "area:weight=1",
                      "-q",       "--json",    "s.json"};
   must(joined(run, {"-o", "full.json"}));
-  EXPECT_EQ(json("s.json")["regions"][0]["holes"], 0);
+  EXPECT_EQ(json("s.json")["regions"][0]["holes"].size(), 0u);
   must(joined(run, {"-o", "r.json", "--open-cavities"}));
-  EXPECT_EQ(json("s.json")["regions"][0]["holes"], 1);
+  EXPECT_EQ(json("s.json")["regions"][0]["holes"].size(), 1u);
   EXPECT_LT(scores("r.json", "ring-exact.json")["distance"]["mean_mm"], 0.12);
   must(joined(run, {"-o", "f.json", "--open-cavities", "--fill-cavities"}));
   EXPECT_EQ(json("s.json")["components"], 1);

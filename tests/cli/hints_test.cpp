@@ -74,8 +74,6 @@ void PrintTo(const Idle& row, std::ostream* stream) { *stream << row.test; }
 const Words kArea = {"--energy", "area"};
 const std::vector<Idle> kIdle = {
     {"Threshold", kArea, {"--selective-threshold", "3"}},
-    {"Levels", {}, {"--levels", "2"}},
-    {"OpenCavities", {}, {"--open-cavities"}},
     {"NoSettle", {"--energy", "willmore"}, {"--no-settle"}},
     {"NoSettleWithContent", joined(kArea, {"--volume", "keep"}), {"--no-settle"}},
     {"SheetDistance", kArea, {"--sheet-distance", "1mm"}},

@@ -57,10 +57,9 @@ TEST_F(Segment, SummaryHasEveryKey) {
   make_ball();
   must(segment({"-o", "s.stl", "--json", "s.json"}));
   const auto summary = json("s.json");
-  for (const char* key :
-       {"energy", "iterations", "outcome", "vertices", "triangles", "volume_mm3", "area_mm2",
-        "closed", "manifold", "self_intersections", "min_angle_deg", "time_s", "peak_memory_mb",
-        "config", "exit_code", "chosen", "notes"})
+  for (const char* key : {"energy", "iterations", "outcome", "vertices", "triangles", "volume_mm3",
+                          "area_mm2", "closed", "manifold", "self_intersections", "min_angle_deg",
+                          "time_s", "peak_memory_mb", "config", "exit_code", "chosen", "notes"})
     EXPECT_TRUE(summary.contains(key)) << key;
   EXPECT_EQ(summary["closed"], true);
   EXPECT_EQ(summary["manifold"], true);
@@ -323,7 +322,7 @@ TEST_F(Segment, ProgressIsPlainInAPipeAndSilentWhenQuiet) {
   const Words plain = {"segment", "ball.nii.gz", "--seed", "0,0,0", "-o", "s.stl"};
   const Outcome normal = must(plain), verbose = must(joined(plain, {"-v"})),
                 quiet = must(joined(plain, {"--quiet"}));
-  EXPECT_NE(normal.err.find("step    1"), std::string::npos) << normal.err;
+  EXPECT_NE(normal.err.find(" step "), std::string::npos) << normal.err;
   EXPECT_NE(normal.err.find("s.stl: "), std::string::npos) << normal.err;
   EXPECT_GT(verbose.err.size(), normal.err.size());
   for (const std::string& text : {normal.err, verbose.err}) {

@@ -97,8 +97,10 @@ void for_each_field(OptionsType& o, const Visit& visit) {
 
 template <class T>
 Json value_to_json(const T& value) {
-  if constexpr (std::is_enum_v<T>) return Names<T>::kAll.at(std::size_t(value));
-  else return value;
+  if constexpr (std::is_enum_v<T>)
+    return Names<T>::kAll.at(std::size_t(value));
+  else
+    return value;
 }
 Json value_to_json(const std::optional<double>& value) { return value ? Json(*value) : Json(); }
 Json value_to_json(const std::vector<EnergyTerm>& terms) {
@@ -178,8 +180,9 @@ Simplices<Dim> shape_from_json(const Json& json) {
   const auto points = json.at("points").get<std::vector<double>>();
   const auto elements = json.at("elements").get<std::vector<int>>();
   if (points.size() % Dim != 0 || elements.size() % Dim != 0)
-    throw InputError(fmt::format("initial: {} numbers of points and {} of elements are no rows of {}",
-                                 points.size(), elements.size(), Dim));
+    throw InputError(
+        fmt::format("initial: {} numbers of points and {} of elements are no rows of {}",
+                    points.size(), elements.size(), Dim));
   Simplices<Dim> out;
   out.points = Eigen::Map<const Points<Dim>>(points.data(), Eigen::Index(points.size() / Dim), Dim);
   out.elements =

@@ -22,8 +22,8 @@ class Level : public Stage<Dim> {
     Minimisation<Dim> out;
     out.name = fmt::format("level {}", level_);
     out.sigma_mm = scale * work.sigma_mm;
-    out.terms = at_blur<Dim>(work.energies, blur_mm(work.sigma_mm, cell),
-                             blur_mm(out.sigma_mm, cell));
+    out.terms =
+        at_blur<Dim>(work.energies, blur_mm(work.sigma_mm, cell), blur_mm(out.sigma_mm, cell));
     out.shape = shape_options(work, scale * work.edge_length_mm, out.sigma_mm);
     out.shape.adaptivity.geometry_tolerance_mm *= scale;
     out.flow = work.options.flow;
@@ -36,8 +36,8 @@ class Level : public Stage<Dim> {
         report.flow.termination == flow::Termination::kObstacle) {
       // What is too small for the level's blur is found on the next one.
       work.shape = before;
-      work.notes.push_back(fmt::format("level {}: {}; the next one starts where it did", level_,
-                                       report.message));
+      work.notes.push_back(
+          fmt::format("level {}: {}; the next one starts where it did", level_, report.message));
     }
     return report.outcome != Outcome::kStopped;
   }

@@ -20,6 +20,7 @@ constexpr int kMostFits = 3;
 // than about a thirtieth of a cell. Relative to the decrease it would never rest: it begins at the
 // rest of the fit before.
 constexpr double kLeastGain = 3e-4;
+constexpr double kAtRest = 0.02;   // cells: or none moved further in any step of the window
 constexpr double kFitted = 0.005;  // of the content: what changes from one fit to the next
 
 template <int Dim>
@@ -126,6 +127,8 @@ bool minimise(Work<Dim>& work, const Minimisation<Dim>& minimisation) {
   report.edge_length_mm = options.edge_length_mm;
   const auto shape = work.setting().make_shape(work.shape, options);
   flow::FlowOptions flow = minimisation.flow;
+  if (are_fitted<Dim>(terms))
+    flow.displacement_tol_mm = std::max(flow.displacement_tol_mm, kAtRest * work.cell_mm());
   const double least_gain =
       are_fitted<Dim>(terms) ? kLeastGain * work.cell_mm() * shape->geometry().measure() : 0;
   std::vector<double> energies;

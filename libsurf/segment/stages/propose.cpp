@@ -35,8 +35,8 @@ class Propose : public Stage<Dim> {
 
  private:
   static void search(Work<Dim>& work) {
-    const SearchGrid<Dim>& grid = work.fields.search_grid(
-        field_options(work.options, 0), work.options.sigma_mm);
+    const SearchGrid<Dim>& grid =
+        work.fields.search_grid(field_options(work.options, 0), work.options.sigma_mm);
     const std::string stage = "propose";
     work.chosen = 0;
     work.proposals = segment::propose<Dim>(

@@ -11,7 +11,7 @@ namespace {
 
 // Of the image's range, since phantoms have no noise: what a curve or surface can grow through.
 constexpr double kLeastDeviation = 1.0 / 256;
-constexpr double kSigma = 0.7, kEdgeLength = 1.5;  // cells
+constexpr double kSigma = 0.7, kEdgeLength = 1.5;    // cells
 constexpr double kLeastRadius = 2, kMostRadius = 8;  // cells, of a seed ball
 
 template <int Dim>
@@ -52,7 +52,7 @@ class Start : public Stage<Dim> {
     const double cell = work.cell_mm();
     EdgesAlong edges;
     edges.sigma_mm = options.sigma_mm.value_or(kSigma * cell);
-    if (!work.seeds_mm.empty())
+    if (Dim == 3 && !work.seeds_mm.empty())
       edges = edges_round<Dim>(work.fields, options, work.seeds_mm);
     const double widest = std::max(cell, edges.blur_mm);
     work.sigma_mm = edges.sigma_mm;

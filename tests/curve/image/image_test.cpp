@@ -27,8 +27,8 @@ TEST(Image, KnowsItsPixelsAndItsPlane) {
   EXPECT_EQ(image.range(), (std::array<float, 2>{1, 6}));
   EXPECT_DOUBLE_EQ(image.pixel_size(), 1);
   EXPECT_TRUE(image.spacing().isApprox(Eigen::Vector2d(2, 0.5)));
-  EXPECT_TRUE(image.contains({4, 0.5}));
-  EXPECT_FALSE(image.contains({4.01, 0.5}));
+  EXPECT_TRUE(image.contains({4.99, 0.74}));  // to the outer sides of the pixels
+  EXPECT_FALSE(image.contains({5.01, 0.5}));
   EXPECT_FALSE(image.plane_to_ras());
 }
 

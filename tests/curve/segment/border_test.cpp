@@ -84,7 +84,7 @@ TEST(CutObject, EndsOnTheBorderOfTheImageAsIfItWentOn) {
           options.seeds_mm = {scene.centre()};
           options.initial = circle(scene.centre(), kRadius + offset, 1.5);
           options.energies = terms;
-          options.settle = false;
+          options.settle = energy == "minimal-surface";  // whose minimiser has a bias of its own
           if (noise > 0) options.sigma_mm = 1.5;
           const CurveResult result = segment(image, options);
           const std::string name =
