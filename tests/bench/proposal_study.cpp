@@ -177,8 +177,7 @@ void study_balls() {
     volume::PhantomOptions options;
     options.size = {size, size, size};
     options.noise = noise;
-    const segment::SurfaceSetting setting(volume::make_phantom(options),
-                                          volume::DerivativeFilter::kBSpline);
+    const segment::SurfaceSetting setting(volume::make_phantom(options));
     const auto start = std::chrono::steady_clock::now();
     const auto grid = segment::search_grid<3>(setting, {});
     const double grid_seconds = seconds_since(start);

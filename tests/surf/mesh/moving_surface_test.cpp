@@ -248,7 +248,7 @@ TEST(MovingSurface, MergesShellsThatMeetUnlessItsTopologyIsFixed) {
     EXPECT_EQ(measure_components(surface.simplices()).size(), n_shells);
     EXPECT_EQ(events.empty(), topology == Topology::kFixed);
     if (events.empty()) continue;
-    EXPECT_EQ(events[0].kind, TopologyChange::kMerging);
+    EXPECT_EQ(events[0].kind, flow::TopologyChange::kMerging);
     EXPECT_FALSE(surface.mend() && surface.has_changed_domain()) << "nothing has moved since";
     EXPECT_LT(events[0].place.norm(), 0.2);
   }
