@@ -44,7 +44,8 @@ TYPED_TEST(EveryEnergy, DerivativeIsTheDifferenceQuotientOfTheValue) {
 // step control sees has the derivative all the same.
 TYPED_TEST(EveryEnergy, DerivativeIsTheDifferenceQuotientWhereABorderCutsTheShapeOff) {
   constexpr int Dim = TypeParam::value;
-  constexpr double kStep = 5e-5, kTolerance = 1e-7, kRounding = 1e-14 / kStep;
+  // The cut leaves short elements in the plane, whose lengths are less linear in the step.
+  constexpr double kStep = Dim == 2 ? 2e-6 : 5e-5, kTolerance = 1e-7, kRounding = 1e-14 / kStep;
   for (unsigned seed = 1; seed <= 3; ++seed) {
     auto arrays = test::random_smooth_shape<Dim>(seed, Dim == 2 ? 4 : 3);
     const double plane = 0.4 * arrays.X.col(0).maxCoeff();

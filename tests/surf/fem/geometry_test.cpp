@@ -206,7 +206,7 @@ TYPED_TEST(GeometryOf, ABorderIsNotChargedAndItsRimIsHeldAtItsMeasure) {
   EXPECT_GE(n_rim, 2);
 }
 
-// d . n = 1 with the normal n of what is not on the border, but for nearly tangential shapes.
+// Outward, and no further than twice the way along the normal.
 TYPED_TEST(GeometryOf, VerticesWhereItEndsOnABorderMoveInItsPlanes) {
   constexpr int Dim = TypeParam::value;
   for (const auto& shape : {cut_sphere<Dim>(4), cube<Dim>(1), cube<Dim>(2), cube<Dim>(Dim)}) {
@@ -229,16 +229,16 @@ TYPED_TEST(GeometryOf, VerticesWhereItEndsOnABorderMoveInItsPlanes) {
         continue;
       }
       EXPECT_LE(d.norm(), 2 + 1e-12);
-      if (d.norm() > 1e-9 && d.norm() < 1.9) {
+      if (d.norm() > 1e-9) {
         ++n_ends;
-        EXPECT_NEAR(d.dot(normals.row(i)) / masses[i], 1, 1e-12);
+        EXPECT_GT(d.dot(normals.row(i)), 0);
       }
       for (Eigen::Index t = 0; t < shape.n_elements(); ++t)
         if (shape.place(t) == Place::kBorder && (shape.elements().row(t).array() == i).any()) {
           EXPECT_NEAR(d.dot(shape.normals().row(t)), 0, 1e-12);
         }
     }
-    EXPECT_GE(n_ends, 2);
+    EXPECT_GE(n_ends, 1);
   }
 }
 
