@@ -11,6 +11,8 @@
 namespace surf::segment {
 namespace {
 
+constexpr double kConstant = 1e-12;  // of the mean square
+
 // Of mumford-shah: sqrt(mu) and gamma. In space the box that is solved in keeps 6 sqrt(mu) from the
 // surface.
 template <int Dim>
@@ -33,7 +35,9 @@ EnergyKind<Dim> chan_vese() {
     const double variance = all.intensity_squared / all.content - mean * mean;
     energy::ChanVeseOptions options;
     options.ray_spacing_mm = context.cell_mm();
-    options.intensity_scale = std::sqrt(std::max(variance, 1e-300));
+    // Of a constant image the variance is rounding: nothing may be measured by it.
+    const bool is_constant = !(variance > kConstant * all.intensity_squared / all.content);
+    options.intensity_scale = is_constant ? 1 : std::sqrt(variance);
     return std::make_unique<energy::ChanVese<Dim>>(context.model.intensity(), all, options,
                                                    context.model.antiderivative());
   };

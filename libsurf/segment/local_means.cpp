@@ -23,6 +23,9 @@ constexpr double kOver = 8;           // beyond the inner mean by 0.7 of the con
 // the reach.
 constexpr double kHold = 2, kSure = 4;
 constexpr double kPull = 1.5;  // f of a shape at the reach: more than intensities have
+// Reaches, beyond which distances, and with them the pull, are constant: its ninth power deep
+// inside would make the energy so large that what boundaries change is lost in its quadrature.
+constexpr double kFarthest = 1.25;
 
 /// The nodes round a start.
 template <int Dim>
@@ -211,7 +214,7 @@ std::shared_ptr<const Field<Dim>> local_means(const Setting<Dim>& setting,
   const Intensities intensities{grid.size_in_space(), {values.value.begin(), values.value.end()}};
   std::vector<float> distance = signed_distances(
       grid.size_in_space(), setting.rasterized(start, grid.size, grid.node_to_world),
-      int(std::ceil(3 * options.reach_mm / node_mm)) + 2);
+      int(std::ceil(kFarthest * options.reach_mm / node_mm)));
   for (float& d : distance) d *= float(node_mm);
   return std::make_shared<const LocalMeansField<Dim>>(
       std::move(I), NodeField<Dim>(grid, means_of_side(intensities, inside, clear, deviation)),
