@@ -1,11 +1,10 @@
 // A fingerprint of an image's content.
 #pragma once
 
+#include <Eigen/Core>
 #include <memory>
 #include <span>
 #include <string>
-
-#include <Eigen/Core>
 
 namespace surf {
 

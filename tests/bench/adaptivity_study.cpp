@@ -148,8 +148,8 @@ void experiment(const std::string& name, volume::PhantomKind kind,
       "{:.4f} mm at the sharp parts, {:.4f} mm away from them: {:.1f} times; largest h_S theta_S "
       "{:.4f} mm (tolerance {}).\n",
       target, reached == records.end() ? 0 : reached->k, records.back().k,
-      flow::to_string(result.last().termination), records.back().energy,
-      end.elements.rows(), mesh::verify(end).passed() ? "verified" : "NOT VERIFIED",
+      flow::to_string(result.last().termination), records.back().energy, end.elements.rows(),
+      mesh::verify(end).passed() ? "verified" : "NOT VERIFIED",
       distance.mean_mm / image.voxel_size(), quality.min_angle_deg,
       100 * quality.share_above_25_deg, lengths.near, lengths.far, lengths.far / lengths.near,
       largest_side(end), kTolerance);

@@ -244,8 +244,8 @@ void run(const Case& one, int size, const std::string& energy) {
              one.name, one.edge_width, energy, one.start_radius, score.dice,
              distance.mean_mm / image.voxel_size(),
              u ? fmt::format("{:.1f} -> {:.1f}", score.psnr_noisy, score.psnr) : "-",
-             result.last().steps.size(),
-             mesh::verify(result.shape).passed() ? "passed" : "FAILED", time, peak_memory_mb());
+             result.last().steps.size(), mesh::verify(result.shape).passed() ? "passed" : "FAILED",
+             time, peak_memory_mb());
   std::fflush(stdout);
 }
 

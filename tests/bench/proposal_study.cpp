@@ -24,8 +24,8 @@
 
 #include "libcurve/image/read_image.h"
 #include "libcurve/segment/detail/curve_setting.h"
-#include "libsurf/segment/proposal.h"
 #include "libsurf/segment/detail/surface_setting.h"
+#include "libsurf/segment/proposal.h"
 #include "libsurf/volume/phantom.h"
 #include "libsurf/volume/read_volume.h"
 #include "tests/surf/segment/lattice_image.h"
@@ -232,8 +232,7 @@ int main(int argc, char** argv) {
     if (is_volume) {
       if (open != file) {
         study.reset();
-        surfaces = std::make_unique<segment::SurfaceSetting>(
-            volume::read_volume(folder + file));
+        surfaces = std::make_unique<segment::SurfaceSetting>(volume::read_volume(folder + file));
         study = std::make_unique<Study<3>>(*surfaces, has_shifts, volumes);
         open = file;
       }

@@ -43,9 +43,10 @@ std::vector<std::string> idle_options(const CLI::App& command, const RunArgument
   note(!a.radius.empty() && is_automatic, "--radius", "without --energy");
   note(a.selective_threshold != 0 && a.selective_sigma.empty(), "--selective-threshold",
        "without --selective-sigma");
-  note(a.no_settle && !is_automatic &&
-           (!surf::segment::settle_on_edges<3>(terms) || !a.kept_content.empty() || a.flow == "h-1"),
-       "--no-settle", "here: this energy, or a content that is kept, has no such stage");
+  note(
+      a.no_settle && !is_automatic &&
+          (!surf::segment::settle_on_edges<3>(terms) || !a.kept_content.empty() || a.flow == "h-1"),
+      "--no-settle", "here: this energy, or a content that is kept, has no such stage");
   note(!a.sheet_distance.empty() && a.topology != "fixed", "--sheet-distance",
        fmt::format("with --topology {}, where sheets may meet; it belongs to fixed", a.topology));
   note(!a.topology_resolution.empty() && a.topology == "fixed", "--topology-resolution",

@@ -10,10 +10,10 @@
 
 #include "libsurf/base/error.h"
 #include "libsurf/base/log.h"
-#include "tools/common/signals.h"
 #include "libsurf/base/nearest_name.h"
 #include "tools/common/config.h"
 #include "tools/common/field_names.h"
+#include "tools/common/signals.h"
 
 namespace surfseg {
 namespace {

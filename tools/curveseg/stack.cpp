@@ -58,8 +58,8 @@ class StackCommand {
     result_ = surf::curve::segment_stack(
         slices, arguments_.from, arguments_.to, curve_options(command_, arguments_, first),
         [&](int k, const std::string& stage, const surf::flow::StepRecord& record) {
-          progress_.step(step_line<2>(fmt::format("slice {} {}", k, stage), record,
-                                      clock_.total_seconds()));
+          progress_.step(
+              step_line<2>(fmt::format("slice {} {}", k, stage), record, clock_.total_seconds()));
           return signal_exit_code() == kDone;
         });
     exit_code_ = signal_exit_code() != kDone ? signal_exit_code()

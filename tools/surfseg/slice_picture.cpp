@@ -8,7 +8,6 @@
 #include "libsurf/base/error.h"
 #include "libsurf/base/file.h"
 #include "tools/common/arguments.h"
-#include "tools/common/arguments.h"
 
 namespace surfseg {
 namespace {

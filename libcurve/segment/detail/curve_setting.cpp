@@ -45,8 +45,7 @@ std::vector<std::uint8_t> CurveSetting::rasterized(const Segments& shape,
   return rasterize(shape, size, index_to_world);
 }
 
-Segments CurveSetting::shape_of_level(std::span<const float> values,
-                                      const std::array<int, 2>& size,
+Segments CurveSetting::shape_of_level(std::span<const float> values, const std::array<int, 2>& size,
                                       const Eigen::Affine2d& index_to_world, double level) const {
   return curve_of_level(values, size, index_to_world, level);
 }
@@ -111,8 +110,7 @@ segment::Measures<2> CurveSetting::measures(const Segments& shape) const {
   const CurveHierarchy hierarchy = curve_hierarchy(shape);
   const auto part_of = [&](int n) {
     const Component& component = hierarchy.components[n];
-    return segment::Part<2>{std::abs(component.area_mm2), component.length_mm, 0,
-                            component.centre};
+    return segment::Part<2>{std::abs(component.area_mm2), component.length_mm, 0, component.centre};
   };
   for (const Region& region : regions(hierarchy)) {
     out.components.push_back({part_of(region.outer), {}});

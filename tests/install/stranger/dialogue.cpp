@@ -13,8 +13,9 @@ using namespace surf::segment;
 int main(int, char** argv) {
   EnergyKind<3> bright{.name = "brighter-than-half"};  // int_Omega (1/2 - I) dx
   bright.build = [](const KindContext<3>& context, const EnergyTerm&) {
-    const auto darkness = energy::mapped_field<3>(
-        context.model.intensity(), [](double I) { return std::array{0.5 - I, -1.0, 0.0}; });
+    const auto darkness = energy::mapped_field<3>(context.model.intensity(), [](double I) {
+      return std::array{0.5 - I, -1.0, 0.0};
+    });
     return std::make_unique<energy::DomainIntegral<3>>(darkness, energy::DomainIntegralOptions{});
   };
   register_kind(bright);

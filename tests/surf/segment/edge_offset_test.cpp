@@ -71,8 +71,7 @@ TEST(MovedToEdge, TakesTheBiasOfTheBlurOffABall) {
   constexpr double kBlur = 1.5;
   const Triangles surface =
       mesh::ball(Eigen::Vector3d::Zero(), minimiser(Valley(kRadius, kWidth)), 2);
-  const double further =
-      (radii(moved(surface, kBlur, 1)) - radii(moved(surface, 0, 1))).mean();
+  const double further = (radii(moved(surface, kBlur, 1)) - radii(moved(surface, 0, 1))).mean();
   EXPECT_NEAR(further, kBlur * kBlur / kRadius, 0.02 * kBlur * kBlur / kRadius);
 }
 

@@ -77,8 +77,8 @@ TEST(LocalMeans, HaveTheDerivativesOfTheirValues) {
 
 TEST(LocalMeans, RefuseAStartBetweenTheNodes) {
   const Scene scene(kRadius);
-  const Triangles dot = mesh::ball({0.3 * kVoxel, 0.3 * kVoxel, 0.3 * kVoxel}, 0.1 * kVoxel,
-                                   0.05 * kVoxel);
+  const Triangles dot =
+      mesh::ball({0.3 * kVoxel, 0.3 * kVoxel, 0.3 * kVoxel}, 0.1 * kVoxel, 0.05 * kVoxel);
   EXPECT_THROW(local_means<3>(*scene.setting, scene.I, dot, dot, {kVoxel, 0, 0.01}), UsageError);
 }
 

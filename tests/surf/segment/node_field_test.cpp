@@ -63,8 +63,8 @@ TYPED_TEST(NodeFields, HaveTheDerivativesOfTheirValues) {
   for (int axis = 0; axis < kDim; ++axis) {
     EXPECT_NEAR(s.gradient(0, axis), (s.value[1 + 2 * axis] - s.value[2 + 2 * axis]) / (2 * kStep),
                 1e-6);
-    const auto second = ((s.gradient.row(1 + 2 * axis) - s.gradient.row(2 + 2 * axis)) /
-                         (2 * kStep)).eval();
+    const auto second =
+        ((s.gradient.row(1 + 2 * axis) - s.gradient.row(2 + 2 * axis)) / (2 * kStep)).eval();
     EXPECT_LT((s.hessian.row(0).segment(kDim * axis, kDim) - second).norm(), 1e-4);
   }
 }

@@ -6,10 +6,10 @@
 
 #include "libsurf/mesh/hierarchy.h"
 #include "libsurf/mesh/primitives.h"
-#include "libsurf/segment/energy_assembly.h"
-#include "libsurf/segment/detail/volume_model.h"
-#include "libsurf/segment/segment.h"
 #include "libsurf/segment/detail/surface_setting.h"
+#include "libsurf/segment/detail/volume_model.h"
+#include "libsurf/segment/energy_assembly.h"
+#include "libsurf/segment/segment.h"
 #include "libsurf/volume/phantom.h"
 
 namespace surf::segment {
