@@ -22,6 +22,7 @@ constexpr double kLeastBlur = 0.3, kMostBlur = 8, kUnknownBlur = 0.5;  // cells
 constexpr double kFlatQuartile = 0.32;  // lower quartile of |N(0, 1)|
 constexpr double kPlace = 0.1;
 constexpr double kLeastMostSigma = 0.8;  // cells
+constexpr double kRounding = 1e-6;       // of the image's range, per cell: phantoms have no noise
 
 double quantile(std::vector<double> values, double share) {
   const auto at = values.begin() + std::ptrdiff_t(share * double(values.size() - 1));
@@ -41,10 +42,15 @@ class Profiles {
         step_mm_(fields.setting().extent().cell_mm() / 2),
         first_(first),
         last_(last),
+        least_(kRounding *
+               (double(fields.setting().extent().range[1]) - fields.setting().extent().range[0]) /
+               fields.setting().extent().cell_mm()),
         origins_(std::move(origins)),
         directions_(std::move(directions)) {}
   virtual ~Profiles() = default;
 
+  /// Slopes below are rounding [intensity/mm], >= 0.
+  double least() const { return least_; }
   /// The median slope, along its sign at the wider smoothing, at the edges that are seen there.
   double slope(double sigma_mm) {
     const Eigen::MatrixXd &narrow = at(sigma_mm), &wide = at(2 * sigma_mm);
@@ -89,6 +95,7 @@ class Profiles {
   const Options<Dim>& options_;
   double step_mm_;
   int first_, last_;
+  double least_;
   Points<Dim> origins_, directions_;
   std::map<double, Eigen::MatrixXd> slopes_;
 };
@@ -122,7 +129,7 @@ class RayProfiles : public Profiles<Dim> {
   Eigen::Index edge(const Eigen::RowVectorXd& slopes) const override {
     const Eigen::RowVectorXd amounts = slopes.cwiseAbs();
     std::vector<double> all(amounts.begin(), amounts.end());
-    const double least = kPronounced * quantile(std::move(all), 0.5);
+    const double least = std::max(kPronounced * quantile(std::move(all), 0.5), this->least());
     Eigen::Index highest = 0;
     for (Eigen::Index s = 0; s < amounts.size(); ++s) {
       if (amounts[highest] > least && amounts[s] < amounts[highest] / 2) return highest;
@@ -148,6 +155,7 @@ EdgesAlong edges_of(Profiles<Dim>& profiles, const ImageExtent<Dim>& extent, dou
   double sigma = first_sigma_mm;
   for (int scale = 0; scale < kMostScales; ++scale, sigma *= 2) {
     const double g = profiles.slope(sigma);
+    if (!(g > profiles.least())) break;  // nor at wider ones
     if (!(g > kClear * profiles.flat(sigma))) continue;
     const double rho = std::pow(g / std::max(profiles.slope(2 * sigma), 1e-300), 2);
     const double square = rho > 1 ? (variance(2 * sigma) - rho * variance(sigma)) / (rho - 1)
@@ -156,8 +164,7 @@ EdgesAlong edges_of(Profiles<Dim>& profiles, const ImageExtent<Dim>& extent, dou
     break;
   }
   const double most_sigma = std::max(out.blur_mm, kLeastMostSigma * cell);
-  const auto [lowest, highest] = extent.range;
-  const double least = 1e-6 * std::max(double(highest) - lowest, 1e-300);  // phantoms have no noise
+  const double least = std::max(profiles.least() * cell, 1e-300);
   for (sigma = given_sigma_mm.value_or(first_sigma_mm);; sigma *= 2) {
     out.sigma_mm = sigma;
     out.slope = std::max(profiles.slope(sigma), least / cell);

@@ -139,7 +139,7 @@ class LocalMeansField : public Field<Dim> {
         distance_(std::move(distance)),
         reach_(reach_mm),
         least_(4 * noise * noise),
-        unsure_(kSure * kSure * noise * noise) {}
+        unsure_(std::pow(kSure * noise, 4)) {}
 
   void sample(const Points<Dim>& x, Derivatives order, Samples<Dim>& out) const override {
     Samples<Dim> a, b, d;
@@ -151,12 +151,12 @@ class LocalMeansField : public Field<Dim> {
     using Square = Eigen::Matrix<double, Dim, Dim>;
     for (Eigen::Index at = 0; at < x.rows(); ++at) {
       // f = -tanh q + u l + p with q = e c / m, e = 2 I - a - b, c = a - b, m = c^2 + least,
-      // u = k / (c^2 + k), l = kHold z, p = kPull z^9, z = d / reach.
+      // u = k / (c^4 + k), l = kHold z, p = kPull z^9, z = d / reach.
       const double c = a.value[at] - b.value[at], m = c * c + least_,
                    e = 2 * out.value[at] - a.value[at] - b.value[at], q = e * c / m,
                    v = std::max(0.0, (q - c * c / m) / 2), t = std::tanh(q - kOver * v * v * v),
                    s = 1 - t * t, z = d.value[at] / reach_, z2 = z * z, z7 = z2 * z2 * z2 * z,
-                   u = unsure_ / (c * c + unsure_);
+                   u = unsure_ / (c * c * c * c + unsure_);
       out.value[at] = -t + kHold * z * u + kPull * z7 * z2;
       if (order == Derivatives::kNone) continue;
       const Row dI = out.gradient.row(at), dc = a.gradient.row(at) - b.gradient.row(at),
@@ -164,7 +164,7 @@ class LocalMeansField : public Field<Dim> {
                 dz = d.gradient.row(at) / reach_, dm = 2 * c * dc,
                 dq = (de * c + e * dc - q * dm) / m, dv = (dq - least_ / (m * m) * dm) / 2,
                 dQ = dq - 3 * kOver * v * v * dv;
-      const double u_by_c = -2 * c * u * u / unsure_;
+      const double u_by_c = -4 * c * c * c * u * u / unsure_;
       out.gradient.row(at) = -s * dQ + kHold * (u * dz + z * u_by_c * dc) + 9 * kPull * z7 * z * dz;
       if (order == Derivatives::kFirst) continue;
       const auto square = [&](Samples<Dim>& of) {
@@ -177,7 +177,7 @@ class LocalMeansField : public Field<Dim> {
                    hq = (hn - q * hm - dq.transpose() * dm - dm.transpose() * dq) / m,
                    hv = (hq - least_ / (m * m) * (hm - 2 / m * dm.transpose() * dm)) / 2,
                    hQ = hq - 3 * kOver * v * (v * hv + 2 * dv.transpose() * dv);
-      const double u_by_cc = (-2 * u * u + 8 * c * c * u * u * u / unsure_) / unsure_;
+      const double u_by_cc = -12 * c * c * u * u / unsure_ + 2 * u_by_c * u_by_c / u;
       const Square hu = u_by_c * hc + u_by_cc * dc.transpose() * dc;
       square(out) =
           -s * hQ + 2 * t * s * dQ.transpose() * dQ +
@@ -214,7 +214,7 @@ std::shared_ptr<const Field<Dim>> local_means(const Setting<Dim>& setting,
   const Intensities intensities{grid.size_in_space(), {values.value.begin(), values.value.end()}};
   std::vector<float> distance = signed_distances(
       grid.size_in_space(), setting.rasterized(start, grid.size, grid.node_to_world),
-      int(std::ceil(kFarthest * options.reach_mm / node_mm)));
+      int(std::ceil(kFarthest * options.reach_mm / node_mm + 0.5)));
   for (float& d : distance) d *= float(node_mm);
   return std::make_shared<const LocalMeansField<Dim>>(
       std::move(I), NodeField<Dim>(grid, means_of_side(intensities, inside, clear, deviation)),

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <span>
 #include <string>
@@ -47,6 +48,9 @@ class Setting {
   virtual Simplices<Dim> shape_of_level(
       std::span<const float> values, const std::array<int, Dim>& size,
       const Eigen::Transform<double, Dim, Eigen::Affine>& index_to_world, double level) const = 0;
+  /// Unsigned distance to a shape that is not empty [mm].
+  virtual std::function<double(const Vector<Dim>&)> distance_to(
+      const Simplices<Dim>& shape) const = 0;
   virtual bool is_embedded(const Simplices<Dim>& shape) const = 0;
   /// The shape moved to `to`, but for what would then intersect.
   virtual Simplices<Dim> moved(const Simplices<Dim>& shape, const Points<Dim>& to) const = 0;

@@ -1,5 +1,6 @@
 #include "libcurve/segment/detail/curve_setting.h"
 
+#include "libcurve/mesh/distance.h"
 #include "libcurve/mesh/from_level.h"
 #include "libcurve/mesh/hierarchy.h"
 #include "libcurve/mesh/intersections.h"
@@ -48,6 +49,12 @@ std::vector<std::uint8_t> CurveSetting::rasterized(const Segments& shape,
 Segments CurveSetting::shape_of_level(std::span<const float> values, const std::array<int, 2>& size,
                                       const Eigen::Affine2d& index_to_world, double level) const {
   return curve_of_level(values, size, index_to_world, level);
+}
+
+std::function<double(const Vector<2>&)> CurveSetting::distance_to(const Segments& shape) const {
+  return [tree = std::make_shared<const DistanceToCurves>(shape)](const Vector<2>& point) {
+    return (*tree)(point);
+  };
 }
 
 bool CurveSetting::is_embedded(const Segments& shape) const {

@@ -22,6 +22,7 @@ class CurveSetting : public segment::Setting<2> {
                                        const Eigen::Affine2d& index_to_world) const override;
   Segments shape_of_level(std::span<const float> values, const std::array<int, 2>& size,
                           const Eigen::Affine2d& index_to_world, double level) const override;
+  std::function<double(const Vector<2>&)> distance_to(const Segments& shape) const override;
   bool is_embedded(const Segments& shape) const override;
   Segments moved(const Segments& shape, const Points<2>& to) const override;
   segment::Filtered<2> filtered(const Segments& shape, const segment::ComponentOptions& options,

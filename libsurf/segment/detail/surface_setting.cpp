@@ -5,6 +5,7 @@
 #include "libsurf/base/content_hash.h"
 #include "libsurf/base/error.h"
 #include "libsurf/io/write_surface.h"
+#include "libsurf/mesh/distance.h"
 #include "libsurf/mesh/from_label_map.h"
 #include "libsurf/mesh/measure.h"
 #include "libsurf/mesh/moving_surface.h"
@@ -82,6 +83,12 @@ Triangles SurfaceSetting::shape_of_level(std::span<const float> values,
                                          const Eigen::Affine3d& index_to_world,
                                          double level) const {
   return mesh::surface_of_level(volume::Volume(size, index_to_world, values), level);
+}
+
+std::function<double(const Vector<3>&)> SurfaceSetting::distance_to(const Triangles& shape) const {
+  return [tree = std::make_shared<const mesh::DistanceToSurface>(shape)](const Vector<3>& point) {
+    return (*tree)(point);
+  };
 }
 
 bool SurfaceSetting::is_embedded(const Triangles& shape) const {

@@ -21,6 +21,7 @@ class SurfaceSetting : public Setting<3> {
                                        const Eigen::Affine3d& index_to_world) const override;
   Triangles shape_of_level(std::span<const float> values, const std::array<int, 3>& size,
                            const Eigen::Affine3d& index_to_world, double level) const override;
+  std::function<double(const Vector<3>&)> distance_to(const Triangles& shape) const override;
   bool is_embedded(const Triangles& shape) const override;
   Triangles moved(const Triangles& shape, const Points<3>& to) const override;
   Filtered<3> filtered(const Triangles& shape, const ComponentOptions& options,

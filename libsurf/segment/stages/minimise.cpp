@@ -3,6 +3,7 @@
 #include <chrono>
 #include <cmath>
 
+#include "libsurf/segment/stages/rest.h"
 #include "libsurf/segment/stages/stages.h"
 
 namespace surf::segment {
@@ -16,12 +17,9 @@ constexpr double kStepPerBlur = 1.2;
 constexpr double kLongSteps = 4;
 // Statistics of a start are fitted again to what was found from it, until the shape hardly moves.
 constexpr int kMostFits = 3;
-// Of a fitted energy, whose region term is of order 1, per cell and area: vertices move by less
-// than about a thirtieth of a cell. Relative to the decrease it would never rest: it begins at the
-// rest of the fit before.
-constexpr double kLeastGain = 3e-4;
-constexpr double kAtRest = 0.02;   // cells: or none moved further in any step of the window
-constexpr double kFitted = 0.005;  // of the content: what changes from one fit to the next
+constexpr double kAtRest = 0.02;  // cells: no vertex moved further in any step of the window
+constexpr double kFitted =
+    0.02;  // cells, in the mean: by what the shape moves from one fit to the next
 
 template <int Dim>
 void lengthen_steps(const std::vector<EnergyTerm>& terms, const KindContext<Dim>& kind_context,
@@ -129,32 +127,28 @@ bool minimise(Work<Dim>& work, const Minimisation<Dim>& minimisation) {
   flow::FlowOptions flow = minimisation.flow;
   if (are_fitted<Dim>(terms))
     flow.displacement_tol_mm = std::max(flow.displacement_tol_mm, kAtRest * work.cell_mm());
-  const double least_gain =
-      are_fitted<Dim>(terms) ? kLeastGain * work.cell_mm() * shape->geometry().measure() : 0;
-  std::vector<double> energies;
-  bool is_at_rest = false;
+  RestRule<Dim> rest(work.setting(), shape->geometry().measure(), flow.energy_window);
+  std::string at_rest;
+  const auto shape_now = [&] { return shape->simplices(); };
   const auto on_step = [&](const flow::StepRecord& record) {
-    energies.push_back(record.energy);
-    const auto before = std::ptrdiff_t(energies.size()) - 1 - flow.energy_window;
-    is_at_rest = before >= 0 && energies[before] - energies.back() < least_gain;
-    return work.tell(report.name, record, [&] { return shape->simplices(); }) && !is_at_rest;
+    if (are_fitted<Dim>(terms)) at_rest = rest.check(record.k, record.energy, shape_now);
+    return work.tell(report.name, record, shape_now) && at_rest.empty();
   };
   for (int fit = 0; fit < kMostFits; ++fit) {
-    const double before = shape->geometry().enclosed();
+    const Simplices<Dim> before = shape->simplices();
     const auto energy = make_energy<Dim>(terms, context(work, *model));
     flow.max_steps = minimisation.flow.max_steps - int(report.flow.steps.size());
-    energies.clear();
+    rest.begin_fit();
     flow::FlowSummary part = flow::evolve<Dim>(*shape, *energy, flow, on_step);
-    if (is_at_rest && !work.is_stopped()) {
+    if (!at_rest.empty() && !work.is_stopped()) {
       part.termination = flow::Termination::kConverged;
-      part.message =
-          fmt::format("the last {} steps gained less than {:.2g}", flow.energy_window, least_gain);
+      part.message = at_rest;
     }
     append(std::move(part), report.flow);
     work.shape = shape->simplices();
     if (outcome_of(report.flow.termination) != Outcome::kConverged || !are_fitted<Dim>(terms))
       break;
-    if (fit > 0 && std::abs(shape->geometry().enclosed() / before - 1) < kFitted) break;
+    if (mean_distance<Dim>(work.setting(), work.shape, before) < kFitted * work.cell_mm()) break;
   }
   report.outcome = shape->has_vanished() ? Outcome::kVanished : outcome_of(report.flow.termination);
   report.message = report.flow.message;

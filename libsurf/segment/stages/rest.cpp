@@ -1,0 +1,69 @@
+#include "libsurf/segment/stages/rest.h"
+
+#include <fmt/format.h>
+
+#include "libsurf/fem/geometry.h"
+
+namespace surf::segment {
+namespace {
+
+// Of a fitted energy, whose region term is of order 1, per cell and area: vertices move by less
+// than about a thirtieth of a cell.
+constexpr double kLeastGain = 3e-4;
+// Over three windows by that over one: 3 on the way, more where it slows down, 1 to 1.3 where
+// steps and mending undo each other.
+constexpr double kNowhere = 1.4;
+constexpr double kNear = 0.15;  // cells, in the mean over a window: further is a way
+constexpr std::size_t kWindows = 3;
+
+}  // namespace
+
+template <int Dim>
+double mean_distance(const Setting<Dim>& setting, const Simplices<Dim>& shape,
+                     const Simplices<Dim>& other) {
+  const auto distance = setting.distance_to(other);
+  const fem::Geometry<Dim> geometry(shape.points, shape.elements);
+  double sum = 0;
+  for (Eigen::Index i = 0; i < shape.points.rows(); ++i)
+    sum += geometry.lumped_mass()[i] * distance(shape.points.row(i).transpose());
+  return sum / geometry.lumped_mass().sum();
+}
+
+template <int Dim>
+RestRule<Dim>::RestRule(const Setting<Dim>& setting, double measure, int window)
+    : setting_(setting),
+      least_gain_(kLeastGain * setting.extent().cell_mm() * measure),
+      window_(window) {}
+
+template <int Dim>
+std::string RestRule<Dim>::check(int n_steps, double energy,
+                                 const std::function<Simplices<Dim>()>& shape_now) {
+  energies_.push_back(energy);
+  if (int(energies_.size()) > window_ + 1) energies_.pop_front();
+  if (int(energies_.size()) == window_ + 1 && energies_.front() - energy < least_gain_)
+    return fmt::format("the last {} steps gained less than {:.2g}", window_, least_gain_);
+  return n_steps % window_ == 0 ? goes_nowhere(shape_now()) : "";
+}
+
+template <int Dim>
+std::string RestRule<Dim>::goes_nowhere(const Simplices<Dim>& now) {
+  std::string out;
+  if (now.elements.rows() > 0 && shapes_.size() == kWindows) {
+    const double last = mean_distance(setting_, now, shapes_.back()),
+                 all = mean_distance(setting_, now, shapes_.front());
+    if (last < kNear * setting_.extent().cell_mm() && all < kNowhere * last)
+      out = fmt::format(
+          "it goes nowhere: moved by {:.2g} mm in the mean in {} steps, by {:.2g} mm in {}", last,
+          window_, all, kWindows * std::size_t(window_));
+  }
+  shapes_.push_back(now);
+  if (shapes_.size() > kWindows) shapes_.pop_front();
+  return out;
+}
+
+template double mean_distance<2>(const Setting<2>&, const Segments&, const Segments&);
+template double mean_distance<3>(const Setting<3>&, const Triangles&, const Triangles&);
+template class RestRule<2>;
+template class RestRule<3>;
+
+}  // namespace surf::segment

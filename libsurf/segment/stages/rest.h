@@ -1,0 +1,46 @@
+// Has the shape of a fitted energy come to rest?
+#pragma once
+
+#include <deque>
+#include <functional>
+#include <string>
+
+#include "libsurf/segment/setting.h"
+
+namespace surf::segment {
+
+/// How far the vertices of a shape are from another one, in the mean over the shape [mm].
+template <int Dim>
+double mean_distance(const Setting<Dim>& setting, const Simplices<Dim>& shape,
+                     const Simplices<Dim>& other);
+
+/// Fitted energies begin near their minimum, so that no decrease can be called small by the whole
+/// one. The shape rests when
+/// - the energy hardly falls: the last `window` steps gained less than kLeastGain cells times its
+///   length or area, or
+/// - it goes nowhere: over 3 windows it moved hardly further than over the last one. On
+///   intensities that vary from cell to cell, steps and mending undo each other without end; then
+///   the energy that steps gain is lost again in mending, which nobody counts.
+template <int Dim>
+class RestRule {
+ public:
+  /// @param window  steps, > 0
+  RestRule(const Setting<Dim>& setting, double measure, int window);
+
+  /// After step number `n_steps` of a fit; the sentence that says why, else empty.
+  /// @param shape_now  called after each window
+  std::string check(int n_steps, double energy, const std::function<Simplices<Dim>()>& shape_now);
+  /// The energy is another one from here.
+  void begin_fit() { energies_.clear(); }
+
+ private:
+  std::string goes_nowhere(const Simplices<Dim>& now);
+
+  const Setting<Dim>& setting_;
+  double least_gain_;
+  int window_;
+  std::deque<double> energies_;        // of the last window
+  std::deque<Simplices<Dim>> shapes_;  // at the ends of windows
+};
+
+}  // namespace surf::segment
