@@ -170,9 +170,10 @@ bool MovingMesh<Dim>::has_vanished() const {
 
 template <int Dim>
 std::string MovingMesh<Dim>::obstacle() const {
-  if (has_vanished()) {
+  if (has_vanished()) {  // where a step would leave nothing, the shape is still that before it
     const Simplices<Dim> shape = simplices();
-    return fmt::format("the object vanished: its {} fell to {:.3g} mm^{}",
+    return fmt::format("the object vanished: {} its {} of {:.3g} mm^{}",
+                       has_vanished_ ? "a step would leave nothing of" : "little was left with",
                        Dim == 2 ? "area" : "volume",
                        flow::content<Dim>(shape.points, shape.elements), Dim);
   }

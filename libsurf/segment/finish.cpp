@@ -11,10 +11,8 @@ namespace {
 template <int Dim>
 std::string no_object(const Result<Dim>& result) {
   if (result.outcome == Outcome::kVanished)
-    return fmt::format(
-        "the object vanished: {}; start from a larger shape, or give the length or area of the "
-        "boundary less weight",
-        result.message);
+    return result.message +
+           "; start from a larger shape, or give the length or area of the boundary less weight";
   return fmt::format(
       "no object stands out round the clicks: {}; click in the middle of the object, or say what "
       "it is by --energy",

@@ -24,7 +24,7 @@ struct TiledField::Impl {
       : size(grid.size),
         world_to_index(grid.index_to_world.inverse()),
         nodal_values(std::move(values)) {
-    for (int axis = 0; axis < 3; ++axis) n_tiles[axis] = (size[axis] + kCells - 1) / kCells;
+    for (int axis = 0; axis < 3; ++axis) n_tiles[axis] = size[axis] / kCells + 1;
     tiles = std::vector<std::atomic<float*>>(std::size_t(n_tiles[0]) * n_tiles[1] * n_tiles[2]);
   }
   ~Impl() {
@@ -37,7 +37,7 @@ struct TiledField::Impl {
     auto& slot = tiles[(std::size_t(tk) * n_tiles[1] + tj) * n_tiles[0] + ti];
     if (float* ready = slot.load(std::memory_order_acquire)) return ready;
     auto fresh = std::make_unique<float[]>(kNodes * kNodes * kNodes);
-    const std::array<int, 3> lower = {ti * kCells - 1, tj * kCells - 1, tk * kCells - 1};
+    const std::array<int, 3> lower = {ti * kCells - 2, tj * kCells - 2, tk * kCells - 2};
     nodal_values(lower, {lower[0] + kNodes, lower[1] + kNodes, lower[2] + kNodes}, fresh.get());
     float* expected = nullptr;
     if (slot.compare_exchange_strong(expected, fresh.get(), std::memory_order_acq_rel)) {
@@ -49,13 +49,13 @@ struct TiledField::Impl {
 
   void sample_point(const Vector<3>& x, Derivatives order, Eigen::Index at, Samples<3>& out) {
     const Vector<3> u = world_to_index * x;
-    std::array<int, 3> cell;
+    std::array<int, 3> cell;                // from that before the first node on
     std::array<double, 3> fraction, moves;  // moves: 0 where the constant continuation begins
     for (int axis = 0; axis < 3; ++axis) {
-      const double clamped = std::clamp(u[axis], 0.0, size[axis] - 1.0);
+      const double clamped = std::clamp(u[axis], -0.5, size[axis] - 0.5);
       moves[axis] = clamped == u[axis] ? 1 : 0;
-      cell[axis] = std::min(static_cast<int>(clamped), size[axis] - 1);
-      fraction[axis] = clamped - cell[axis];
+      cell[axis] = static_cast<int>(clamped + 1);
+      fraction[axis] = clamped + 1 - cell[axis];
     }
     const float* coefficients = tile(cell[0] / kCells, cell[1] / kCells, cell[2] / kCells) +
                                 ((cell[2] % kCells) * kNodes + cell[1] % kCells) * kNodes +

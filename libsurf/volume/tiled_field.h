@@ -27,9 +27,9 @@ using NodalValues = std::function<void(const std::array<int, 3>& lower,
 /// axis. (An interpolating prefilter would overshoot next to steep edges, where the edge
 /// indicator must stay in [0, 1].)
 ///
-/// Outside the grid the field is continued constantly along each index axis. Tiles of 16^3
-/// cells are computed on first use and kept; sampling is thread-safe and its result does not
-/// depend on the order of use.
+/// Half a spacing beyond the outermost nodes, at the voxels' outer faces, its constant continuation
+/// along each index axis begins. Tiles of 16^3 cells are computed on first use and kept; sampling
+/// is thread-safe and its result does not depend on the order of use.
 class TiledField : public Field<3> {
  public:
   TiledField(const Grid& grid, NodalValues nodal_values);

@@ -1,6 +1,8 @@
 // How a run ends: words, codes and files.
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "libsurf/volume/write_volume.h"
 #include "tests/cli/program.h"
 
@@ -38,6 +40,11 @@ TEST_F(Outcomes, AnObjectThatVanishesIsEight) {
   EXPECT_EQ(outcome.exit_code, 8);
   EXPECT_FALSE(exists("s.stl"));
   EXPECT_EQ(json("s.json")["outcome"], "vanished");
+  const std::string said = "the object vanished: ";
+  EXPECT_NE(outcome.err.find(said), std::string::npos) << outcome.err;
+  EXPECT_EQ(outcome.err.find(said), outcome.err.rfind(said)) << outcome.err;
+  EXPECT_NE(outcome.err.find("; start from a larger shape"), std::string::npos) << outcome.err;
+  EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
 }
 
 TEST_F(Outcomes, TheLimitOfStepsIsFiveInEveryMode) {

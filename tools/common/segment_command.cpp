@@ -56,19 +56,23 @@ SegmentCommand<Dim>::SegmentCommand(const CLI::App& command, const RunArguments&
     : command_(command), arguments_(arguments), progress_(arguments.verbosity()) {}
 
 template <int Dim>
+surf::segment::ProgressOf<Dim> SegmentCommand<Dim>::on_step() {
+  return [this](const std::string& stage, const surf::flow::StepRecord& record,
+                const std::function<Shape()>& shape) {
+    progress_.step(step_line<Dim>(stage, record, clock_.total_seconds()));
+    if (record.n_elements > 0) show(shape);
+    return signal_exit_code() == kDone;
+  };
+}
+
+template <int Dim>
 surf::segment::Result<Dim> SegmentCommand<Dim>::segment(const Input& input) {
   surf::segment::Segmentation<Dim> segmentation(input.setting);
   const int object = segmentation.add_object();
   segmentation.set_options(object, input.options);
   for (const surf::Vector<Dim>& seed : input.options.seeds_mm)
     segmentation.add_click(object, {seed, surf::segment::Side::kInside});
-  Result result = segmentation.evolve(
-      object, [&](const std::string& stage, const surf::flow::StepRecord& record,
-                  const std::function<Shape()>& shape) {
-        progress_.step(step_line<Dim>(stage, record, clock_.total_seconds()));
-        if (record.n_elements > 0) show(shape);
-        return signal_exit_code() == kDone;
-      });
+  Result result = segmentation.evolve(object, on_step());
   if (!arguments_.recipe.empty())
     surf::segment::write_recipe<Dim>(arguments_.recipe, segmentation, image_path());
   return result;

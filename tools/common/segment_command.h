@@ -54,11 +54,15 @@ class SegmentCommand {
   /// "1656 triangles, 28.005 ml, ..."
   virtual std::string describe(const surf::segment::Measures<Dim>& measures) const = 0;
 
+  /// From the input to a result; a recipe is written if one was asked for.
+  virtual Result segment(const Input& input);
+
   const CLI::App& command() const { return command_; }
   ProgressLine& progress() { return progress_; }
+  /// Shows every step, and stops after a signal.
+  surf::segment::ProgressOf<Dim> on_step();
 
  private:
-  Result segment(const Input& input);
   void summarise(const Result& result, const surf::segment::Measures<Dim>* measures,
                  ExitCode exit_code);
 

@@ -116,11 +116,15 @@ surf::curve::Image ImageArguments::read() const {
 }
 
 void add_image_arguments(CLI::App& command, ImageArguments& a) {
-  const std::string group = "Which image";
   command.add_option(
       "IMAGE", a.path,
       "PNG, JPEG or TIFF image; or, with --slice or --plane, any volume that surfseg "
       "reads");
+  add_image_choice(command, a);
+}
+
+void add_image_choice(CLI::App& command, ImageArguments& a) {
+  const std::string group = "Which image";
   command
       .add_option("--spacing", a.spacing,
                   "Pixel size in mm, S or SX,SY [what the file states, else 1]")

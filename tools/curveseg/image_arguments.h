@@ -25,6 +25,8 @@ struct ImageArguments {
 
 /// Adds IMAGE and how to read it.
 void add_image_arguments(CLI::App& command, ImageArguments& a);
+/// The latter alone.
+void add_image_choice(CLI::App& command, ImageArguments& a);
 
 /// "axial", ...
 /// @throws surf::UsageError

@@ -11,7 +11,7 @@ int main(int argc, char** argv) {
        .description =
            "Turn an image, or a slice of a CT or MRI volume, into closed sub-pixel contours.",
        .result = "contour",
-       .verbs = {add_info_command, add_segment_command, add_stack_command, add_phantom_command,
-                 add_evaluate_command}},
+       .verbs = {add_info_command, add_segment_command, add_replay_command, add_stack_command,
+                 add_phantom_command, add_evaluate_command}},
       argc, argv);
 }

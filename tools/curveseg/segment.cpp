@@ -121,9 +121,7 @@ class CurveCommand : public SegmentCommand<2> {
   }
 
   std::string describe(const surf::segment::Measures<2>& measures) const override {
-    return fmt::format("{} elements, {} regions, {:.5g} mm^2, {:.5g} mm, closed, simple",
-                       measures.n_elements, measures.components.size(), measures.content,
-                       measures.measure);
+    return describe_curves(measures);
   }
 
  private:
@@ -158,6 +156,12 @@ void add_options(CLI::App& command, Arguments& a) {
 }
 
 }  // namespace
+
+std::string describe_curves(const surf::segment::Measures<2>& measures) {
+  return fmt::format("{} elements, {} regions, {:.5g} mm^2, {:.5g} mm, closed, simple",
+                     measures.n_elements, measures.components.size(), measures.content,
+                     measures.measure);
+}
 
 void add_segment_command(CLI::App& app, ExitCode& exit_code) {
   const auto arguments = std::make_shared<Arguments>();

@@ -92,11 +92,7 @@ class SurfaceCommand : public SegmentCommand<3> {
   }
 
   std::string describe(const surf::segment::Measures<3>& measures) const override {
-    return fmt::format(
-        "{} triangles, {:.5g} ml, {:.5g} cm^2, closed, manifold, no self-intersections, smallest "
-        "angle {:.1f} deg",
-        measures.n_elements, measures.content / 1000, measures.measure / 100,
-        measures.min_angle_deg);
+    return describe_surface(measures);
   }
 
  private:
@@ -241,6 +237,13 @@ void add_options(CLI::App& command, Arguments& a) {
 }
 
 }  // namespace
+
+std::string describe_surface(const surf::segment::Measures<3>& measures) {
+  return fmt::format(
+      "{} triangles, {:.5g} ml, {:.5g} cm^2, closed, manifold, no self-intersections, smallest "
+      "angle {:.1f} deg",
+      measures.n_elements, measures.content / 1000, measures.measure / 100, measures.min_angle_deg);
+}
 
 void add_segment_command(CLI::App& app, ExitCode& exit_code) {
   const auto arguments = std::make_shared<Arguments>();

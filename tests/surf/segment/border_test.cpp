@@ -73,8 +73,7 @@ Triangles off_the_border(const Triangles& surface, const ImageBox<3>& box) {
   return {surface.points, surface.elements(rows, Eigen::all)};
 }
 
-/// Noise alone roughens the uncut ball by 0.04 to 0.05.
-constexpr double kDistance = 0.06, kNoisyDistance = 0.08;
+constexpr double kDistance = 0.06;  // mm; noise alone roughens the uncut ball by 0.04 to 0.05
 
 /// The surface is verified, and what does not lie on the border is the ball of a radius.
 void expect_ball(const CutBall& scene, const SegmentOptions& options, double radius,
@@ -93,7 +92,7 @@ void expect_ball(const CutBall& scene, const SegmentOptions& options, double rad
              100 * excess, distances.mean_mm, distances.max_mm, distances.signed_mean_mm,
              result.n_steps(), result.message);
   EXPECT_LT(std::abs(excess), 0.01) << name;
-  EXPECT_LT(distances.mean_mm, scene.noise > 0 ? kNoisyDistance : kDistance) << name;
+  EXPECT_LT(distances.mean_mm, kDistance) << name;
 }
 
 /// The ball that the energy finds where nothing is cut off: it has a bias of its own.
@@ -113,30 +112,46 @@ const std::vector<std::pair<std::string, std::vector<EnergyTerm>>> kEnergies = {
     {"chan-vese + area", {{"chan-vese", 1, {}}, {"area", 0.01, {}}}},
     {"window + area", {{"window", 1, {{"mean", 1}, {"half-width", 0.5}}}, {"area", 0.05, {}}}}};
 
-class CutObject : public ::testing::TestWithParam<int> {};
+class CutObject : public ::testing::TestWithParam<int> {
+ protected:
+  /// From a larger and a smaller ball.
+  static void expect_same_ball(double noise, const std::string& energy,
+                               const std::vector<EnergyTerm>& terms) {
+    for (const double offset : {-2.0, 2.0}) {
+      const CutBall scene{GetParam(), 6, noise};
+      SegmentOptions options;
+      options.energies = terms;
+      options.settle = false;
+      if (noise > 0) options.sigma_mm = 1.5;
+      const double radius = radius_without_border(noise, offset, options);
+      options.seeds_mm = {scene.centre()};
+      options.initial = mesh::ball(scene.centre(), kRadius + offset, 1.5);
+      expect_ball(
+          scene, options, radius,
+          fmt::format("{} faces, noise {}, {}, {:+}", scene.n_faces, noise, energy, offset));
+    }
+  }
+};
 
 TEST_P(CutObject, EndsOnTheBorderAsIfItWentOn) {
-  for (const double noise : {0.0, 0.1})
-    for (const auto& [energy, terms] : kEnergies)
-      for (const double offset : {-2.0, 2.0}) {
-        if (noise > 0 && energy == "minimal-surface") continue;  // alone too weak under noise
-        const CutBall scene{GetParam(), 6, noise};
-        SegmentOptions options;
-        options.energies = terms;
-        options.settle = false;
-        if (noise > 0) options.sigma_mm = 1.5;
-        const double radius = radius_without_border(noise, offset, options);
-        options.seeds_mm = {scene.centre()};
-        options.initial = mesh::ball(scene.centre(), kRadius + offset, 1.5);
-        expect_ball(
-            scene, options, radius,
-            fmt::format("{} faces, noise {}, {}, {:+}", scene.n_faces, noise, energy, offset));
-      }
+  for (const auto& [energy, terms] : kEnergies) expect_same_ball(0, energy, terms);
+}
+
+TEST_P(CutObject, EndsOnTheBorderUnderNoiseAsIfItWentOn) {
+  for (const auto& [energy, terms] : kEnergies)
+    if (energy != "minimal-surface") expect_same_ball(0.1, energy, terms);
+}
+
+TEST_P(CutObject, EndsOnTheBorderUnderNoiseByMinimalSurfaceAlone) {
+  if (GetParam() > 1)
+    GTEST_SKIP()
+        << "minimal-surface under noise at an edge or a corner of the volume: 1.0 to 1.1 % "
+           "too large, 0.07 to 0.10 voxel off (docs/method.md, \"Where the volume ends\")";
+  expect_same_ball(0.1, kEnergies[0].first, kEnergies[0].second);
 }
 
 TEST_P(CutObject, IsFoundFromItsSeedAlone) {
   for (const double noise : {0.0, 0.1}) {
-    if (noise > 0 && GetParam() == 3) continue;  // see docs/method.md, "Where the volume ends"
     const CutBall scene{GetParam(), 6, noise};
     SegmentOptions options;
     options.seeds_mm = {scene.centre()};

@@ -65,6 +65,22 @@ TEST(Gaussian, KeepsLinearFunctionsOnAnyGrid) {
   EXPECT_LT((values_at(*field, x) - x * slope).cwiseAbs().maxCoeff(), kFloat);
 }
 
+// To the outer faces of the voxels, where half of the Gaussian lies outside.
+TEST(Gaussian, KeepsLinearFunctionsAtTheBorder) {
+  const Vector3d slope(0.3, -0.4, 0.2);
+  const Volume volume =
+      volume_of([&](const Vector3d& x) { return slope.dot(x); }, turned_and_anisotropic());
+  Points<3> x(27, 3);
+  for (int n = 0; n < 27; ++n) {
+    const Eigen::Array3d part(n % 3, n / 3 % 3, n / 9);
+    x.row(n) = volume.index_to_world() * Vector3d(part / 2 * kSize - 0.5);
+  }
+  for (const double sigma : {0.0, 0.4, 0.9, 2.5}) {
+    const auto field = intensity_field(volume, {.sigma_mm = sigma});
+    EXPECT_LT((values_at(*field, x) - x * slope).cwiseAbs().maxCoeff(), 3 * kFloat) << sigma;
+  }
+}
+
 /// Standard deviation [mm] of the derivative of a step, sampled along x through the volume.
 double step_width(const Field<3>& field, double step_at) {
   double mass = 0, second = 0;

@@ -79,7 +79,7 @@ TEST_P(AwkwardFrames, ReproduceLinearFunctions) {
                            return slope.dot(affine * index);
                          }));
   const Points<3> x =
-      random_points(affine, Vector3d::Constant(0.001), Vector3d(38.9, 34.9, 32.9), 300);
+      random_points(affine, Vector3d::Constant(-0.5), Vector3d(39.5, 35.5, 33.5), 300);
   const Samples<3> samples = sampled(field, x);
   constexpr double kFloat = 1e-5;  // values up to 60 in float, differences of them / 0.7 mm
   for (Eigen::Index i = 0; i < x.rows(); ++i) {
@@ -156,11 +156,11 @@ TEST(TiledField, SumsToOneOnConstants) {
   EXPECT_LT(samples.gradient.cwiseAbs().maxCoeff(), 1e-15);
 }
 
-TEST(TiledField, IsContinuedConstantlyOutsideTheVolume) {
+TEST(TiledField, ReachesToTheOuterFacesAndIsContinuedConstantlyBeyond) {
   const TiledField field(grid({20, 20, 20}, scaled(1)), from_index(noise));
   Points<3> x(3, 3), nearest(3, 3);
-  x << -4, 7.3, 9.1, 25, -1, 30, 5.5, 6.5, 19.5;
-  nearest << 0, 7.3, 9.1, 19, 0, 19, 5.5, 6.5, 19;
+  x << -4, 7.3, 9.1, 25, -1, 30, 5.5, 6.5, 19.6;
+  nearest << -0.5, 7.3, 9.1, 19.5, -0.5, 19.5, 5.5, 6.5, 19.5;
   const Samples<3> outside = sampled(field, x), inside = sampled(field, nearest);
   EXPECT_EQ(outside.value, inside.value);
   EXPECT_EQ(outside.gradient(0, 0), 0);

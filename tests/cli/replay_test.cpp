@@ -1,0 +1,94 @@
+// Recipes: what was done is done again, and what cannot be done says so in one line.
+#include <algorithm>
+
+#include "tests/cli/program.h"
+
+namespace surfseg::test {
+namespace {
+
+class Replay : public Program {
+ protected:
+  /// ball.nii.gz, s.stl from it, and r.json that says how.
+  void make_recipe(const std::vector<std::string>& more = {}) const {
+    must({"phantom", "ball", "--size", "40", "--spacing", "1", "-o", "ball.nii.gz"});
+    std::vector<std::string> segment = {"segment", "ball.nii.gz", "--seed", "0,0,0", "-o",
+                                        "s.stl",   "--recipe",    "r.json", "-q"};
+    segment.insert(segment.end(), more.begin(), more.end());
+    run(segment);
+  }
+  /// r.json with one value of it changed.
+  void change(const std::string& pointer, const nlohmann::json& value) const {
+    nlohmann::json recipe = json("r.json");
+    recipe[nlohmann::json::json_pointer(pointer)] = value;
+    write("files/r.json", recipe.dump());
+  }
+  /// The replay ends with a code, one line with these words, and no file.
+  void expect_refused(int exit_code, const std::vector<std::string>& words,
+                      const std::vector<std::string>& more = {}) const {
+    std::vector<std::string> replay = {"replay", "r.json", "-o", "again.stl", "-q"};
+    replay.insert(replay.end(), more.begin(), more.end());
+    const Outcome outcome = run(replay);
+    EXPECT_EQ(outcome.exit_code, exit_code) << outcome.err;
+    EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
+    for (const std::string& word : words)
+      EXPECT_NE(outcome.err.find(word), std::string::npos) << outcome.err;
+    EXPECT_FALSE(exists("again.stl"));
+  }
+};
+
+TEST_F(Replay, GivesTheSameBytesAndTheSameSummary) {
+  make_recipe({"--json", "s.json", "--mask", "s.nii.gz"});
+  const Outcome outcome =
+      must({"replay", "r.json", "-o", "again.stl", "--json", "a.json", "--mask", "a.nii.gz"});
+  EXPECT_EQ(bytes("again.stl"), bytes("s.stl"));
+  EXPECT_EQ(bytes("a.nii.gz"), bytes("s.nii.gz"));
+  EXPECT_NE(outcome.err.find("converged after"), std::string::npos) << outcome.err;
+  for (const std::string key : {"outcome", "volume_mm3", "triangles", "chosen", "exit_code"})
+    EXPECT_EQ(json("a.json")[key], json("s.json")[key]) << key;
+}
+
+TEST_F(Replay, EndsWithTheCodeOfWhatItRepeats) {
+  make_recipe({"--max-iterations", "2"});
+  EXPECT_EQ(run({"replay", "r.json", "-o", "again.stl"}).exit_code, 5);
+  EXPECT_EQ(bytes("again.stl"), bytes("s.stl"));
+}
+
+TEST_F(Replay, FindsTheVolumeBesideTheRecipeOrWhereItIsToldTo) {
+  make_recipe();
+  std::filesystem::create_directories(file("moved"));
+  std::filesystem::rename(file("ball.nii.gz"), file("moved/ball.nii.gz"));
+  expect_refused(3, {"ball.nii.gz"});
+  must({"replay", "r.json", "-o", "told.stl", "--volume", "moved/ball.nii.gz", "-q"});
+  std::filesystem::rename(file("r.json"), file("moved/r.json"));
+  must({"replay", "moved/r.json", "-o", "beside.stl", "-q"});
+  EXPECT_EQ(bytes("told.stl"), bytes("s.stl"));
+  EXPECT_EQ(bytes("beside.stl"), bytes("s.stl"));
+}
+
+TEST_F(Replay, RefusesAnotherVolumeAndRecipesThatItCannotRead) {
+  make_recipe();
+  must({"phantom", "box", "--size", "40", "--spacing", "1", "-o", "box.nii.gz"});
+  expect_refused(3, {"r.json", "belongs to another image", "ball.nii.gz"},
+                 {"--volume", "box.nii.gz"});
+  expect_refused(2, {"--object", "'object 1'", "'spleen'"}, {"--object", "spleen"});
+  change("/objects/0/history/1/do", "dance");
+  expect_refused(3, {"r.json", "object 1, entry 2", "'dance' is no action"});
+  change("/version", 1000);
+  expect_refused(3, {"r.json", "version 1000 is newer"});
+  write("files/r.json", "{}");
+  expect_refused(3, {"r.json", "not a surfseg recipe"});
+  std::filesystem::remove(file("r.json"));
+  expect_refused(3, {"r.json", "cannot be read"});
+}
+
+TEST_F(Replay, WithoutRecipeOrOutputIsAUsageError) {
+  make_recipe();
+  EXPECT_EQ(run({"replay", "-o", "again.stl"}).exit_code, 2);
+  EXPECT_EQ(run({"replay", "r.json"}).exit_code, 2);
+  EXPECT_EQ(run({"replay", "r.json", "-o", "r.json"}).exit_code, 2);
+  change("/image/path", "");
+  expect_refused(2, {"--volume", "r.json names no image"});
+}
+
+}  // namespace
+}  // namespace surfseg::test

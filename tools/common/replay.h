@@ -1,0 +1,43 @@
+// What the replay commands of both programs do: a recipe in, what its object is at the end out.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <string>
+
+#include "libsurf/segment/segmentation.h"
+#include "tools/common/run_arguments.h"
+
+namespace surfseg {
+
+/// A recipe's file, and which object of it; the rest are outputs.
+struct ReplayArguments : RunArguments {
+  std::string path, object;
+};
+
+/// RECIPE, --object and the options of running.
+void add_replay_arguments(CLI::App& command, ReplayArguments& a);
+
+/// The recipe's text.
+/// @throws surf::UsageError  none was named
+/// @throws surf::InputError  cannot be read
+std::string read_recipe(const ReplayArguments& a);
+
+/// The file of the recipe's image: `chosen` if there is one, else as the recipe names it, beside
+/// the recipe if it is not there.
+/// @param option  that would name it
+/// @throws surf::UsageError  the recipe names none
+std::string image_file(const ReplayArguments& a, const std::string& recipe,
+                       const std::string& chosen, const std::string& option);
+
+/// Does all that the recipe says.
+/// @param setting  the image
+/// @return  the object that was asked for, or the only one
+/// @throws surf::InputError  as segment::replay(), with the recipe's file
+/// @throws surf::UsageError  there is no such object, or several and none was asked for
+template <int Dim>
+surf::segment::Object<Dim> replayed(
+    const ReplayArguments& a, const std::string& recipe,
+    const std::shared_ptr<const surf::segment::Setting<Dim>>& setting,
+    const surf::segment::ProgressOf<Dim>& progress);
+
+}  // namespace surfseg

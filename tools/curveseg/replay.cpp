@@ -1,0 +1,121 @@
+// curveseg replay: a recipe in, the contours that it makes again out.
+#include "tools/common/replay.h"
+
+#include <fmt/format.h>
+
+#include "libcurve/image/write_image.h"
+#include "libcurve/io/contour_file.h"
+#include "libcurve/mesh/rasterize.h"
+#include "libcurve/segment/segment.h"
+#include "libsurf/base/error.h"
+#include "libsurf/base/file.h"
+#include "tools/common/outputs.h"
+#include "tools/common/segment_command.h"
+#include "tools/curveseg/commands.h"
+#include "tools/curveseg/image_arguments.h"
+
+namespace surfseg::curve_program {
+namespace {
+
+using surf::curve::Image;
+
+struct Arguments : ReplayArguments {
+  ImageArguments image;
+  std::string output, output_space = "lps", mask;
+};
+
+class ReplayCommand : public SegmentCommand<2> {
+ public:
+  ReplayCommand(const CLI::App& command, const Arguments& arguments)
+      : SegmentCommand<2>(command, arguments), arguments_(arguments) {}
+
+ protected:
+  void check() const override {
+    if (arguments_.output.empty())
+      throw surf::UsageError("-o: an output file is missing, such as -o liver.json");
+    if (!surf::curve::is_writable_contour(arguments_.output))
+      throw surf::UsageError(fmt::format(
+          "-o: {}: expected a name that ends in .svg, .json, .vtp or .csv", arguments_.output));
+    if (!arguments_.mask.empty() && surf::extension(arguments_.mask) != ".png")
+      throw surf::UsageError(
+          fmt::format("--mask: {}: expected a name that ends in .png", arguments_.mask));
+    check_range("--threads", arguments_.threads, 0, "0 (all) or more");
+    check_outputs(
+        {{"-o", arguments_.output}, {"--mask", arguments_.mask}, {"--json", arguments_.json}},
+        arguments_.path);
+  }
+
+  Input read() override {
+    recipe_ = read_recipe(arguments_);
+    ImageArguments which = arguments_.image;
+    which.path = image_file(arguments_, recipe_, which.path, "--image");
+    for (const std::string& output : {arguments_.output, arguments_.mask})
+      check_outputs({{"-o, --mask", output}}, which.path);
+    path_ = which.path;
+    image_ = which.read();
+    for (const std::string& note : image_->source().notes) progress().note("note: " + note);
+    return {surf::curve::make_setting(*image_), {}};
+  }
+
+  Result segment(const Input& input) override {
+    return *replayed<2>(arguments_, recipe_, input.setting, on_step()).result;
+  }
+
+  std::vector<std::string> idle_options() const override { return {}; }
+  std::string output() const override { return arguments_.output; }
+  std::string image_path() const override { return path_; }
+  const char* program() const override { return "curveseg"; }
+
+  void write(const Input&, const Result&,
+             const surf::segment::Finished<2>& finished) const override {
+    surf::curve::write_contours(
+        arguments_.output, finished.shape, *image_,
+        arguments_.output_space == "ras" ? surf::io::Space::kRas : surf::io::Space::kLps);
+    if (!arguments_.mask.empty())
+      surf::curve::write_mask(
+          arguments_.mask, image_->size(),
+          surf::curve::rasterize(finished.shape, image_->size(), image_->pixel_to_plane()));
+  }
+
+  std::string describe(const surf::segment::Measures<2>& measures) const override {
+    return describe_curves(measures);
+  }
+
+ private:
+  const Arguments& arguments_;
+  std::string recipe_, path_;
+  std::optional<Image> image_;
+};
+
+void add_options(CLI::App& command, Arguments& a) {
+  add_replay_arguments(command, a);
+  command.add_option("-o,--output", a.output, "Contours to write: .svg, .json, .vtp or .csv");
+  command.add_option("--image", a.image.path, "The image [where the recipe says that it is]");
+  add_image_choice(command, a.image);
+  const std::string group = "Output and running";
+  command
+      .add_option("--output-space", a.output_space,
+                  "Frame of a slice's .vtp: lps (as Slicer) or ras")
+      ->check(CLI::IsMember({"lps", "ras"}))
+      ->capture_default_str()
+      ->group(group);
+  command.add_option("--mask", a.mask, "Mask on the image's pixels: .png")->group(group);
+}
+
+}  // namespace
+
+void add_replay_command(CLI::App& app, ExitCode& exit_code) {
+  const auto arguments = std::make_shared<Arguments>();
+  CLI::App* command = app.add_subcommand("replay", "Repeat what a recipe says, to the byte");
+  add_options(*command, *arguments);
+  command->footer(
+      "Examples:\n"
+      "  curveseg segment head.nii.gz --slice axial:80 --seed 90,110 -o v.json --recipe r.json\n"
+      "  curveseg replay r.json --slice axial:80 -o again.json\n"
+      "The image's content has to be the same: a hash of it is in the recipe.\n"
+      "Exit codes: those of segment; 3 if the recipe is broken, newer or of another image.");
+  command->callback(
+      [command, arguments, &exit_code] { exit_code = ReplayCommand(*command, *arguments).run(); });
+}
+
+}  // namespace surfseg::curve_program

@@ -1,0 +1,127 @@
+// surfseg replay: a recipe in, the surface that it makes again out.
+#include "tools/common/replay.h"
+
+#include <fmt/format.h>
+
+#include "libsurf/base/error.h"
+#include "libsurf/base/file.h"
+#include "libsurf/io/write_surface.h"
+#include "libsurf/mesh/rasterize.h"
+#include "libsurf/volume/write_volume.h"
+#include "tools/common/outputs.h"
+#include "tools/common/segment_command.h"
+#include "tools/common/volume_arguments.h"
+#include "tools/surfseg/commands.h"
+#include "tools/surfseg/slice_picture.h"
+
+namespace surfseg {
+namespace {
+
+struct Arguments : ReplayArguments {
+  std::string volume, output, output_space = "lps", mask, picture;
+  VolumeArguments which;
+};
+
+class ReplayCommand : public SegmentCommand<3> {
+ public:
+  ReplayCommand(const CLI::App& command, const Arguments& arguments)
+      : SegmentCommand<3>(command, arguments), arguments_(arguments) {}
+
+ protected:
+  void check() const override {
+    if (arguments_.output.empty())
+      throw surf::UsageError("-o: an output file is missing, such as -o liver.stl");
+    if (!surf::io::is_writable_surface(arguments_.output))
+      throw surf::UsageError(fmt::format(
+          "-o: {}: expected a name that ends in .stl, .obj, .ply or .vtp", arguments_.output));
+    if (!arguments_.mask.empty() && !surf::volume::is_writable_volume(arguments_.mask))
+      throw surf::UsageError(
+          fmt::format("--mask: {}: expected a name that ends in .nii.gz, .nii, .mha or .nrrd",
+                      arguments_.mask));
+    check_picture("--picture", arguments_.picture);
+    check_range("--threads", arguments_.threads, 0, "0 (all) or more");
+    arguments_.which.check();
+    check_outputs({{"-o", arguments_.output},
+                   {"--mask", arguments_.mask},
+                   {"--picture", arguments_.picture},
+                   {"--json", arguments_.json}},
+                  arguments_.path);
+  }
+
+  Input read() override {
+    recipe_ = read_recipe(arguments_);
+    path_ = image_file(arguments_, recipe_, arguments_.volume, "--volume");
+    for (const std::string& output : {arguments_.output, arguments_.mask})
+      check_outputs({{"-o, --mask", output}}, path_);
+    volume_ = arguments_.which.read(path_);
+    for (const std::string& note : volume_->source().notes) progress().note("note: " + note);
+    return {surf::segment::make_setting(*volume_), {}};
+  }
+
+  Result segment(const Input& input) override {
+    const auto object = replayed<3>(arguments_, recipe_, input.setting, on_step());
+    for (const auto& click : object.clicks) clicks_mm_.push_back(click.point_mm);
+    return *object.result;
+  }
+
+  std::vector<std::string> idle_options() const override { return {}; }
+  std::string output() const override { return arguments_.output; }
+  std::string image_path() const override { return path_; }
+  const char* program() const override { return "surfseg"; }
+
+  void write(const Input&, const Result&,
+             const surf::segment::Finished<3>& finished) const override {
+    surf::segment::write(
+        arguments_.output, finished,
+        {arguments_.output_space == "ras" ? surf::io::Space::kRas : surf::io::Space::kLps});
+    if (!arguments_.mask.empty())
+      surf::volume::write_label_map(
+          arguments_.mask, volume_->size(), volume_->index_to_world(),
+          surf::mesh::rasterize(finished.shape, volume_->size(), volume_->index_to_world()));
+    write_picture(arguments_.picture, finished.shape, *volume_, clicks_mm_);
+  }
+
+  std::string describe(const surf::segment::Measures<3>& measures) const override {
+    return describe_surface(measures);
+  }
+
+ private:
+  const Arguments& arguments_;
+  std::string recipe_, path_;
+  std::optional<surf::volume::Volume> volume_;
+  std::vector<Eigen::Vector3d> clicks_mm_;
+};
+
+void add_options(CLI::App& command, Arguments& a) {
+  add_replay_arguments(command, a);
+  command.add_option("-o,--output", a.output, "Surface to write: .stl, .obj, .ply or .vtp");
+  command.add_option("--volume", a.volume, "The volume [where the recipe says that it is]");
+  a.which.add_to(command);
+  const std::string group = "Output and running";
+  command.add_option("--output-space", a.output_space, "Frame of the file: lps (as Slicer) or ras")
+      ->check(CLI::IsMember({"lps", "ras"}))
+      ->capture_default_str()
+      ->group(group);
+  command
+      .add_option("--mask", a.mask, "Label map on the volume's grid: .nii.gz, .nii, .mha, .nrrd")
+      ->group(group);
+  add_picture_option(command, a.picture, group);
+}
+
+}  // namespace
+
+void add_replay_command(CLI::App& app, ExitCode& exit_code) {
+  const auto arguments = std::make_shared<Arguments>();
+  CLI::App* command = app.add_subcommand("replay", "Repeat what a recipe says, to the byte");
+  add_options(*command, *arguments);
+  command->footer(
+      "Examples:\n"
+      "  surfseg segment ct.nii.gz --seed 12,-30,44 -o kidney.stl --recipe kidney.json\n"
+      "  surfseg replay kidney.json -o again.stl\n"
+      "The volume's content has to be the same: a hash of it is in the recipe.\n"
+      "Exit codes: those of segment; 3 if the recipe is broken, newer or of another volume.");
+  command->callback(
+      [command, arguments, &exit_code] { exit_code = ReplayCommand(*command, *arguments).run(); });
+}
+
+}  // namespace surfseg
