@@ -26,6 +26,12 @@ find_package(TIFF REQUIRED)
 find_path(SURFSEG_NIFTI_INCLUDE nifti/nifti2.h REQUIRED)
 mark_as_advanced(SURFSEG_NIFTI_INCLUDE)
 
+# Least cuts; a template, so headers only.
+find_path(SURFSEG_MAXFLOW_INCLUDE maxflow/graph.cpp PATH_SUFFIXES maxflow-3.0 REQUIRED)
+mark_as_advanced(SURFSEG_MAXFLOW_INCLUDE)
+add_library(surfseg_maxflow INTERFACE IMPORTED)
+target_include_directories(surfseg_maxflow SYSTEM INTERFACE ${SURFSEG_MAXFLOW_INCLUDE})
+
 # Libraries without a usable package file become imported targets here.
 function(surfseg_find_library target header library)
   cmake_parse_arguments(ARG "" "" "PATH_SUFFIXES" ${ARGN})

@@ -11,6 +11,7 @@ packages=(
   libeigen3-dev libopenmesh-dev libcgal-dev libceres-dev
   libopenvdb-dev libtbb-dev libboost-iostreams-dev libblosc-dev
   libvtk9-dev libopenmpi-dev libx11-dev
+  libmaxflow-dev
   libgdcm-dev libteem-dev libnifti2-dev zlib1g-dev libpng-dev libtiff-dev
   libcli11-dev nlohmann-json3-dev libfmt-dev
   libgtest-dev libbenchmark-dev

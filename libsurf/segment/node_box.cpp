@@ -1,6 +1,7 @@
 #include "libsurf/segment/node_box.h"
 
 #include <algorithm>
+#include <limits>
 
 namespace surf::segment {
 
@@ -105,6 +106,61 @@ std::vector<std::int16_t> squared_distances(const NodeBox<Dim>& box, const Flags
   return out;
 }
 
+namespace {
+
+constexpr float kFar = std::numeric_limits<float>::infinity();
+
+/// The lower envelope of parabolas along a line (Felzenszwalb and Huttenlocher).
+class Envelope {
+ public:
+  explicit Envelope(int longest) : values_(longest), center_(longest), from_(longest) {}
+
+  /// values[i] becomes min over j of (i - j)^2 + values[j].
+  void replace(float* values, int n, std::size_t stride) {
+    int last = -1;
+    for (int j = 0; j < n; ++j) {
+      values_[j] = values[j * stride];
+      if (values_[j] == kFar) continue;
+      double begin = -1;
+      for (; last >= 0; --last) {
+        const int k = center_[last];
+        begin = (double(values_[j]) - double(values_[k]) + double(j) * j - double(k) * k) /
+                (2.0 * (j - k));
+        if (begin > from_[last]) break;
+      }
+      ++last;
+      center_[last] = j;
+      from_[last] = last == 0 ? -1 : begin;
+    }
+    if (last < 0) return;
+    for (int i = 0, at = 0; i < n; ++i) {
+      while (at < last && from_[at + 1] < i) ++at;
+      const auto away = float(i - center_[at]);
+      values[i * stride] = away * away + values_[center_[at]];
+    }
+  }
+
+ private:
+  std::vector<float> values_;
+  std::vector<int> center_;
+  std::vector<double> from_;
+};
+
+}  // namespace
+
+template <int Dim>
+std::vector<float> exact_squared_distances(const NodeBox<Dim>& box, const Flags& flags) {
+  std::vector<float> out(box.n());
+  std::transform(flags.begin(), flags.end(), out.begin(),
+                 [](std::uint8_t flag) { return flag ? 0.f : kFar; });
+  Envelope envelope(*std::max_element(box.size.begin(), box.size.end()));
+  std::size_t stride = 1;
+  for (int axis = 0; axis < Dim; stride *= box.size[axis], ++axis)
+    for (std::size_t line = 0; line < out.size(); ++line)
+      if (line / stride % box.size[axis] == 0) envelope.replace(&out[line], box.size[axis], stride);
+  return out;
+}
+
 template <int Dim>
 void fill_holes(const NodeBox<Dim>& box, Flags& flags) {
   Flags open(box.n());
@@ -147,6 +203,7 @@ void blur(const NodeBox<Dim>& box, std::vector<float>& values) {
   template Flags component<Dim>(const NodeBox<Dim>&, const Flags&, std::vector<std::size_t>);     \
   template std::vector<std::int16_t> squared_distances<Dim>(const NodeBox<Dim>&, const Flags&,    \
                                                             int);                                 \
+  template std::vector<float> exact_squared_distances<Dim>(const NodeBox<Dim>&, const Flags&);    \
   template void fill_holes<Dim>(const NodeBox<Dim>&, Flags&);                                     \
   template void blur<Dim>(const NodeBox<Dim>&, std::vector<float>&);
 SURF_INSTANTIATE(2)

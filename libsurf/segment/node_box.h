@@ -80,6 +80,10 @@ Flags component(const NodeBox<Dim>& box, const Flags& flags, std::vector<std::si
 template <int Dim>
 std::vector<std::int16_t> squared_distances(const NodeBox<Dim>& box, const Flags& flags, int reach);
 
+/// The same exactly at any distance; infinity if no node is flagged. O(nodes).
+template <int Dim>
+std::vector<float> exact_squared_distances(const NodeBox<Dim>& box, const Flags& flags);
+
 /// Flags what the flagged nodes enclose too: all that has no way to the border of the box.
 template <int Dim>
 void fill_holes(const NodeBox<Dim>& box, Flags& flags);

@@ -96,7 +96,8 @@ std::vector<Proposal<Dim>> propose(const Setting<Dim>& setting, const SearchGrid
     std::optional<Simplices<Dim>> shape = boundary<Dim>(setting, region);
     if (!shape) continue;
     const double enclosed = fem::Geometry<Dim>(shape->points, shape->elements).enclosed();
-    out.push_back({std::move(*shape), region.score, enclosed, region.mean, region.half_width,
+    out.push_back({std::move(*shape), region.score, enclosed, region.family,
+                   0.5 * (region.low + region.high), 0.5 * (region.high - region.low),
                    region.neck_radius_mm, region.node_mm, region.features});
   }
   return out;
@@ -104,11 +105,26 @@ std::vector<Proposal<Dim>> propose(const Setting<Dim>& setting, const SearchGrid
 
 template <int Dim>
 std::string to_string(const Proposal<Dim>& proposal) {
+  const double low = proposal.mean - proposal.half_width,
+               high = proposal.mean + proposal.half_width;
+  std::string what;
+  switch (proposal.family) {
+    case Family::kAlike:
+      what = fmt::format("intensities between {:.4g} and {:.4g}", low, high);
+      break;
+    case Family::kBrighter:
+      what = fmt::format("intensities above {:.4g}, nearly all below {:.4g}", low, high);
+      break;
+    case Family::kFront:
+      what = fmt::format(
+          "what is reached before an edge, nearly all intensities between {:.4g} and {:.4g}", low,
+          high);
+      break;
+  }
   return fmt::format(
-      "intensities between {:.4g} and {:.4g}, cut off where a neck is thinner than {:.3g} mm; "
-      "score {:.2f}",
-      proposal.mean - proposal.half_width, proposal.mean + proposal.half_width,
-      2 * proposal.neck_radius_mm, proposal.score);
+      "{}, cut off where a neck is thinner than {:.3g} mm, settled on the edges near by; score "
+      "{:.2f}",
+      what, 2 * proposal.neck_radius_mm, proposal.score);
 }
 
 #define SURF_INSTANTIATE(Dim)                                                    \

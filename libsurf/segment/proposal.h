@@ -15,13 +15,15 @@ template <int Dim>
 struct Proposal {
   Simplices<Dim> shape;     ///< closed, embedded, in the box of the cells' centres
   double score, enclosed;   ///< larger is better; [mm^Dim]
-  double mean, half_width;  ///< of the window [intensity]
+  Family family;            ///< of the windows it comes from
+  double mean, half_width;  ///< middle and half of Region's low and high [intensity]
   double neck_radius_mm;    ///< of the opening
   double node_mm;           ///< of the grid: how far off its boundary may be
   RungFeatures features;    ///< what the boundary looks like
 };
 
-/// "intensities between 12 and 250, cut off where a neck is thinner than 3 mm; score 0.82"
+/// "intensities between 12 and 250, cut off where a neck is thinner than 3 mm, settled on the edges
+/// near by; score 0.82"
 template <int Dim>
 std::string to_string(const Proposal<Dim>& proposal);
 
@@ -29,7 +31,7 @@ std::string to_string(const Proposal<Dim>& proposal);
 /// @param options  their Gaussian is replaced by that of the grid unless `sigma_mm` is given
 template <int Dim>
 SearchGrid<Dim> search_grid(const Setting<Dim>& setting, FieldOptions options,
-                            std::optional<double> sigma_mm = {}, double max_nodes = 3e6);
+                            std::optional<double> sigma_mm = {}, double max_nodes = 1.5e6);
 
 /// The best regions (search_regions) as shapes, best first; those whose boundary cannot be made a
 /// sound shape are left out. Empty: no object stands out round the seeds.

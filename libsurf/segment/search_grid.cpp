@@ -74,7 +74,7 @@ SearchGrid<Dim>::SearchGrid(const Field<Dim>& I, const ImageExtent<Dim>& extent,
     : lattice_(lattice), range_(double(extent.range[1]) - extent.range[0]) {
   const NodeBox<Dim>& box = lattice_.box;
   intensity_.resize(box.n());
-  std::vector<float> slope(box.n());
+  slope_.resize(box.n());
   std::vector<Eigen::Matrix<float, Dim, 1>> direction(box.n());  // one node far, in nodes
   const Eigen::Matrix<double, Dim, Dim> to_nodes =
       lattice_.node_mm * lattice_.node_to_world.linear().inverse();
@@ -89,11 +89,11 @@ SearchGrid<Dim>::SearchGrid(const Field<Dim>& I, const ImageExtent<Dim>& extent,
     for (std::size_t m = 0; m < slice; ++m) {
       const Vector<Dim> gradient = samples.gradient.row(Eigen::Index(m)).transpose();
       intensity_[k * slice + m] = static_cast<float>(samples.value[Eigen::Index(m)]);
-      slope[k * slice + m] = static_cast<float>(gradient.norm());
+      slope_[k * slice + m] = static_cast<float>(gradient.norm());
       direction[k * slice + m] = (to_nodes * gradient.normalized()).template cast<float>();
     }
   });
-  keep_edges(slope, direction);
+  keep_edges(direction);
   const auto [lowest, highest] = std::minmax_element(intensity_.begin(), intensity_.end());
   const double low = *lowest, scale = (kLevels - 1) / std::max(double(*highest) - low, 1e-300);
   level_.resize(box.n());
@@ -104,8 +104,7 @@ SearchGrid<Dim>::SearchGrid(const Field<Dim>& I, const ImageExtent<Dim>& extent,
 /// Not at the border, where the gradient is the spline's own, but where there are few slices all
 /// would be near it.
 template <int Dim>
-void SearchGrid<Dim>::keep_edges(const std::vector<float>& slope,
-                                 const std::vector<Eigen::Matrix<float, Dim, 1>>& direction) {
+void SearchGrid<Dim>::keep_edges(const std::vector<Eigen::Matrix<float, Dim, 1>>& direction) {
   const NodeBox<Dim>& box = lattice_.box;
   edge_slope_.assign(box.n(), 0);
   const auto is_at_border = [&](const typename NodeBox<Dim>::Index& node) {
@@ -118,11 +117,11 @@ void SearchGrid<Dim>::keep_edges(const std::vector<float>& slope,
   tbb::parallel_for(0, box.size[Dim - 1], [&](int k) {
     for (std::size_t at = k * slice; at < (k + 1) * slice; ++at) {
       const auto node = box.node(at);
-      if (!(slope[at] > 0) || is_at_border(node)) continue;
+      if (!(slope_[at] > 0) || is_at_border(node)) continue;
       const Vector<Dim> here = point_of<Dim>(node), up = direction[at].template cast<double>();
-      const double highest = std::max(interpolated<Dim>(box, slope, here + up),
-                                      interpolated<Dim>(box, slope, here - up));
-      if (slope[at] * (1 + kRounding) >= highest) edge_slope_[at] = slope[at];
+      const double highest = std::max(interpolated<Dim>(box, slope_, here + up),
+                                      interpolated<Dim>(box, slope_, here - up));
+      if (slope_[at] * (1 + kRounding) >= highest) edge_slope_[at] = slope_[at];
     }
   });
 }

@@ -43,20 +43,21 @@ class SearchGrid {
   /// The intensity in steps of 1 / (kLevels - 1) of that between the lowest and highest one.
   const std::vector<std::uint16_t>& level() const { return level_; }
   static constexpr int kLevels = 1 << 14;
+  /// |grad I| [intensity / mm].
+  const std::vector<float>& slope() const { return slope_; }
   /// |grad I| [intensity / mm] where it is no less than one node up and down its direction, else 0.
   const std::vector<float>& edge_slope() const { return edge_slope_; }
   std::size_t memory_bytes() const {
-    return (intensity_.capacity() + edge_slope_.capacity()) * sizeof(float) +
+    return (intensity_.capacity() + slope_.capacity() + edge_slope_.capacity()) * sizeof(float) +
            level_.capacity() * sizeof(std::uint16_t);
   }
 
  private:
-  void keep_edges(const std::vector<float>& slope,
-                  const std::vector<Eigen::Matrix<float, Dim, 1>>& direction);
+  void keep_edges(const std::vector<Eigen::Matrix<float, Dim, 1>>& direction);
 
   SearchLattice<Dim> lattice_;
   double range_;
-  std::vector<float> intensity_, edge_slope_;
+  std::vector<float> intensity_, slope_, edge_slope_;
   std::vector<std::uint16_t> level_;
 };
 

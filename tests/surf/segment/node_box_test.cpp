@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "tests/surf/fixtures.h"
 
@@ -64,6 +65,24 @@ TYPED_TEST(NodeBoxes, KnowTheDistanceOfTheNearestFlagWithinReach) {
       }
     }
   }
+}
+
+TYPED_TEST(NodeBoxes, KnowTheDistanceOfTheNearestFlagAtAnyDistance) {
+  const auto box = this->box();
+  for (const unsigned n : {2u, 10u, 150u}) {
+    const Flags flags = this->one_in(n);
+    const auto found = exact_squared_distances(box, flags);
+    for (std::size_t at = 0; at < box.n(); ++at) {
+      int least = 1000;
+      for (std::size_t other = 0; other < box.n(); ++other)
+        if (flags[other]) least = std::min(least, this->squared(at, other));
+      if (least < 1000) {
+        ASSERT_EQ(found[at], float(least));
+      }
+    }
+  }
+  const auto none = exact_squared_distances(box, Flags(box.n(), 0));
+  for (const float squared : none) EXPECT_FALSE(std::isfinite(squared));
 }
 
 TYPED_TEST(NodeBoxes, FindTheNodesThatAreConnectedWithTheStarts) {

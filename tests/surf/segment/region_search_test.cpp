@@ -236,6 +236,31 @@ TYPED_TEST(RegionSearch, FindsNothingWhereAllIsTheSame) {
                   .empty());
 }
 
+TYPED_TEST(RegionSearch, FindsNothingInNoise) {
+  constexpr int Dim = TypeParam::value;
+  const auto noise = image_of<Dim>([](const auto&) { return 0.0; }, 1);
+  for (const double at : {10.0, 24.0, 37.0}) {
+    const auto found = search<Dim>(noise, {Vector<Dim>::Constant(at)});
+    EXPECT_TRUE(found.empty()) << at << ": " << found.front().score << ", "
+                               << found.front().features.enclosed;
+  }
+}
+
+// A window's end lies up to two nodes off an edge that is as wide; a settled boundary on it.
+TYPED_TEST(RegionSearch, SettlesOnTheEdge) {
+  constexpr int Dim = TypeParam::value;
+  const Vector<Dim> center = this->at(24, 24, 24);
+  const auto regions =
+      search<Dim>(image_of<Dim>(
+                      [&](const Vector<Dim>& x) {
+                        return 1 / (1 + std::exp(((x - center).norm() - 12) / 0.8));
+                      },
+                      0.05),
+                  {center});
+  ASSERT_FALSE(regions.empty());
+  EXPECT_NEAR(radius_of_ball<Dim>(content_of(regions.front())), 12, kEdge / 2);
+}
+
 /// A turned ellipsoid with a tail, and noise that belongs to the cell.
 template <int Dim>
 double scene(const Vector<Dim>& x) {

@@ -1,0 +1,270 @@
+#include "libsurf/segment/ladder.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <atomic>
+#include <limits>
+
+#include "libsurf/segment/arrival.h"
+
+namespace surf::segment {
+namespace {
+
+constexpr int kLeastWindows = 4;
+constexpr double kWidestShare = 0.8;  // of the grid: a window that holds more is the last but one
+constexpr double kLargestGrowth = 1.4;
+// After the last window, or where the next one was not looked at: to the whole grid, spread over
+// several windows.
+constexpr double kShareOfGrowth = 0.3, kLargestUnknownGrowth = 1;
+constexpr int kWindowReach = 2;   // nodes from a seed to its window: a seed may be noise
+constexpr int kOpeningReach = 8;  // nodes from a seed to the opening: it may be near an edge
+constexpr int kMargin = 3;        // nodes, for the shell that a region is compared with
+constexpr double kSlack = 1e-6;   // rounding, where an image is turned or flipped
+// Of fronts: their cost per node where nothing is seen, the nodes of their first volume, the
+// growth to the next, and the radius of the one opening.
+constexpr double kCalm = 0.02, kFirstVolume = 113, kVolumeGrowth = 1.5, kFrontNeck = 1.5;
+constexpr double kLargestFront = 0.4;  // of the grid
+constexpr double kWidestOneSided = 3;  // [nodes] wider necks add nothing there
+constexpr int kCalmReach = 3;  // nodes about a seed, of which the slope that is nothing is taken
+constexpr double kSlopes = 3, kSlopeNoise = 2;
+
+float distance(Family family, float intensity, float mean) {
+  return family == Family::kBrighter ? std::max(mean - intensity, 0.f) : std::abs(intensity - mean);
+}
+
+template <int Dim>
+std::vector<float> distances(const SeedView<Dim>& view, Family family) {
+  std::vector<float> out(view.grid.box().n(), std::numeric_limits<float>::infinity());
+  for (const SeedNodes<Dim>& seed : view.seeds)
+    for (std::size_t at = 0; at < out.size(); ++at)
+      out[at] =
+          std::min(out[at], distance(family, view.grid.intensity()[at], float(seed.model.mean)));
+  return out;
+}
+
+/// Slope [intensity / mm] that a front takes for an edge: well above what is seen round the seeds.
+template <int Dim>
+double slope_of_edge(const SeedView<Dim>& view) {
+  const NodeBox<Dim>& grid = view.grid.box();
+  NodeBox<Dim> around;
+  around.lower.fill(-kCalmReach);
+  around.size.fill(2 * kCalmReach + 1);
+  std::vector<double> slopes;
+  for (const SeedNodes<Dim>& seed : view.seeds)
+    for (const auto& center : seed.nodes)
+      for (std::size_t n = 0; n < around.n(); ++n) {
+        auto node = around.node(n);
+        for (int axis = 0; axis < Dim; ++axis) node[axis] += center[axis];
+        if (grid.contains(node)) slopes.push_back(view.grid.slope()[grid.at(node)]);
+      }
+  return std::max({kSlopes * median(std::move(slopes)),
+                   kSlopeNoise * view.noise / view.grid.node_mm(),
+                   1e-6 * view.grid.range() / view.grid.node_mm()});
+}
+
+template <int Dim>
+Ladder front_ladder(const SeedView<Dim>& view) {
+  const NodeBox<Dim>& grid = view.grid.box();
+  Ladder out{Family::kFront, {}, {}, {kFrontNeck}};
+  const double edge = slope_of_edge(view);
+  if (!(edge > 0)) return out;
+  std::vector<float> cost(grid.n());
+  std::transform(view.grid.slope().begin(), view.grid.slope().end(), cost.begin(),
+                 [&](double g) { return float(kCalm + g / edge * (g / edge)); });
+  std::vector<std::size_t> starts;
+  for (const SeedNodes<Dim>& seed : view.seeds)
+    for (const auto& node : seed.nodes) starts.push_back(grid.at(node));
+  out.distance = arrival_times(grid, cost, std::span<const std::size_t>(starts),
+                               std::size_t(kLargestFront * double(grid.n())));
+  std::vector<float> times;
+  for (const float time : out.distance)
+    if (std::isfinite(time)) times.push_back(time);
+  std::sort(times.begin(), times.end());
+  for (double n = kFirstVolume; n < double(times.size()); n *= kVolumeGrowth)
+    out.levels.push_back(times[std::size_t(n)]);
+  return out;
+}
+
+/// Half-widths up to the first window that holds nearly all, which is left out.
+std::vector<double> half_widths(std::vector<float> distance, double deviation) {
+  const auto widest = distance.begin() + std::ptrdiff_t(kWidestShare * double(distance.size()));
+  std::nth_element(distance.begin(), widest, distance.end());
+  std::vector<double> out;
+  if (!(deviation > 0 && *widest > 0)) return out;
+  int q = 2;  // less where the ball round the seed is as varied as the rest
+  while (deviation * std::pow(2, (q + kLeastWindows) / 2.0) > *widest) --q;
+  for (; deviation * std::pow(2, q / 2.0) < *widest; ++q)
+    out.push_back(deviation * std::pow(2, q / 2.0));
+  return out;
+}
+
+/// Squared distances to the outside, and to the border of the grid, beyond which nobody knows: a
+/// neck that the border cuts in half is no thicker than what is left of it. But along an axis of
+/// few slices all would be near the border.
+template <int Dim>
+std::vector<std::int16_t> depths(const NodeBox<Dim>& grid, const NodeBox<Dim>& box,
+                                 const Flags& outside, int reach) {
+  std::vector<std::int16_t> out = squared_distances(box, outside, reach);
+  for (int axis = 0; axis < Dim; ++axis) {
+    if (has_few_slices(grid, axis)) continue;
+    box.for_lines(axis, [&](std::size_t at, int here, std::size_t) {
+      const int node = box.lower[axis] + here;
+      const int to_border = std::min({node + 1, grid.size[axis] - node, reach + 1});
+      out[at] = std::min(out[at], std::int16_t(to_border * to_border));
+    });
+  }
+  return out;
+}
+
+/// The component of a window that holds the seeds, in its own box.
+template <int Dim>
+struct Window {
+  NodeBox<Dim> box;
+  Flags inside;
+  std::vector<std::int16_t> depth;  ///< squared, as far as the largest neck radius
+  std::size_t n = 0;
+};
+
+template <int Dim>
+Window<Dim> window_at(const SeedView<Dim>& view, const Ladder& ladder, double level) {
+  const NodeBox<Dim>& grid = view.grid.box();
+  Window<Dim> out;
+  Flags flags(grid.n());
+  std::transform(ladder.distance.begin(), ladder.distance.end(), flags.begin(),
+                 [&](float d) { return std::uint8_t(d <= level * (1 + kSlack)); });
+  auto starts = view.starts(grid, flags, kWindowReach);
+  if (starts.empty()) return out;
+  flags = component(grid, flags, std::move(starts));
+  out.n = std::size_t(std::count(flags.begin(), flags.end(), 1));
+  out.box = bounds(grid, flags, kMargin);
+  out.inside = cropped(grid, flags, out.box);
+  flags.resize(out.box.n());
+  std::transform(out.inside.begin(), out.inside.end(), flags.begin(),
+                 [](std::uint8_t flag) { return std::uint8_t(!flag); });
+  const double widest = *std::max_element(ladder.neck_radii.begin(), ladder.neck_radii.end());
+  out.depth = depths(grid, out.box, flags, int(std::ceil(widest)));
+  return out;
+}
+
+/// The window's opening, in its own box too: it is often much smaller.
+template <int Dim>
+Rung<Dim> opening(const SeedView<Dim>& view, const Window<Dim>& window, double r) {
+  const NodeBox<Dim>& grid = view.grid.box();
+  Rung<Dim> rung;
+  Flags core(window.box.n());
+  std::transform(window.depth.begin(), window.depth.end(), core.begin(),
+                 [&](int d) { return std::uint8_t(d > r * r); });
+  auto starts = view.starts(window.box, core, kOpeningReach);
+  if (starts.empty()) return rung;
+  core = component(window.box, core, std::move(starts));
+  const int reach = int(std::ceil(r));
+  rung.box = bounds(window.box, core, reach + kMargin);
+  const std::vector<std::int16_t> to_core =
+      squared_distances(rung.box, cropped(window.box, core, rung.box), reach);
+  Flags inside = cropped(window.box, window.inside, rung.box);
+  for (std::size_t at = 0; at < inside.size(); ++at) inside[at] &= to_core[at] <= r * r;
+  fill_holes(rung.box, inside);
+  rung.neck_radius = r;
+  rung.inside.assign(inside.begin(), inside.end());
+  measure(inside, cropped(grid, view.grid.level(), rung.box), cropped(grid, view.edge, rung.box),
+          rung);
+  return rung;
+}
+
+/// @param n_component  nodes of the window's component
+template <int Dim>
+std::vector<Rung<Dim>> open_window(const SeedView<Dim>& view, const Ladder& ladder, double level,
+                                   std::size_t& n_component, const std::stop_token& stop) {
+  std::vector<Rung<Dim>> rungs(ladder.neck_radii.size());
+  const Window<Dim> window = window_at(view, ladder, level);
+  n_component = window.n;
+  if (window.n == 0) return rungs;
+  for (std::size_t n = 0; n < rungs.size() && !stop.stop_requested(); ++n) {
+    rungs[n] = opening(view, window, ladder.neck_radii[n]);
+    rungs[n].family = ladder.family;
+    rungs[n].half_width = level;
+  }
+  return rungs;
+}
+
+/// Scores each rung of one neck radius, by its growth in number of nodes too.
+template <int Dim>
+void judge(Windows<Dim>& windows, std::size_t radius, std::size_t n_grid) {
+  for (std::size_t w = 0; w < windows.size(); ++w) {
+    Rung<Dim>& rung = windows[w][radius];
+    if (rung.n_nodes == 0) continue;
+    const auto ratio = [&](std::size_t larger, std::size_t smaller) {
+      return std::max(0.0, 3.0 / Dim * std::log(double(larger) / double(smaller)));
+    };
+    if (w > 0 && windows[w - 1][radius].n_nodes > 0)
+      rung.features.growth_in = ratio(rung.n_nodes, windows[w - 1][radius].n_nodes);
+    const bool has_next = w + 1 < windows.size() && windows[w + 1][radius].n_nodes > 0;
+    rung.features.growth_out =
+        has_next ? std::min(kLargestGrowth, ratio(windows[w + 1][radius].n_nodes, rung.n_nodes))
+                 : std::min(kLargestUnknownGrowth, kShareOfGrowth * ratio(n_grid, rung.n_nodes));
+    rung.score = ladder_score(rung);
+  }
+}
+
+}  // namespace
+
+template <int Dim>
+Ladder make_ladder(const SeedView<Dim>& view, Family family, std::span<const double> neck_radii) {
+  if (family == Family::kFront) return front_ladder(view);
+  Ladder out{family, distances(view, family), {}, {}};
+  for (const double r : neck_radii)
+    if (family == Family::kAlike || r <= kWidestOneSided) out.neck_radii.push_back(r);
+  out.levels = half_widths(out.distance, view.deviation);
+  return out;
+}
+
+template <int Dim>
+std::vector<Windows<Dim>> climb(const SeedView<Dim>& view, std::span<const Ladder> ladders,
+                                const std::function<void()>& done, const std::stop_token& stop) {
+  struct Task {
+    std::size_t ladder, window;
+  };
+  std::vector<Task> tasks;
+  std::vector<Windows<Dim>> out;
+  for (std::size_t l = 0; l < ladders.size(); ++l) {
+    out.emplace_back(ladders[l].levels.size(),
+                     std::vector<Rung<Dim>>(ladders[l].neck_radii.size()));
+    for (std::size_t w = 0; w < out[l].size(); ++w) tasks.push_back({l, w});
+  }
+  const auto most = std::size_t(kLargestShare * double(view.grid.box().n()));
+  std::vector<std::atomic<std::size_t>> last(ladders.size());  // windows that count
+  for (std::size_t l = 0; l < last.size(); ++l) last[l] = out[l].size();
+  tbb::parallel_for(std::size_t(0), tasks.size(), [&](std::size_t t) {
+    const auto [l, w] = tasks[t];
+    if (stop.stop_requested()) return;
+    if (w < last[l]) {
+      std::size_t n = 0;
+      out[l][w] = open_window(view, ladders[l], ladders[l].levels[w], n, stop);
+      std::size_t least = last[l];
+      while (n > most && w + 1 < least && !last[l].compare_exchange_weak(least, w + 1)) {
+      }
+    }
+    done();
+  });
+  for (std::size_t l = 0; l < out.size(); ++l) {
+    out[l].resize(last[l]);
+    for (std::size_t n = 0; n < ladders[l].neck_radii.size(); ++n)
+      judge(out[l], n, view.grid.box().n());
+    for (auto& window : out[l])
+      for (Rung<Dim>& rung : window)
+        if (rung.n_nodes > most) rung.score = 0;
+  }
+  return out;
+}
+
+#define SURF_INSTANTIATE(Dim)                                                                  \
+  template Ladder make_ladder<Dim>(const SeedView<Dim>&, Family, std::span<const double>);     \
+  template std::vector<Windows<Dim>> climb<Dim>(const SeedView<Dim>&, std::span<const Ladder>, \
+                                                const std::function<void()>&,                  \
+                                                const std::stop_token&);
+SURF_INSTANTIATE(2)
+SURF_INSTANTIATE(3)
+#undef SURF_INSTANTIATE
+
+}  // namespace surf::segment

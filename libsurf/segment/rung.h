@@ -1,0 +1,60 @@
+// A region of a search grid and what its boundary looks like.
+#pragma once
+
+#include <cmath>
+
+#include "libsurf/segment/node_box.h"
+#include "libsurf/segment/rung_features.h"
+#include "libsurf/segment/search_grid.h"
+
+namespace surf::segment {
+
+/// Which nodes a window of half-width a holds, I being the intensity and m the seeds' mean. Windows
+/// I <= m + a were tried: of 40 structures none was found better by them.
+enum class Family : std::uint8_t {
+  kAlike,     ///< |I - m| <= a
+  kBrighter,  ///< I >= m - a: as bright, or brighter
+  kFront,     ///< what a front from the seeds, slow on edges, reaches first
+};
+
+template <int Dim>
+struct Rung {
+  Family family = Family::kAlike;
+  double half_width = 0, neck_radius = 0;  ///< [intensity], of a front [1]; [nodes]
+  NodeBox<Dim> box;                        ///< leaves a margin, but at the border of the grid
+  std::vector<bool> inside;
+  std::size_t n_nodes = 0;
+  RungFeatures features;
+  double border_share = 0;  ///< of the length or area
+  double score = 0;
+};
+
+/// Fills in what the boundary of the nodes inside looks like, box and inside given.
+/// @param level, edge  at the nodes of the box
+template <int Dim>
+void measure(const Flags& inside, const std::vector<std::uint16_t>& level, const Flags& edge,
+             Rung<Dim>& rung);
+
+/// What boundary and growth say of a rung of a ladder: as of the formula of RungFeatures, but what
+/// the scan cuts off is less likely to be meant, of two that are equal the larger one is, and the
+/// separation counts for more. It says which are worth settling.
+template <int Dim>
+double ladder_score(const Rung<Dim>& rung);
+
+/// Which settled rung is meant:
+///
+///   separation^1.5 * edge share * sphericity^0.15 * diameter^0.2 * exp(-border share)
+///     * growth_out^0.75 * exp(-growth_in / 5) * depth_share^0.6 * (1; 0.9 brighter; 0.55 front)
+///
+/// the growth being that of its ladder. Settled boundaries lie on edges, so that they tell more
+/// than those of windows do, and roundness less. See docs/method.md for how the exponents were
+/// found.
+/// @param depth_share  depth of the seeds over the greatest depth, up to 1
+template <int Dim>
+double settled_score(const Rung<Dim>& rung, double depth_share);
+
+/// Dice.
+template <int Dim>
+double overlap(const Rung<Dim>& a, const Rung<Dim>& b);
+
+}  // namespace surf::segment

@@ -1,0 +1,63 @@
+#include "libsurf/segment/seed_view.h"
+
+#include <algorithm>
+#include <limits>
+
+namespace surf::segment {
+namespace {
+
+constexpr double kEdgeNoise = 3;  // an edge is that many times the noise, per node
+// Of the range, since phantoms have no noise: the finest step of the search.
+constexpr double kLeastDeviation = 1.0 / 4096;
+
+}  // namespace
+
+template <int Dim>
+SeedView<Dim>::SeedView(const SearchGrid<Dim>& search_grid, std::span<const Vector<Dim>> seeds_mm)
+    : grid(search_grid), deviation(std::numeric_limits<double>::infinity()) {
+  for (const Vector<Dim>& seed : seeds_mm) {
+    SeedNodes<Dim> here{nearest_nodes<Dim>(grid.node_to_world().inverse() * seed, grid.box().size),
+                        estimate_seed_model<Dim>(grid, seed)};
+    here.model.deviation = std::max(here.model.deviation, kLeastDeviation * grid.range());
+    noise = std::max(noise, here.model.noise);
+    deviation = std::min(deviation, here.model.deviation);
+    seeds.push_back(std::move(here));
+  }
+  const double least = kEdgeNoise * noise / grid.node_mm();
+  edge.resize(grid.box().n());
+  std::transform(grid.edge_slope().begin(), grid.edge_slope().end(), edge.begin(),
+                 [&](float slope) { return std::uint8_t(slope > least); });
+}
+
+template <int Dim>
+std::vector<std::size_t> SeedView<Dim>::starts(const NodeBox<Dim>& box, const Flags& flags,
+                                               int reach) const {
+  NodeBox<Dim> around;
+  around.lower.fill(-reach);
+  around.size.fill(2 * reach + 1);
+  std::vector<std::size_t> out;
+  for (const SeedNodes<Dim>& seed : seeds) {
+    int nearest = reach * reach;
+    std::vector<std::size_t> found;
+    for (const auto& center : seed.nodes)
+      for (std::size_t at = 0; at < around.n(); ++at) {
+        auto node = around.node(at);
+        int squared = 0;
+        for (int axis = 0; axis < Dim; ++axis) {
+          squared += node[axis] * node[axis];
+          node[axis] += center[axis];
+        }
+        if (squared > nearest || !box.contains(node) || !flags[box.at(node)]) continue;
+        if (squared < nearest) found.clear();
+        nearest = squared;
+        found.push_back(box.at(node));
+      }
+    out.insert(out.end(), found.begin(), found.end());
+  }
+  return out;
+}
+
+template struct SeedView<2>;
+template struct SeedView<3>;
+
+}  // namespace surf::segment

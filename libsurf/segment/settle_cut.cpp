@@ -1,0 +1,177 @@
+#include "libsurf/segment/settle_cut.h"
+
+#include <maxflow/graph.h>
+
+#include <algorithm>
+#include <cmath>
+#include <maxflow/graph.cpp>
+#include <memory>
+
+#include "libsurf/segment/node_field.h"
+
+namespace surf::segment {
+namespace {
+
+using Graph = maxflow::Graph<int, int, std::int64_t>;
+
+constexpr double kUnit = 1 << 16;      // of the cut: capacities are whole numbers
+constexpr double kLeastPair = 0.02;    // where the intensity jumps
+constexpr double kLeastWeight = 0.02;  // of the nodes next to the boundary in the means
+constexpr double kLeastStep = 1e-6;    // of the largest intensity: without noise
+
+template <int Dim>
+std::array<int, 3> size_in_space(const NodeBox<Dim>& box) {
+  if constexpr (Dim == 3)
+    return box.size;
+  else
+    return {box.size[0], box.size[1], 1};
+}
+
+/// Distance to the boundary less half a node [nodes], as far as reach; positive inside.
+template <int Dim>
+std::vector<float> signed_distance(const NodeBox<Dim>& box, const Flags& inside, int reach) {
+  Flags outside(inside.size());
+  std::transform(inside.begin(), inside.end(), outside.begin(),
+                 [](std::uint8_t flag) { return std::uint8_t(!flag); });
+  const auto to_inside = squared_distances(box, inside, reach),
+             to_outside = squared_distances(box, outside, reach);
+  std::vector<float> out(inside.size());
+  for (std::size_t at = 0; at < out.size(); ++at)
+    out[at] = inside[at] ? std::sqrt(float(to_outside[at])) - 0.5f
+                         : 0.5f - std::sqrt(float(to_inside[at]));
+  return out;
+}
+
+/// Means near each node of the values by the weights, as differences from `origin`.
+template <int Dim, class Weight>
+std::vector<float> local_means(const NodeBox<Dim>& box, const std::vector<float>& values,
+                               double origin, double reach, const Weight& weight) {
+  std::vector<float> weights(values.size()), sums(values.size());
+  for (std::size_t at = 0; at < values.size(); ++at) {
+    weights[at] = weight(at);
+    sums[at] = weights[at] * float(values[at] - origin);
+  }
+  blur(size_in_space(box), reach, weights);
+  blur(size_in_space(box), reach, sums);
+  for (std::size_t at = 0; at < values.size(); ++at) sums[at] /= weights[at] + 1e-6f;
+  return sums;
+}
+
+/// Half the median of |dI| across the boundary, at least `least`.
+template <int Dim>
+double edge_step(const NodeBox<Dim>& box, const Flags& inside, const std::vector<float>& intensity,
+                 double least) {
+  std::vector<float> steps;
+  for (int axis = 0; axis < Dim; ++axis)
+    box.for_lines(axis, [&](std::size_t at, int here, std::size_t stride) {
+      if (here + 1 < box.size[axis] && inside[at] != inside[at + stride])
+        steps.push_back(std::abs(intensity[at] - intensity[at + stride]));
+    });
+  if (steps.empty()) return least;
+  const auto middle = steps.begin() + std::ptrdiff_t(steps.size() / 2);
+  std::nth_element(steps.begin(), middle, steps.end());
+  return std::max(least, 0.5 * double(*middle));
+}
+
+int whole(double capacity) { return int(std::lround(capacity * kUnit)); }
+
+/// The graph of the free nodes; those held count as its source (inside) and sink.
+template <int Dim>
+class Cut {
+ public:
+  Cut(const NodeBox<Dim>& box, const std::vector<Held>& held) : box_(box), held_(held) {
+    number_.resize(box.n());
+    for (std::size_t at = 0; at < held.size(); ++at)
+      if (held[at] == Held::kFree) number_[at] = n_free_++;
+    graph_ = std::make_unique<Graph>(std::max(1, n_free_), std::max(1, Dim * n_free_));
+    graph_->add_node(std::max(1, n_free_));
+  }
+
+  /// Of being outside if positive, of being inside if negative.
+  void add_cost(std::size_t at, double cost) {
+    graph_->add_tweights(number_[at], whole(std::max(cost, 0.0)), whole(std::max(-cost, 0.0)));
+  }
+  void add_pair(std::size_t a, std::size_t b, double cost) {
+    const int capacity = whole(cost);
+    if (held_[a] == Held::kFree && held_[b] == Held::kFree)
+      graph_->add_edge(number_[a], number_[b], capacity, capacity);
+    else
+      tie(held_[a] == Held::kFree ? a : b, held_[a] == Held::kFree ? b : a, capacity);
+  }
+  Flags least() {
+    graph_->maxflow();
+    Flags out(box_.n());
+    for (std::size_t at = 0; at < out.size(); ++at)
+      out[at] = held_[at] == Held::kFree
+                    ? graph_->what_segment(number_[at], Graph::SINK) == Graph::SOURCE
+                    : held_[at] == Held::kInside;
+    return out;
+  }
+
+ private:
+  void tie(std::size_t free, std::size_t held, int capacity) {
+    if (held_[free] != Held::kFree) return;
+    const bool is_inside = held_[held] == Held::kInside;
+    graph_->add_tweights(number_[free], is_inside ? capacity : 0, is_inside ? 0 : capacity);
+  }
+
+  const NodeBox<Dim>& box_;
+  const std::vector<Held>& held_;
+  std::vector<int> number_;
+  int n_free_ = 0;
+  std::unique_ptr<Graph> graph_;
+};
+
+}  // namespace
+
+template <int Dim>
+Flags settled(const NodeBox<Dim>& box, const Flags& inside, const std::vector<float>& intensity,
+              const std::vector<Held>& held, double noise, const SettleOptions& options) {
+  const std::vector<float> depth =
+      signed_distance(box, inside, std::max(options.width, options.shell) + 1);
+  const auto [lowest, highest] = std::minmax_element(intensity.begin(), intensity.end());
+  const double origin = 0.5 * (double(*lowest) + *highest),
+               least_step = std::max(2 * noise, kLeastStep * (double(*highest) - *lowest));
+  if (!(least_step > 0)) return inside;
+  const auto inner = local_means(box, intensity, origin, options.reach, [&](std::size_t at) {
+    return inside[at] ? float(kLeastWeight + (depth[at] > 0.5f)) : 0.f;
+  });
+  const auto outer = local_means(box, intensity, origin, options.reach, [&](std::size_t at) {
+    return depth[at] > 0 || depth[at] < 0.5f - float(options.shell)
+               ? 0.f
+               : float(kLeastWeight + (depth[at] < -0.5f));
+  });
+  std::vector<Held> of_node(box.n());
+  for (std::size_t at = 0; at < of_node.size(); ++at)
+    if (!held.empty() && held[at] != Held::kFree)
+      of_node[at] = held[at];
+    else if (std::abs(depth[at]) >= float(options.width))
+      of_node[at] = inside[at] ? Held::kInside : Held::kOutside;
+  Cut<Dim> cut(box, of_node);
+  for (std::size_t at = 0; at < of_node.size(); ++at) {
+    if (of_node[at] != Held::kFree) continue;
+    const double I = intensity[at] - origin, m_in = inner[at], m_out = outer[at],
+                 contrast = std::max(std::abs(m_in - m_out), least_step),
+                 fit = 2 * ((I - m_out) * (I - m_out) - (I - m_in) * (I - m_in)) /
+                       (contrast * contrast);
+    cut.add_cost(at, std::clamp(fit, -options.clip, options.clip) + options.hold * depth[at]);
+  }
+  const double step = edge_step(box, inside, intensity, least_step);
+  for (int axis = 0; axis < Dim; ++axis)
+    box.for_lines(axis, [&](std::size_t at, int here, std::size_t stride) {
+      if (here + 1 == box.size[axis]) return;
+      if (of_node[at] != Held::kFree && of_node[at + stride] != Held::kFree) return;
+      const double jump = (intensity[at + stride] - intensity[at]) / step;
+      cut.add_pair(at, at + stride, options.pair * std::exp(-0.5 * jump * jump) + kLeastPair);
+    });
+  return cut.least();
+}
+
+#define SURF_INSTANTIATE(Dim)                                                               \
+  template Flags settled<Dim>(const NodeBox<Dim>&, const Flags&, const std::vector<float>&, \
+                              const std::vector<Held>&, double, const SettleOptions&);
+SURF_INSTANTIATE(2)
+SURF_INSTANTIATE(3)
+#undef SURF_INSTANTIATE
+
+}  // namespace surf::segment
