@@ -11,6 +11,7 @@ RegionEnergy<Dim>::RegionEnergy(std::shared_ptr<const Field<Dim>> I, Integrands 
       w_(std::move(w)),
       n_integrals_(n_integrals),
       quadrature_order_(options.quadrature_order),
+      counts_from_start_(options.counts_from_start),
       integrals_(options.quadrature_order, options.ray_spacing_mm, n_integrals) {}
 
 template <int Dim>
@@ -21,7 +22,10 @@ Eigen::VectorXd RegionEnergy<Dim>::integrals_over(const fem::Geometry<Dim>& shap
 template <int Dim>
 void RegionEnergy<Dim>::reset(const fem::Geometry<Dim>& shape) {
   shape_ = std::make_unique<fem::Geometry<Dim>>(shape);
-  p_ = integrals_over(shape);
+  if (!counts_from_start_)
+    p_ = integrals_over(shape);
+  else if (p_.size() == 0)
+    p_ = Eigen::VectorXd::Zero(n_integrals_);
 }
 
 template <int Dim>

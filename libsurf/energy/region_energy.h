@@ -15,6 +15,9 @@ struct DomainIntegralOptions {
   int quadrature_order = 2;
   /// Distance of the samples in the interior when J is computed from scratch [mm].
   double ray_spacing_mm = 1;
+  /// The integrals count from the shape of the first reset, where they are 0: its interior is not
+  /// sampled, and what surgery changes between two steps is not seen.
+  bool counts_from_start = false;
 };
 
 /// J(Omega) = Phi(p), p_k = int_Omega w_k(I) dx. The integrals follow the surface: from scratch at
@@ -58,6 +61,7 @@ class RegionEnergy : public ShapeEnergy<Dim> {
   std::shared_ptr<const Field<Dim>> I_;
   Integrands w_;
   int n_integrals_, quadrature_order_;
+  bool counts_from_start_;
   DomainIntegrals<Dim> integrals_;
   std::unique_ptr<fem::Geometry<Dim>> shape_, tried_;
   Eigen::VectorXd p_, tried_p_;

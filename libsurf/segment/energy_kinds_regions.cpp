@@ -61,10 +61,6 @@ EnergyKind<Dim> region_competition() {
   return kind;
 }
 
-/// Of J from scratch, of the reach: only changes of J are asked for, and these come from the
-/// surface.
-constexpr double kRaySpacing = 0.5;
-
 template <int Dim>
 EnergyKind<Dim> local_means_kind() {
   using Default = ParameterDefault<Dim>;
@@ -72,8 +68,9 @@ EnergyKind<Dim> local_means_kind() {
   EnergyKind<Dim> kind;
   kind.name = "local-means";
   kind.formula =
-      "int_Omega f dx, f = -tanh(2 (I - (m_1 + m_2) / 2) (m_1 - m_2) / ((m_1 - m_2)^2 + (2 "
-      "noise)^2)) + 3/2 (d / reach)^9";
+      "int_Omega f dx from the initial shape on, f = -tanh(q - 8 max(v, 0)^3) + 2 z u + 3/2 z^9, "
+      "q = (2 I - m_1 - m_2) c / m, v = (I - m_1) c / m, c = m_1 - m_2, m = c^2 + (2 noise)^2, "
+      "z = d / reach, u = (4 noise)^4 / (c^4 + (4 noise)^4)";
   kind.description =
       "Local means m_1, m_2 of both sides of an initial shape, and the distance d to it: for what "
       "lies within a few cells of a start.";
@@ -110,8 +107,7 @@ EnergyKind<Dim> local_means_kind() {
     return std::make_unique<energy::DomainIntegral<Dim>>(
         local_means<Dim>(*context.setting, context.model.intensity(), *context.initial,
                          *context.shape, options),
-        energy::DomainIntegralOptions{.quadrature_order = 2,
-                                      .ray_spacing_mm = kRaySpacing * options.reach_mm});
+        energy::DomainIntegralOptions{.quadrature_order = 2, .counts_from_start = true});
   };
   kind.settles_on_edges = true;
   kind.is_fitted = true;

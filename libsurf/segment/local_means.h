@@ -19,12 +19,14 @@ struct LocalMeansOptions {
 
 /// f with int_Omega f dx the region term of local means, dimensionless:
 ///
-///   f = -tanh(2 (I - (m_1 + m_2) / 2) (m_1 - m_2) / ((m_1 - m_2)^2 + (2 noise)^2)) + 3/2 (d /
-///   reach)^9
+///   f = -tanh(q - 8 max(v, 0)^3) + 2 z u + 3/2 z^9,
+///   q = (2 I - m_1 - m_2) c / m, v = (I - m_1) c / m, c = m_1 - m_2, m = c^2 + (2 noise)^2,
+///   z = d / reach, u = (4 noise)^4 / (c^4 + (4 noise)^4)
 ///
 /// m_1 and m_2 are the means of I inside and outside a shape under a Gaussian of deviation 4/3
 /// reach round each point; d is the distance to the start, negative inside: within about reach of
-/// it the intensities decide, beyond nothing does. This is the local Chan-Vese model (Lankton and
+/// it the intensities decide, beyond nothing does. u is about 1 where the means hardly differ:
+/// there the shape is held at the start. This is the local Chan-Vese model (Lankton and
 /// Tannenbaum, Localizing region-based active contours, 2008), bounded, with statistics that stay
 /// while the shape moves: J is one functional. Fitted to what was found, and minimised again, it
 /// comes to the fixed point of both.

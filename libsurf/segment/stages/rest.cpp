@@ -15,6 +15,7 @@ constexpr double kLeastGain = 3e-4;
 constexpr double kNowhere = 1.4;
 constexpr double kNear = 0.15;  // cells, in the mean over a window: further is a way
 constexpr std::size_t kWindows = 3;
+constexpr double kStill = 0.01;  // cells, in the mean over a window
 
 }  // namespace
 
@@ -48,13 +49,18 @@ std::string RestRule<Dim>::check(int n_steps, double energy,
 template <int Dim>
 std::string RestRule<Dim>::goes_nowhere(const Simplices<Dim>& now) {
   std::string out;
-  if (now.elements.rows() > 0 && shapes_.size() == kWindows) {
-    const double last = mean_distance(setting_, now, shapes_.back()),
-                 all = mean_distance(setting_, now, shapes_.front());
-    if (last < kNear * setting_.extent().cell_mm() && all < kNowhere * last)
-      out = fmt::format(
-          "it goes nowhere: moved by {:.2g} mm in the mean in {} steps, by {:.2g} mm in {}", last,
-          window_, all, kWindows * std::size_t(window_));
+  if (now.elements.rows() > 0 && !shapes_.empty()) {
+    const double cell = setting_.extent().cell_mm(),
+                 last = mean_distance(setting_, now, shapes_.back());
+    if (last < kStill * cell)
+      out = fmt::format("it moved by {:.2g} mm in the mean in {} steps", last, window_);
+    else if (last < kNear * cell && shapes_.size() == kWindows) {
+      const double all = mean_distance(setting_, now, shapes_.front());
+      if (all < kNowhere * last)
+        out = fmt::format(
+            "it goes nowhere: moved by {:.2g} mm in the mean in {} steps, by {:.2g} mm in {}", last,
+            window_, all, kWindows * std::size_t(window_));
+    }
   }
   shapes_.push_back(now);
   if (shapes_.size() > kWindows) shapes_.pop_front();

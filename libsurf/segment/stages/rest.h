@@ -18,6 +18,7 @@ double mean_distance(const Setting<Dim>& setting, const Simplices<Dim>& shape,
 /// one. The shape rests when
 /// - the energy hardly falls: the last `window` steps gained less than kLeastGain cells times its
 ///   length or area, or
+/// - it moved by less than kStill cells in the mean over a window, or
 /// - it goes nowhere: over 3 windows it moved hardly further than over the last one. On
 ///   intensities that vary from cell to cell, steps and mending undo each other without end; then
 ///   the energy that steps gain is lost again in mending, which nobody counts.

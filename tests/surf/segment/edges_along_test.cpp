@@ -36,6 +36,27 @@ TEST(EdgesAlong, AskForMoreSmoothingUnderNoise) {
   EXPECT_GT(noisy.noise, 100 * clean.noise);
 }
 
+// Rays from the ball's centre, whose slopes but for the edge are rounding.
+TEST(EdgesRound, AreFoundInAnImageWithoutNoise) {
+  for (const int size : {64, 128}) {
+    volume::PhantomOptions options;
+    options.size = {size, size, size};
+    Fields<3> fields(make_setting(volume::make_phantom(options)));
+    const EdgesAlong edges = edges_round<3>(fields, {}, {Vector<3>::Zero()});
+    EXPECT_NEAR(edges.blur_mm, kBlur, 0.4 * kBlur) << size;
+    EXPECT_GT(edges.slope, 5) << size;
+  }
+}
+
+TEST(EdgesRound, AreNowhereInAConstantImage) {
+  const volume::Volume constant({32, 32, 32}, Eigen::Affine3d::Identity(),
+                                std::vector<float>(32 * 32 * 32, 7));
+  Fields<3> fields(make_setting(constant));
+  const EdgesAlong edges = edges_round<3>(fields, {}, {Vector<3>(15, 15, 15)});
+  EXPECT_EQ(edges.blur_mm, 0.5);
+  EXPECT_GT(edges.slope, 0);
+}
+
 TEST(EdgesAlong, ScaleWithTheIntensities) {
   volume::PhantomOptions options;
   options.size = {48, 48, 48};

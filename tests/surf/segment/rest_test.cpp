@@ -1,0 +1,75 @@
+#include "libsurf/segment/stages/rest.h"
+
+#include <gtest/gtest.h>
+
+#include "libsurf/mesh/primitives.h"
+#include "libsurf/segment/segment.h"
+#include "libsurf/volume/phantom.h"
+
+namespace surf::segment {
+namespace {
+
+constexpr int kWindow = 8;
+
+std::shared_ptr<const Setting<3>> setting() {
+  volume::PhantomOptions options;
+  options.size = {16, 16, 16};
+  return make_setting(volume::make_phantom(options));
+}
+
+Triangles ball_of_cells(const Setting<3>& setting, double radius) {
+  const double cell = setting.extent().cell_mm();
+  return mesh::ball(Vector<3>::Zero(), radius * cell, cell);
+}
+
+/// What the rule says in the end of windows whose last shapes have these radii [cells], while each
+/// step gains `gain`.
+std::string said_of(const std::vector<double>& radii, double gain) {
+  const auto in = setting();
+  RestRule<3> rest(*in, ball_of_cells(*in, 4).points.rows(), kWindow);
+  std::string out;
+  double energy = 0;
+  int step = 0;
+  for (const double radius : radii)
+    for (int i = 0; i < kWindow && out.empty(); ++i)
+      out = rest.check(++step, energy -= gain, [&] { return ball_of_cells(*in, radius); });
+  return out;
+}
+
+TEST(RestRule, MeasuresTheMeanDistanceOfShapes) {
+  const auto in = setting();
+  const double cell = in->extent().cell_mm();
+  const Triangles inner = ball_of_cells(*in, 4), outer = ball_of_cells(*in, 4.5);
+  EXPECT_NEAR(mean_distance<3>(*in, outer, inner), 0.5 * cell, 0.06 * cell);  // of flat triangles
+  EXPECT_EQ(mean_distance<3>(*in, inner, inner), 0);
+}
+
+TEST(RestRule, LetsAShapeRestThatGainsNothing) {
+  EXPECT_NE(said_of({4, 4.5}, 0).find("gained less than"), std::string::npos);
+}
+
+TEST(RestRule, LetsAShapeRestThatGoesToAndFro) {
+  EXPECT_EQ(said_of({4, 4.05, 4, 4.05}, 1e6).find("it goes nowhere"), 0u);
+}
+
+TEST(RestRule, LetsAShapeGoOnThatCreeps) {
+  EXPECT_EQ(said_of({4, 4.05, 4.1, 4.15, 4.2, 4.25}, 1e6), "");
+}
+
+TEST(RestRule, LetsAShapeGoOnThatGoesFarToAndFro) {
+  EXPECT_EQ(said_of({4, 4.5, 4, 4.5, 4}, 1e6), "");
+}
+
+TEST(RestRule, CountsTheGainOfEachFitByItself) {
+  const auto in = setting();
+  RestRule<3> rest(*in, 1, 2);
+  const auto shape = [&] { return ball_of_cells(*in, 4); };
+  EXPECT_EQ(rest.check(1, 5, shape), "");
+  rest.begin_fit();
+  EXPECT_EQ(rest.check(1, 5, shape), "");
+  EXPECT_EQ(rest.check(3, 5, shape), "");
+  EXPECT_NE(rest.check(5, 5, shape), "");
+}
+
+}  // namespace
+}  // namespace surf::segment
