@@ -22,12 +22,21 @@ constexpr double kLeastBlur = 0.3, kMostBlur = 8, kUnknownBlur = 0.5;  // cells
 constexpr double kFlatQuartile = 0.32;  // lower quartile of |N(0, 1)|
 constexpr double kPlace = 0.1;
 constexpr double kLeastMostSigma = 0.8;  // cells
-constexpr double kRounding = 1e-6;       // of the image's range, per cell: phantoms have no noise
+// Of the image's range, and of its values, per cell: phantoms have no noise.
+constexpr double kRounding = 1e-6, kRoundingOfValues = 1e-9;
 
 double quantile(std::vector<double> values, double share) {
   const auto at = values.begin() + std::ptrdiff_t(share * double(values.size() - 1));
   std::nth_element(values.begin(), at, values.end());
   return *at;
+}
+
+template <int Dim>
+double rounding(const ImageExtent<Dim>& extent) {
+  const double lowest = extent.range[0], highest = extent.range[1];
+  return std::max(kRounding * (highest - lowest),
+                  kRoundingOfValues * std::max(std::abs(lowest), std::abs(highest))) /
+         extent.cell_mm();
 }
 
 /// Slopes along lines, (lines, places) at every half cell, at any smoothing.
@@ -42,15 +51,14 @@ class Profiles {
         step_mm_(fields.setting().extent().cell_mm() / 2),
         first_(first),
         last_(last),
-        least_(kRounding *
-               (double(fields.setting().extent().range[1]) - fields.setting().extent().range[0]) /
-               fields.setting().extent().cell_mm()),
+        least_(rounding(fields.setting().extent())),
         origins_(std::move(origins)),
         directions_(std::move(directions)) {}
   virtual ~Profiles() = default;
 
   /// Slopes below are rounding [intensity/mm], >= 0.
   double least() const { return least_; }
+  bool is_constant(double sigma_mm) { return at(sigma_mm).cwiseAbs().maxCoeff() <= least_; }
   /// The median slope, along its sign at the wider smoothing, at the edges that are seen there.
   double slope(double sigma_mm) {
     const Eigen::MatrixXd &narrow = at(sigma_mm), &wide = at(2 * sigma_mm);
@@ -155,7 +163,7 @@ EdgesAlong edges_of(Profiles<Dim>& profiles, const ImageExtent<Dim>& extent, dou
   double sigma = first_sigma_mm;
   for (int scale = 0; scale < kMostScales; ++scale, sigma *= 2) {
     const double g = profiles.slope(sigma);
-    if (!(g > profiles.least())) break;  // nor at wider ones
+    if (profiles.is_constant(sigma)) break;  // nor is there an edge at wider ones
     if (!(g > kClear * profiles.flat(sigma))) continue;
     const double rho = std::pow(g / std::max(profiles.slope(2 * sigma), 1e-300), 2);
     const double square = rho > 1 ? (variance(2 * sigma) - rho * variance(sigma)) / (rho - 1)

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "libsurf/fem/geometry.h"
 #include "libsurf/segment/edges_along.h"
 #include "libsurf/segment/seed_model.h"
 #include "libsurf/segment/stages/stages.h"
@@ -12,6 +13,7 @@ namespace {
 // Of the image's range, since phantoms have no noise: what a curve or surface can grow through.
 constexpr double kLeastDeviation = 1.0 / 256;
 constexpr double kSigma = 0.7, kEdgeLength = 1.5;    // cells
+constexpr double kShareOfStart = 1.0 / 3;            // of the radius of a given start
 constexpr double kLeastRadius = 2, kMostRadius = 8;  // cells, of a seed ball
 
 template <int Dim>
@@ -57,7 +59,7 @@ class Start : public Stage<Dim> {
     const double widest = std::max(cell, edges.blur_mm);
     work.sigma_mm = edges.sigma_mm;
     work.whole_blur_mm = std::hypot(edges.blur_mm, blur_mm(edges.sigma_mm, cell));
-    work.edge_length_mm = options.edge_length_mm.value_or(kEdgeLength * widest);
+    work.edge_length_mm = options.edge_length_mm.value_or(kEdgeLength * edge_scale(work, widest));
     work.geometry_tolerance_mm = options.geometry_tolerance_mm.value_or(widest);
     const auto model = work.fields.model(field_options(options, work.sigma_mm));
     if (!work.seeds_mm.empty()) work.seed = seed_model(work, *model);
@@ -77,6 +79,13 @@ class Start : public Stage<Dim> {
   }
 
  private:
+  /// Wide edges ask for no finer elements, but a small start does. [mm]
+  static double edge_scale(const Work<Dim>& work, double widest) {
+    if (!work.start_is_given) return widest;
+    const fem::Geometry<Dim> start(work.shape.points, work.shape.elements);
+    return std::min(widest, std::max(work.cell_mm(), kShareOfStart * start.radius()));
+  }
+
   static SeedModel seed_model(const Work<Dim>& work, const EnergyModel<Dim>& model) {
     SeedModel out =
         estimate_seed_model<Dim>(*model.intensity(), work.seeds_mm, work.setting().extent());
