@@ -166,8 +166,8 @@ EdgesAlong edges_of(Profiles<Dim>& profiles, const ImageExtent<Dim>& extent, dou
     if (profiles.is_constant(sigma)) break;  // nor is there an edge at wider ones
     if (!(g > kClear * profiles.flat(sigma))) continue;
     const double rho = std::pow(g / std::max(profiles.slope(2 * sigma), 1e-300), 2);
-    const double square = rho > 1 ? (variance(2 * sigma) - rho * variance(sigma)) / (rho - 1)
-                                  : std::pow(kMostBlur * cell, 2);
+    if (!(rho > 1)) continue;  // blurred further an edge is flatter: this is noise
+    const double square = (variance(2 * sigma) - rho * variance(sigma)) / (rho - 1);
     out.blur_mm = std::clamp(std::sqrt(std::max(square, 0.0)), kLeastBlur * cell, kMostBlur * cell);
     break;
   }

@@ -27,6 +27,9 @@ constexpr double kCalmDepth = 0.75, kDepthSlack = 0.7;
 // in space 0.31 (blurred 0.67), and 0.59 and more.
 template <int Dim>
 constexpr double kLeastScore = Dim == 2 ? 0.55 : 0.5;
+// Separation times edge share above which a region stands out however windows grow there: through
+// an edge that is many nodes wide they grow evenly (ball of 512^3 voxels: score 0.26).
+constexpr double kClearBoundary = 0.9;
 constexpr double kTail = 0.02;  // of the intensities of a front's region, on either side
 
 /// Tells on the caller's own thread of what is done on any.
@@ -75,8 +78,10 @@ bool is_large_enough(const Rung<Dim>& rung) {
 
 template <int Dim>
 bool stands_out(const Rung<Dim>& settled) {
-  return is_large_enough(settled) && settled.score * std::exp(settled.border_share) >=
-                                         kLeastScore<Dim> * (1 - settled.border_share);
+  const RungFeatures& features = settled.features;
+  return is_large_enough(settled) && (features.separation * features.edge_share > kClearBoundary ||
+                                      settled.score * std::exp(settled.border_share) >=
+                                          kLeastScore<Dim> * (1 - settled.border_share));
 }
 
 /// Those of the ladders that are large enough.
