@@ -34,11 +34,10 @@ std::vector<Step<Dim>> steps(const NodeBox<Dim>& box) {
   return out;
 }
 
-}  // namespace
-
-template <int Dim>
-std::vector<float> arrival_times(const NodeBox<Dim>& box, const std::vector<float>& cost,
-                                 std::span<const std::size_t> starts, std::size_t max_nodes) {
+/// @param cost_of  of a step of half a length from one node to another
+template <int Dim, class Cost>
+std::vector<float> times(const NodeBox<Dim>& box, std::span<const std::size_t> starts,
+                         std::size_t max_nodes, const Cost& cost_of) {
   constexpr float kNever = std::numeric_limits<float>::infinity();
   using Entry = std::pair<float, std::uint32_t>;
   std::priority_queue<Entry, std::vector<Entry>, std::greater<>> front;
@@ -67,7 +66,7 @@ std::vector<float> arrival_times(const NodeBox<Dim>& box, const std::vector<floa
       }
       if (!is_in_box) continue;
       const std::size_t next = at + std::size_t(step.jump);
-      const float later = time + step.half_length * (cost[at] + cost[next]);
+      const float later = time + cost_of(at, next, step.half_length);
       if (later >= out[next]) continue;
       out[next] = later;
       front.push({later, std::uint32_t(next)});
@@ -78,9 +77,31 @@ std::vector<float> arrival_times(const NodeBox<Dim>& box, const std::vector<floa
   return out;
 }
 
+}  // namespace
+
+template <int Dim>
+std::vector<float> arrival_times(const NodeBox<Dim>& box, const std::vector<float>& cost,
+                                 std::span<const std::size_t> starts, std::size_t max_nodes) {
+  return times(box, starts, max_nodes, [&](std::size_t from, std::size_t to, float half_length) {
+    return half_length * (cost[from] + cost[to]);
+  });
+}
+
+template <int Dim>
+std::vector<float> geodesic_distances(const NodeBox<Dim>& box, const std::vector<float>& values,
+                                      std::span<const std::size_t> starts, float length) {
+  return times(box, starts, box.n(), [&](std::size_t from, std::size_t to, float half_length) {
+    return 2 * half_length * length + std::abs(values[to] - values[from]);
+  });
+}
+
 template std::vector<float> arrival_times<2>(const NodeBox<2>&, const std::vector<float>&,
                                              std::span<const std::size_t>, std::size_t);
 template std::vector<float> arrival_times<3>(const NodeBox<3>&, const std::vector<float>&,
                                              std::span<const std::size_t>, std::size_t);
+template std::vector<float> geodesic_distances<2>(const NodeBox<2>&, const std::vector<float>&,
+                                                  std::span<const std::size_t>, float);
+template std::vector<float> geodesic_distances<3>(const NodeBox<3>&, const std::vector<float>&,
+                                                  std::span<const std::size_t>, float);
 
 }  // namespace surf::segment

@@ -21,25 +21,38 @@ constexpr int kWindowReach = 2;   // nodes from a seed to its window: a seed may
 constexpr int kOpeningReach = 8;  // nodes from a seed to the opening: it may be near an edge
 constexpr int kMargin = 3;        // nodes, for the shell that a region is compared with
 constexpr double kSlack = 1e-6;   // rounding, where an image is turned or flipped
-// Of fronts: their cost per node where nothing is seen, the nodes of their first volume, the
-// growth to the next, and the radius of the one opening.
-constexpr double kCalm = 0.02, kFirstVolume = 113, kVolumeGrowth = 1.5, kFrontNeck = 1.5;
+// Of fronts: their cost per node where nothing is seen, the growth of their volumes from one to the
+// next, and the radius of the one opening.
+constexpr double kCalm = 0.02, kVolumeGrowth = 1.5, kFrontNeck = 1.5;
 constexpr double kLargestFront = 0.4;  // of the grid
 constexpr double kWidestOneSided = 3;  // [nodes] wider necks add nothing there
 constexpr int kCalmReach = 3;  // nodes about a seed, of which the slope that is nothing is taken
 constexpr double kSlopes = 3, kSlopeNoise = 2;
 
-float distance(Family family, float intensity, float mean) {
-  return family == Family::kBrighter ? std::max(mean - intensity, 0.f) : std::abs(intensity - mean);
-}
+constexpr float kNever = std::numeric_limits<float>::infinity();
+constexpr std::size_t kMostWindows = 18;
+constexpr double kWidestOfDomain = 0.9;
 
 template <int Dim>
 std::vector<float> distances(const SeedView<Dim>& view, Family family) {
-  std::vector<float> out(view.grid.box().n(), std::numeric_limits<float>::infinity());
-  for (const SeedNodes<Dim>& seed : view.seeds)
-    for (std::size_t at = 0; at < out.size(); ++at)
-      out[at] =
-          std::min(out[at], distance(family, view.grid.intensity()[at], float(seed.model.mean)));
+  std::vector<float> out(view.grid.box().n(), kNever);
+  float least = kNever, greatest = -kNever;
+  for (const SeedNodes<Dim>& seed : view.seeds) {
+    least = std::min(least, float(seed.model.mean));
+    greatest = std::max(greatest, float(seed.model.mean));
+  }
+  const std::vector<float>& intensity = view.grid.intensity();
+  if (family == Family::kAlike) {
+    for (const SeedNodes<Dim>& seed : view.seeds)
+      for (std::size_t at = 0; at < out.size(); ++at)
+        out[at] = std::min(out[at], std::abs(intensity[at] - float(seed.model.mean)));
+    return out;
+  }
+  const bool is_limited_below = family != Family::kDarker,
+             is_limited_above = family != Family::kBrighter;
+  for (std::size_t at = 0; at < out.size(); ++at)
+    out[at] = std::max({0.f, is_limited_below ? least - intensity[at] : 0.f,
+                        is_limited_above ? intensity[at] - greatest : 0.f});
   return out;
 }
 
@@ -64,33 +77,40 @@ double slope_of_edge(const SeedView<Dim>& view) {
 }
 
 template <int Dim>
-Ladder front_ladder(const SeedView<Dim>& view) {
+Ladder front_ladder(const SeedView<Dim>& view, const LadderLimits& limits) {
   const NodeBox<Dim>& grid = view.grid.box();
   Ladder out{Family::kFront, {}, {}, {kFrontNeck}};
-  const double edge = slope_of_edge(view);
-  if (!(edge > 0)) return out;
-  std::vector<float> cost(grid.n());
-  std::transform(view.grid.slope().begin(), view.grid.slope().end(), cost.begin(),
-                 [&](double g) { return float(kCalm + g / edge * (g / edge)); });
+  std::vector<float> cost = front_cost(view, kCalm);
+  if (cost.empty()) return out;
+  double n_domain = double(grid.n());
+  if (limits.domain) {
+    n_domain = 0;
+    for (std::size_t at = 0; at < cost.size(); ++at)
+      if ((*limits.domain)[at])
+        ++n_domain;
+      else
+        cost[at] = kNever;
+  }
   std::vector<std::size_t> starts;
   for (const SeedNodes<Dim>& seed : view.seeds)
     for (const auto& node : seed.nodes) starts.push_back(grid.at(node));
   out.distance = arrival_times(grid, cost, std::span<const std::size_t>(starts),
-                               std::size_t(kLargestFront * double(grid.n())));
+                               std::size_t(kLargestFront * n_domain));
   std::vector<float> times;
   for (const float time : out.distance)
     if (std::isfinite(time)) times.push_back(time);
   std::sort(times.begin(), times.end());
-  for (double n = kFirstVolume; n < double(times.size()); n *= kVolumeGrowth)
+  for (double n = limits.least_nodes; n < double(times.size()); n *= kVolumeGrowth)
     out.levels.push_back(times[std::size_t(n)]);
   return out;
 }
 
 /// Half-widths up to the first window that holds nearly all, which is left out.
-std::vector<double> half_widths(std::vector<float> distance, double deviation) {
-  const auto widest = distance.begin() + std::ptrdiff_t(kWidestShare * double(distance.size()));
-  std::nth_element(distance.begin(), widest, distance.end());
+std::vector<double> half_widths(std::vector<float> distance, double deviation, double share) {
   std::vector<double> out;
+  if (distance.empty()) return out;
+  const auto widest = distance.begin() + std::ptrdiff_t(share * double(distance.size()));
+  std::nth_element(distance.begin(), widest, distance.end());
   if (!(deviation > 0 && *widest > 0)) return out;
   int q = 2;  // less where the ball round the seed is as varied as the rest
   while (deviation * std::pow(2, (q + kLeastWindows) / 2.0) > *widest) --q;
@@ -210,12 +230,35 @@ void judge(Windows<Dim>& windows, std::size_t radius, std::size_t n_grid) {
 }  // namespace
 
 template <int Dim>
-Ladder make_ladder(const SeedView<Dim>& view, Family family, std::span<const double> neck_radii) {
-  if (family == Family::kFront) return front_ladder(view);
+std::vector<float> front_cost(const SeedView<Dim>& view, double calm) {
+  const double edge = slope_of_edge(view);
+  if (!(edge > 0)) return {};
+  std::vector<float> out(view.grid.box().n());
+  std::transform(view.grid.slope().begin(), view.grid.slope().end(), out.begin(),
+                 [&](double g) { return float(calm + g / edge * (g / edge)); });
+  return out;
+}
+
+template <int Dim>
+Ladder make_ladder(const SeedView<Dim>& view, Family family, std::span<const double> neck_radii,
+                   const LadderLimits& limits) {
+  if (family == Family::kFront) return front_ladder(view, limits);
   Ladder out{family, distances(view, family), {}, {}};
   for (const double r : neck_radii)
-    if (family == Family::kAlike || r <= kWidestOneSided) out.neck_radii.push_back(r);
-  out.levels = half_widths(out.distance, view.deviation);
+    if (limits.domain || family == Family::kAlike || r <= kWidestOneSided)
+      out.neck_radii.push_back(r);
+  if (!limits.domain) {
+    out.levels = half_widths(out.distance, view.deviation, kWidestShare);
+    return out;
+  }
+  std::vector<float> within;
+  for (std::size_t at = 0; at < out.distance.size(); ++at)
+    if ((*limits.domain)[at])
+      within.push_back(out.distance[at]);
+    else
+      out.distance[at] = kNever;
+  out.levels = half_widths(std::move(within), view.deviation, kWidestOfDomain);
+  if (out.levels.size() > kMostWindows) out.levels.resize(kMostWindows);
   return out;
 }
 
@@ -259,7 +302,9 @@ std::vector<Windows<Dim>> climb(const SeedView<Dim>& view, std::span<const Ladde
 }
 
 #define SURF_INSTANTIATE(Dim)                                                                  \
-  template Ladder make_ladder<Dim>(const SeedView<Dim>&, Family, std::span<const double>);     \
+  template Ladder make_ladder<Dim>(const SeedView<Dim>&, Family, std::span<const double>,      \
+                                   const LadderLimits&);                                       \
+  template std::vector<float> front_cost<Dim>(const SeedView<Dim>&, double);                   \
   template std::vector<Windows<Dim>> climb<Dim>(const SeedView<Dim>&, std::span<const Ladder>, \
                                                 const std::function<void()>&,                  \
                                                 const std::stop_token&);

@@ -22,6 +22,12 @@ struct Ladder {
   std::vector<double> neck_radii;  ///< r [nodes]: what hangs on by a thinner neck is cut off
 };
 
+/// Where the windows of a ladder may go, and how large the first one is that is worth a look.
+struct LadderLimits {
+  const Flags* domain = nullptr;  ///< null = everywhere
+  double least_nodes = 113;       ///< of a ball of 3 nodes
+};
+
 /// Windows of rising half-widths a = deviation 2^(q/2), q = 2, 3, ..., up to one that holds 80 % of
 /// the grid. With several seeds the mean is that of one of them, whichever is nearest.
 ///
@@ -29,9 +35,15 @@ struct Ladder {
 /// above the slopes round the seeds and the noise; up to levels whose volumes grow by half; one
 /// neck radius.
 ///
-/// Neck radii above 3 nodes count for windows |I - m| <= a alone: others gain nothing by them.
+/// Of the first click, neck radii above 3 nodes count for windows |I - m| <= a alone: others gain
+/// nothing by them. In a domain all do, and there are at most 18 windows.
 template <int Dim>
-Ladder make_ladder(const SeedView<Dim>& view, Family family, std::span<const double> neck_radii);
+Ladder make_ladder(const SeedView<Dim>& view, Family family, std::span<const double> neck_radii,
+                   const LadderLimits& limits = {});
+
+/// Cost of a front per node: calm + (|grad I| / G)^2, see make_ladder.
+template <int Dim>
+std::vector<float> front_cost(const SeedView<Dim>& view, double calm);
 
 /// The rungs of each window, one for each neck radius; those that are nowhere have no node.
 template <int Dim>

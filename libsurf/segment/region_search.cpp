@@ -9,6 +9,7 @@
 #include <numeric>
 #include <thread>
 
+#include "libsurf/segment/change.h"
 #include "libsurf/segment/settle_cut.h"
 
 namespace surf::segment {
@@ -16,13 +17,13 @@ namespace {
 
 constexpr Family kFamilies[] = {Family::kAlike, Family::kBrighter, Family::kFront};
 constexpr double kLeastRadius = 3;  // of a ball [nodes]: smaller is not judged
-constexpr int kMostSettled = 10;    // after 8 nothing more is found, after 22 neither
+constexpr std::size_t kMostSettled = 10;    // after 8 nothing more is found, after 22 neither
 constexpr double kMostSame = 0.9;   // Dice of two that are settled
 constexpr int kMargin = 6;          // nodes, for the band and what lies beyond it
 constexpr int kSeedReach = 2;       // nodes from a seed to the settled region
-// Depth of the seeds below that share of the greatest one counts against a region, but for the
-// rounding of both to whole nodes.
-constexpr double kCalmDepth = 0.75, kDepthSlack = 0.7;
+// Depth of the seeds below that share of the greatest one counts against a region: a leak has its
+// deepest place elsewhere.
+constexpr double kCalmDepth = 0.75;
 // Of what the border leaves to be seen. In the plane noise reaches 0.54, structures 0.98 and more;
 // in space 0.31 (blurred 0.67), and 0.59 and more.
 template <int Dim>
@@ -50,25 +51,6 @@ class Teller {
   std::thread::id caller_ = std::this_thread::get_id();
   std::atomic<int> n_done_ = 0;
 };
-
-/// The best rungs that differ.
-template <int Dim>
-std::vector<const Rung<Dim>*> choose(std::vector<const Rung<Dim>*> rungs, int n_most,
-                                     double most_overlap) {
-  std::stable_sort(rungs.begin(), rungs.end(),
-                   [](const auto* a, const auto* b) { return a->score > b->score; });
-  std::vector<const Rung<Dim>*> out;
-  for (const Rung<Dim>* rung : rungs) {
-    if (int(out.size()) == n_most || !(rung->score > 0)) break;
-    if (std::none_of(out.begin(), out.end(), [&](const Rung<Dim>* other) {
-          const double fewer = double(std::min(rung->n_nodes, other->n_nodes)),
-                       both = double(rung->n_nodes + other->n_nodes);
-          return 2 * fewer > most_overlap * both && overlap(*rung, *other) > most_overlap;
-        }))
-      out.push_back(rung);
-  }
-  return out;
-}
 
 template <int Dim>
 bool is_large_enough(const Rung<Dim>& rung) {
@@ -125,34 +107,6 @@ std::vector<Held> held_at_seeds(const SeedView<Dim>& view, const NodeBox<Dim>& b
   return out;
 }
 
-/// Depth [nodes] of the seeds in the region over its greatest depth: a leak has its deepest place
-/// elsewhere. The border of the grid counts as outside.
-template <int Dim>
-double depth_share(const SeedView<Dim>& view, const NodeBox<Dim>& box, const Flags& inside) {
-  const NodeBox<Dim>& grid = view.grid.box();
-  Flags outside(inside.size());
-  std::transform(inside.begin(), inside.end(), outside.begin(),
-                 [](std::uint8_t flag) { return std::uint8_t(!flag); });
-  std::vector<float> squared = exact_squared_distances(box, outside);
-  for (int axis = 0; axis < Dim; ++axis) {
-    if (has_few_slices(grid, axis)) continue;
-    box.for_lines(axis, [&](std::size_t at, int here, std::size_t) {
-      const int node = box.lower[axis] + here;
-      const auto to_border = float(std::min(node + 1, grid.size[axis] - node));
-      squared[at] = std::min(squared[at], to_border * to_border);
-    });
-  }
-  double greatest = 1, at_seeds = 0;
-  for (std::size_t at = 0; at < squared.size(); ++at)
-    if (inside[at] && std::isfinite(squared[at]))
-      greatest = std::max(greatest, std::sqrt(double(squared[at])));
-  for (const SeedNodes<Dim>& seed : view.seeds)
-    for (const auto& node : seed.nodes)
-      if (box.contains(node))
-        at_seeds = std::max(at_seeds, std::sqrt(double(squared[box.at(node)])));
-  return std::min(1.0, (at_seeds + kDepthSlack) / (kCalmDepth * greatest));
-}
-
 /// The rung's region settled on the edges near its boundary, measured and scored again.
 template <int Dim>
 Rung<Dim> settle(const SeedView<Dim>& view, const Rung<Dim>& rung) {
@@ -169,7 +123,11 @@ Rung<Dim> settle(const SeedView<Dim>& view, const Rung<Dim>& rung) {
   out.inside.assign(inside.begin(), inside.end());
   measure(inside, cropped(grid, view.grid.level(), out.box), cropped(grid, view.edge, out.box),
           out);
-  out.score = settled_score(out, depth_share(view, out.box, inside));
+  std::vector<typename NodeBox<Dim>::Index> nodes;
+  for (const SeedNodes<Dim>& seed : view.seeds)
+    nodes.insert(nodes.end(), seed.nodes.begin(), seed.nodes.end());
+  const Depths depths = depths_of<Dim>(grid, out.box, inside, nodes);
+  out.score = settled_score(out, depths.share(kCalmDepth));
   return out;
 }
 
@@ -191,6 +149,8 @@ std::pair<double, double> intensities(const SeedView<Dim>& view, const Rung<Dim>
   return {low, std::max(low, ranked(1 - kTail))};
 }
 
+}  // namespace
+
 template <int Dim>
 Region<Dim> region_of(const SeedView<Dim>& view, const Rung<Dim>& rung) {
   std::vector<float> share(rung.inside.begin(), rung.inside.end());
@@ -199,8 +159,11 @@ Region<Dim> region_of(const SeedView<Dim>& view, const Rung<Dim>& rung) {
   std::transform(share.begin(), share.end(), filled.begin(),
                  [](float s) { return std::uint8_t(s > 0.5f); });
   fill_holes(rung.box, filled);  // the blur has closed narrow ways into more
+  Flags cavities(rung.inside.begin(), rung.inside.end());
+  fill_holes(rung.box, cavities);
   for (std::size_t at = 0; at < share.size(); ++at)
-    if (filled[at] && share[at] <= 0.5f) share[at] = 1;
+    if (filled[at] && share[at] <= 0.5f && cavities[at] == std::uint8_t(rung.inside[at]))
+      share[at] = 1;
   Vector<Dim> lower;
   for (int axis = 0; axis < Dim; ++axis) lower[axis] = rung.box.lower[axis];
   const double node_mm = view.grid.node_mm();
@@ -220,14 +183,10 @@ Region<Dim> region_of(const SeedView<Dim>& view, const Rung<Dim>& rung) {
   return out;
 }
 
-}  // namespace
-
 template <int Dim>
-std::vector<Region<Dim>> search_regions(const SearchGrid<Dim>& grid,
-                                        std::span<const Vector<Dim>> seeds,
-                                        const SearchOptions& options,
-                                        const SearchProgress& progress,
-                                        const std::stop_token& outer_stop) {
+SearchedRegions<Dim> search_rungs(const SearchGrid<Dim>& grid, std::span<const Vector<Dim>> seeds,
+                                  const SearchOptions& options, const SearchProgress& progress,
+                                  const std::stop_token& outer_stop) {
   if (seeds.empty()) return {};
   const SeedView<Dim> view(grid, seeds);
   std::stop_source stop;
@@ -239,23 +198,49 @@ std::vector<Region<Dim>> search_regions(const SearchGrid<Dim>& grid,
   });
   const auto climbed = climb(
       view, std::span<const Ladder>(ladders), [&] { teller.done(); }, stop.get_token());
-  const auto best = choose(candidates(climbed), kMostSettled, kMostSame);
+  const auto best = differing(candidates(climbed), kMostSettled, kMostSame);
   std::vector<Rung<Dim>> settled(best.size());
   tbb::parallel_for(std::size_t(0), best.size(), [&](std::size_t n) {
     settled[n] = stop.stop_requested() ? *best[n] : settle(view, *best[n]);
     teller.done();
   });
+  SearchedRegions<Dim> out;
+  out.was_stopped = stop.stop_requested();
   std::vector<const Rung<Dim>*> found;
   for (const Rung<Dim>& rung : settled)
     if (stands_out(rung)) found.push_back(&rung);
-  std::vector<Region<Dim>> regions;
   for (const Rung<Dim>* rung :
-       choose(std::move(found), options.max_regions, SearchOptions::kMostOverlap))
-    regions.push_back(region_of(view, *rung));
-  return regions;
+       differing(std::move(found), std::size_t(options.max_regions), SearchOptions::kMostOverlap))
+    out.found.push_back(*rung);
+  for (Rung<Dim>& rung : settled) {
+    const double boundary = boundary_score(rung);
+    if (boundary > 0) out.settled.push_back({std::move(rung), rung.score / boundary});
+  }
+  std::stable_sort(out.settled.begin(), out.settled.end(), [](const auto& a, const auto& b) {
+    return a.rung.score > b.rung.score;
+  });
+  return out;
+}
+
+template <int Dim>
+std::vector<Region<Dim>> search_regions(const SearchGrid<Dim>& grid,
+                                        std::span<const Vector<Dim>> seeds,
+                                        const SearchOptions& options,
+                                        const SearchProgress& progress,
+                                        const std::stop_token& stop) {
+  std::vector<Region<Dim>> out;
+  if (seeds.empty()) return out;
+  const SeedView<Dim> view(grid, seeds);
+  for (const Rung<Dim>& rung : search_rungs(grid, seeds, options, progress, stop).found)
+    out.push_back(region_of(view, rung));
+  return out;
 }
 
 #define SURF_INSTANTIATE(Dim)                                                     \
+  template Region<Dim> region_of<Dim>(const SeedView<Dim>&, const Rung<Dim>&);    \
+  template SearchedRegions<Dim> search_rungs<Dim>(                                \
+      const SearchGrid<Dim>&, std::span<const Vector<Dim>>, const SearchOptions&, \
+      const SearchProgress&, const std::stop_token&);                             \
   template std::vector<Region<Dim>> search_regions<Dim>(                          \
       const SearchGrid<Dim>&, std::span<const Vector<Dim>>, const SearchOptions&, \
       const SearchProgress&, const std::stop_token&);

@@ -20,6 +20,7 @@ struct SearchOptions {
   /// Regions to return. They differ: no two have more than kMostOverlap in common.
   int max_regions = 4;
   static constexpr double kMostOverlap = 0.8;  // Dice
+  static constexpr double kMostOverlapOfCorrections = 0.98;
 };
 
 /// A region: how much of each node of a box belongs to it, between 0 and 1.
@@ -37,8 +38,33 @@ struct Region {
   RungFeatures features;
 };
 
+/// Of a rung of the view's grid.
+template <int Dim>
+Region<Dim> region_of(const SeedView<Dim>& view, const Rung<Dim>& rung);
+
+/// A region that has been settled, with what its score has besides its boundary.
+template <int Dim>
+struct SettledRegion {
+  Rung<Dim> rung;
+  double besides = 1;
+};
+
+template <int Dim>
+struct SearchedRegions {
+  std::vector<SettledRegion<Dim>> settled;  ///< all, best first
+  std::vector<Rung<Dim>> found;             ///< of these the best that differ and stand out
+  bool was_stopped = false;
+};
+
 /// Called on the caller's own thread now and then with the number of steps done; false stops.
 using SearchProgress = std::function<bool(int n_done)>;
+
+/// The regions that search_regions() looks at.
+template <int Dim>
+SearchedRegions<Dim> search_rungs(const SearchGrid<Dim>& grid, std::span<const Vector<Dim>> seeds,
+                                  const SearchOptions& options = {},
+                                  const SearchProgress& progress = {},
+                                  const std::stop_token& stop = {});
 
 /// Ladders of three families climb (ladder.h); the best ten rungs that differ settle on the edges
 /// near their boundary (settle_cut.h), are scored again (settled_score), and of those the best that

@@ -57,15 +57,21 @@ double ladder_score(const Rung<Dim>& rung) {
 }
 
 template <int Dim>
-double settled_score(const Rung<Dim>& rung, double depth_share) {
+double boundary_score(const Rung<Dim>& rung) {
   if (rung.n_nodes == 0) return 0;
+  const RungFeatures& f = rung.features;
+  return std::pow(f.separation, 1.5) * f.edge_share *
+         std::pow(std::clamp(f.sphericity, 0.0, 1.0), 0.15) *
+         std::pow(double(rung.n_nodes), 0.2 / Dim) * std::exp(-rung.border_share);
+}
+
+template <int Dim>
+double settled_score(const Rung<Dim>& rung, double depth_share) {
   const RungFeatures& f = rung.features;
   const double of_family = rung.family == Family::kAlike      ? 1
                            : rung.family == Family::kBrighter ? 0.9
                                                               : 0.55;
-  return of_family * std::pow(f.separation, 1.5) * f.edge_share *
-         std::pow(std::clamp(f.sphericity, 0.0, 1.0), 0.15) *
-         std::pow(double(rung.n_nodes), 0.2 / Dim) * std::exp(-rung.border_share) *
+  return boundary_score(rung) * of_family *
          std::pow(std::max(f.growth_out, kLeastGrowth), 0.75) * std::exp(-f.growth_in / 5) *
          std::pow(depth_share, 0.6);
 }
@@ -81,12 +87,33 @@ double overlap(const Rung<Dim>& a, const Rung<Dim>& b) {
   return 2 * double(n_both) / double(a.n_nodes + b.n_nodes);
 }
 
+template <int Dim>
+std::vector<const Rung<Dim>*> differing(std::vector<const Rung<Dim>*> rungs, std::size_t n_most,
+                                        double most_overlap) {
+  std::stable_sort(rungs.begin(), rungs.end(),
+                   [](const auto* a, const auto* b) { return a->score > b->score; });
+  std::vector<const Rung<Dim>*> out;
+  for (const Rung<Dim>* rung : rungs) {
+    if (out.size() == n_most || !(rung->score > 0)) break;
+    if (std::none_of(out.begin(), out.end(), [&](const Rung<Dim>* other) {
+          const double fewer = double(std::min(rung->n_nodes, other->n_nodes)),
+                       both = double(rung->n_nodes + other->n_nodes);
+          return 2 * fewer > most_overlap * both && overlap(*rung, *other) > most_overlap;
+        }))
+      out.push_back(rung);
+  }
+  return out;
+}
+
 #define SURF_INSTANTIATE(Dim)                                                               \
   template void measure<Dim>(const Flags&, const std::vector<std::uint16_t>&, const Flags&, \
                              Rung<Dim>&);                                                   \
   template double ladder_score<Dim>(const Rung<Dim>&);                                      \
+  template double boundary_score<Dim>(const Rung<Dim>&);                                    \
   template double settled_score<Dim>(const Rung<Dim>&, double);                             \
-  template double overlap<Dim>(const Rung<Dim>&, const Rung<Dim>&);
+  template double overlap<Dim>(const Rung<Dim>&, const Rung<Dim>&);                         \
+  template std::vector<const Rung<Dim>*> differing<Dim>(std::vector<const Rung<Dim>*>,      \
+                                                        std::size_t, double);
 SURF_INSTANTIATE(2)
 SURF_INSTANTIATE(3)
 #undef SURF_INSTANTIATE

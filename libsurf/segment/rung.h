@@ -9,18 +9,25 @@
 
 namespace surf::segment {
 
-/// Which nodes a window of half-width a holds, I being the intensity and m the seeds' mean. Windows
-/// I <= m + a were tried: of 40 structures none was found better by them.
+/// Where a region comes from; of windows which nodes one of half-width a holds, I being the
+/// intensity and m the seeds' means. The first click tries windows I <= m + a no more: of 40
+/// structures none was found better by them.
 enum class Family : std::uint8_t {
-  kAlike,     ///< |I - m| <= a
-  kBrighter,  ///< I >= m - a: as bright, or brighter
-  kFront,     ///< what a front from the seeds, slow on edges, reaches first
+  kAlike,        ///< |I - m| <= a for one of the means
+  kBrighter,     ///< I >= least m - a: as bright, or brighter
+  kDarker,       ///< I <= greatest m + a
+  kBetween,      ///< least m - a <= I <= greatest m + a
+  kFront,        ///< what a front from the seeds, slow on edges, reaches first
+  kCompetition,  ///< what such a front reaches before those of other clicks
+  kNeck,         ///< what a neck parts from the other clicks
+  kBall,         ///< a ball
+  kCut,          ///< a least cut between all clicks
 };
 
 template <int Dim>
 struct Rung {
   Family family = Family::kAlike;
-  double half_width = 0, neck_radius = 0;  ///< [intensity], of a front [1]; [nodes]
+  double half_width = 0, neck_radius = 0;  ///< [intensity], of fronts and competition [1]; [nodes]
   NodeBox<Dim> box;                        ///< leaves a margin, but at the border of the grid
   std::vector<bool> inside;
   std::size_t n_nodes = 0;
@@ -41,10 +48,15 @@ void measure(const Flags& inside, const std::vector<std::uint16_t>& level, const
 template <int Dim>
 double ladder_score(const Rung<Dim>& rung);
 
-/// Which settled rung is meant:
+/// How much the boundary of a settled rung looks like that of an object:
 ///
 ///   separation^1.5 * edge share * sphericity^0.15 * diameter^0.2 * exp(-border share)
-///     * growth_out^0.75 * exp(-growth_in / 5) * depth_share^0.6 * (1; 0.9 brighter; 0.55 front)
+template <int Dim>
+double boundary_score(const Rung<Dim>& rung);
+
+/// Which settled rung is meant:
+///
+///   boundary_score * growth_out^0.75 * exp(-growth_in / 5) * depth_share^0.6 * (1; 0.9 brighter; 0.55 front)
 ///
 /// the growth being that of its ladder. Settled boundaries lie on edges, so that they tell more
 /// than those of windows do, and roundness less. See docs/method.md for how the exponents were
@@ -56,5 +68,11 @@ double settled_score(const Rung<Dim>& rung, double depth_share);
 /// Dice.
 template <int Dim>
 double overlap(const Rung<Dim>& a, const Rung<Dim>& b);
+
+/// The rungs of best score, best first, of which no two have more than most_overlap (Dice) in
+/// common; none whose score is not positive.
+template <int Dim>
+std::vector<const Rung<Dim>*> differing(std::vector<const Rung<Dim>*> rungs, std::size_t n_most,
+                                        double most_overlap);
 
 }  // namespace surf::segment

@@ -101,6 +101,19 @@ SearchGrid<Dim>::SearchGrid(const Field<Dim>& I, const ImageExtent<Dim>& extent,
                  [&](float value) { return std::uint16_t(std::lround(scale * (value - low))); });
 }
 
+template <int Dim>
+SearchGrid<Dim>::SearchGrid(const SearchGrid& whole, const NodeBox<Dim>& part)
+    : lattice_(whole.lattice_),
+      range_(whole.range_),
+      intensity_(cropped(whole.box(), whole.intensity_, part)),
+      slope_(cropped(whole.box(), whole.slope_, part)),
+      edge_slope_(cropped(whole.box(), whole.edge_slope_, part)),
+      level_(cropped(whole.box(), whole.level_, part)) {
+  lattice_.box.size = part.size;
+  lattice_.node_to_world =
+      whole.node_to_world() * Eigen::Translation<double, Dim>(point_of<Dim>(part.lower));
+}
+
 /// Not at the border, where the gradient is the spline's own, but where there are few slices all
 /// would be near it.
 template <int Dim>

@@ -31,6 +31,8 @@ class SearchGrid {
   /// @param I  intensities, blurred by about 0.55 nodes
   SearchGrid(const Field<Dim>& I, const ImageExtent<Dim>& extent,
              const SearchLattice<Dim>& lattice);
+  /// A part of another one, whose own nodes count from 0. Its levels are those of the whole.
+  SearchGrid(const SearchGrid& whole, const NodeBox<Dim>& part);
 
   const NodeBox<Dim>& box() const { return lattice_.box; }
   const Eigen::Transform<double, Dim, Eigen::Affine>& node_to_world() const {

@@ -23,6 +23,22 @@ SeedView<Dim>::SeedView(const SearchGrid<Dim>& search_grid, std::span<const Vect
     deviation = std::min(deviation, here.model.deviation);
     seeds.push_back(std::move(here));
   }
+  flag_edges();
+}
+
+template <int Dim>
+SeedView<Dim>::SeedView(const SearchGrid<Dim>& search_grid, std::vector<SeedNodes<Dim>> known,
+                        double noise_of_seeds)
+    : grid(search_grid),
+      seeds(std::move(known)),
+      noise(noise_of_seeds),
+      deviation(std::numeric_limits<double>::infinity()) {
+  for (const SeedNodes<Dim>& seed : seeds) deviation = std::min(deviation, seed.model.deviation);
+  flag_edges();
+}
+
+template <int Dim>
+void SeedView<Dim>::flag_edges() {
   const double least = kEdgeNoise * noise / grid.node_mm();
   edge.resize(grid.box().n());
   std::transform(grid.edge_slope().begin(), grid.edge_slope().end(), edge.begin(),

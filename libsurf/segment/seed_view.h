@@ -25,9 +25,15 @@ struct SeedView {
   Flags edge;            ///< nodes on edges above the noise
 
   SeedView(const SearchGrid<Dim>& grid, std::span<const Vector<Dim>> seeds_mm);
+  /// Of seeds that have been looked at before.
+  /// @param noise  [intensity per node]
+  SeedView(const SearchGrid<Dim>& grid, std::vector<SeedNodes<Dim>> seeds, double noise);
 
   /// The flagged nodes nearest to each seed, within reach [nodes]: of equally near ones all.
   std::vector<std::size_t> starts(const NodeBox<Dim>& box, const Flags& flags, int reach) const;
+
+ private:
+  void flag_edges();
 };
 
 }  // namespace surf::segment

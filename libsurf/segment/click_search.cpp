@@ -1,0 +1,156 @@
+#include "libsurf/segment/click_search.h"
+
+#include <algorithm>
+
+namespace surf::segment {
+namespace {
+
+/// The order in which clicks are heeded: the first inside one before all others.
+template <int Dim>
+std::vector<Click<Dim>> in_order(std::span<const Click<Dim>> clicks) {
+  std::vector<Click<Dim>> out(clicks.begin(), clicks.end());
+  const auto first = std::find_if(out.begin(), out.end(), [](const Click<Dim>& click) {
+    return click.side == Side::kInside;
+  });
+  if (first == out.end()) return {};
+  std::rotate(out.begin(), first, first + 1);
+  return out;
+}
+
+template <int Dim>
+bool is_same(const Click<Dim>& a, const Click<Dim>& b) {
+  return a.side == b.side && a.point_mm == b.point_mm;
+}
+
+template <int Dim>
+GridClick<Dim> on_grid(const SearchGrid<Dim>& grid, const Click<Dim>& click) {
+  const SeedView<Dim> view(grid, std::array{click.point_mm});
+  return {view.seeds.front(), click.side};
+}
+
+template <int Dim>
+Flags flags_of(const SearchGrid<Dim>& grid, const Rung<Dim>& rung) {
+  Flags out(grid.box().n(), 0);
+  for (std::size_t at = 0; at < rung.inside.size(); ++at)
+    if (rung.inside[at]) out[grid.box().at(rung.box.node(at))] = 1;
+  return out;
+}
+
+/// The object after a correction, on the whole grid, as a rung.
+template <int Dim>
+Rung<Dim> rung_of(const SearchGrid<Dim>& grid, const Flags& before,
+                  const Correction<Dim>& correction) {
+  Flags inside = before;
+  for (std::size_t at = 0; at < correction.inside.size(); ++at)
+    inside[grid.box().at(correction.box.node(at))] = correction.inside[at];
+  Rung<Dim> out;
+  out.family = correction.family;
+  out.score = correction.score;
+  out.box = bounds(grid.box(), inside, 6);
+  inside = cropped(grid.box(), inside, out.box);
+  out.inside.assign(inside.begin(), inside.end());
+  out.n_nodes = std::size_t(std::count(inside.begin(), inside.end(), 1));
+  return out;
+}
+
+template <int Dim>
+ClickSearchPointer<Dim> first_search(const SearchGrid<Dim>& grid, const Click<Dim>& click,
+                                     const SearchOptions& options, const SearchProgress& progress,
+                                     const std::stop_token& stop) {
+  auto out = std::make_shared<ClickSearch<Dim>>();
+  const std::array seeds{click.point_mm};
+  out->clicks = {click};
+  out->on_grid = {on_grid(grid, click)};
+  out->noise = SeedView<Dim>(grid, seeds).noise;
+  SearchedRegions<Dim> searched = search_rungs<Dim>(grid, seeds, options, progress, stop);
+  if (searched.was_stopped) return nullptr;
+  out->first = std::move(searched.settled);
+  out->found = std::move(searched.found);
+  if (!out->found.empty()) out->inside = flags_of(grid, out->found.front());
+  return out;
+}
+
+template <int Dim>
+ClickSearchPointer<Dim> further_search(const SearchGrid<Dim>& grid,
+                                       const ClickSearchPointer<Dim>& before,
+                                       const Click<Dim>& click, const SearchOptions& options,
+                                       const std::stop_token& stop) {
+  auto out = std::make_shared<ClickSearch<Dim>>(*before);
+  out->before = before;
+  out->clicks.push_back(click);
+  out->on_grid.push_back(on_grid(grid, click));
+  if (before->found.empty()) return out;
+  const bool is_inside = click.side == Side::kInside;
+  const auto& nodes = out->on_grid.back().seed.nodes;
+  if (std::all_of(nodes.begin(), nodes.end(), [&](const auto& node) {
+        return bool(before->inside[grid.box().at(node)]) == is_inside;
+      }))
+    return out;
+  const auto corrected = corrections<Dim>(grid, before->inside, out->on_grid, out->first,
+                                          out->noise, stop);
+  if (stop.stop_requested()) return nullptr;
+  std::vector<Rung<Dim>> rungs;
+  for (const Correction<Dim>& correction : corrected)
+    rungs.push_back(rung_of(grid, before->inside, correction));
+  std::vector<const Rung<Dim>*> all;
+  for (const Rung<Dim>& rung : rungs) all.push_back(&rung);
+  out->found.clear();
+  for (const Rung<Dim>* rung :
+       differing(all, std::size_t(options.max_regions), SearchOptions::kMostOverlapOfCorrections))
+    out->found.push_back(*rung);
+  out->chosen = 0;
+  out->inside = flags_of(grid, out->found.front());
+  return out;
+}
+
+}  // namespace
+
+template <int Dim>
+ClickSearchPointer<Dim> search_clicks(const SearchGrid<Dim>& grid,
+                                      std::span<const Click<Dim>> clicks,
+                                      ClickSearchPointer<Dim> known, const SearchOptions& options,
+                                      const SearchProgress& progress,
+                                      const std::stop_token& stop) {
+  const std::vector<Click<Dim>> ordered = in_order<Dim>(clicks);
+  if (ordered.empty()) return nullptr;
+  const auto is_start = [&](const ClickSearch<Dim>& search) {
+    return search.clicks.size() <= ordered.size() &&
+           std::equal(search.clicks.begin(), search.clicks.end(), ordered.begin(), is_same<Dim>);
+  };
+  while (known && !is_start(*known)) known = known->before;
+  if (!known) known = first_search(grid, ordered.front(), options, progress, stop);
+  while (known && known->clicks.size() < ordered.size())
+    known = further_search(grid, known, ordered[known->clicks.size()], options, stop);
+  return known;
+}
+
+template <int Dim>
+ClickSearchPointer<Dim> with_choice(const SearchGrid<Dim>& grid, const ClickSearch<Dim>& search,
+                                    std::size_t chosen) {
+  auto out = std::make_shared<ClickSearch<Dim>>(search);
+  out->chosen = chosen;
+  out->inside = flags_of(grid, out->found[chosen]);
+  return out;
+}
+
+template <int Dim>
+std::vector<Region<Dim>> regions(const SearchGrid<Dim>& grid, const ClickSearch<Dim>& search) {
+  std::vector<Region<Dim>> out;
+  const SeedView<Dim> view(grid, {search.on_grid.front().seed}, search.noise);
+  for (const Rung<Dim>& rung : search.found) out.push_back(region_of(view, rung));
+  return out;
+}
+
+#define SURF_INSTANTIATE(Dim)                                                                     \
+  template struct ClickSearch<Dim>;                                                               \
+  template ClickSearchPointer<Dim> search_clicks<Dim>(                                            \
+      const SearchGrid<Dim>&, std::span<const Click<Dim>>, ClickSearchPointer<Dim>,               \
+      const SearchOptions&, const SearchProgress&, const std::stop_token&);                       \
+  template ClickSearchPointer<Dim> with_choice<Dim>(const SearchGrid<Dim>&,                       \
+                                                    const ClickSearch<Dim>&, std::size_t);        \
+  template std::vector<Region<Dim>> regions<Dim>(const SearchGrid<Dim>&, const ClickSearch<Dim>&);
+SURF_INSTANTIATE(2)
+SURF_INSTANTIATE(3)
+#undef SURF_INSTANTIATE
+
+}  // namespace surf::segment

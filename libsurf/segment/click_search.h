@@ -1,0 +1,57 @@
+// What clicks have found on a search grid, one after the other.
+#pragma once
+
+#include <memory>
+#include <span>
+#include <stop_token>
+#include <vector>
+
+#include "libsurf/segment/correction.h"
+#include "libsurf/segment/region_search.h"
+
+namespace surf::segment {
+
+/// What the first clicks of an object have found. Immutable; a further click makes a new one from
+/// it, so that the same clicks in the same order end at the same, to the bit, whenever they were
+/// made.
+template <int Dim>
+struct ClickSearch {
+  std::vector<Click<Dim>> clicks;
+  std::vector<GridClick<Dim>> on_grid;
+  std::vector<SettledRegion<Dim>> first;  ///< of the first inside click, best first
+  double noise = 0;                     ///< [intensity per node]
+  std::vector<Rung<Dim>> found;         ///< by the last click, best first; few
+  std::size_t chosen = 0;               ///< of them
+  Flags inside;                         ///< of the chosen one, at all nodes of the grid
+  std::shared_ptr<const ClickSearch> before;  ///< one click less; null at the first
+};
+
+template <int Dim>
+using ClickSearchPointer = std::shared_ptr<const ClickSearch<Dim>>;
+
+/// Heeds the clicks in their order. The first inside one is looked for in the whole grid
+/// (region_search.h), each further one changes what has been found (correction.h); outside clicks
+/// that come before it are heeded after it.
+///
+/// @param known  of the same grid, or null: what it and those before it have in common with the
+///               clicks is taken over
+/// @return  null after a stop, or if there is no inside click; `found` is empty if nothing stands
+///          out round the first one
+template <int Dim>
+ClickSearchPointer<Dim> search_clicks(const SearchGrid<Dim>& grid,
+                                      std::span<const Click<Dim>> clicks,
+                                      ClickSearchPointer<Dim> known = nullptr,
+                                      const SearchOptions& options = {},
+                                      const SearchProgress& progress = {},
+                                      const std::stop_token& stop = {});
+
+/// The same with another of those that were found; further clicks start from it.
+template <int Dim>
+ClickSearchPointer<Dim> with_choice(const SearchGrid<Dim>& grid, const ClickSearch<Dim>& search,
+                                    std::size_t chosen);
+
+/// Those that were found, best first.
+template <int Dim>
+std::vector<Region<Dim>> regions(const SearchGrid<Dim>& grid, const ClickSearch<Dim>& search);
+
+}  // namespace surf::segment

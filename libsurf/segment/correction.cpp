@@ -1,0 +1,371 @@
+#include "libsurf/segment/correction.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <optional>
+
+#include "libsurf/segment/change.h"
+#include "libsurf/segment/click_cut.h"
+#include "libsurf/segment/settle_cut.h"
+
+namespace surf::segment {
+namespace {
+
+constexpr int kLeastMargin = 14;         // nodes round the object and the clicks
+constexpr double kMargin = 0.5;          // of their extent
+constexpr std::size_t kLeastObject = 50;  // nodes
+constexpr std::size_t kMostPieces = 10, kMostWhole = 8;
+constexpr double kMostSame = 0.9;  // Dice of two changes
+constexpr double kFree = 3.5;      // nodes from the change: what may settle
+constexpr int kSettleMargin = 14;  // nodes, for the means
+constexpr double kWhole = 1.25, kGrowthOfCut = 1;
+constexpr double kFarMargin = 0.4, kHold = 0.5;
+constexpr int kLeastFarMargin = 8;
+constexpr double kLeastDepth = 0.55, kDepth = 2;
+constexpr double kShare = 0.5, kFirstDepth = 0.3, kCalmDepth = 0.75, kSize = 1.05,
+                 kAgreement = 0.25;
+constexpr double kLeastGrowth = 0.1;
+
+/// A candidate in the box of the scene.
+template <int Dim>
+struct Candidate {
+  Flags after;
+  Family family = Family::kBall;
+  bool is_whole = false;
+  double growth = 1;
+  double score = 0;                   // without the agreement
+  std::vector<std::uint64_t> change = {};  // a bit for each node
+  double n_changed = 0;
+};
+
+double growth_of(const RungFeatures& f) {
+  return std::max(f.growth_out, kLeastGrowth) * std::exp(-f.growth_in / 4);
+}
+
+std::vector<std::uint64_t> bits_of_change(const Flags& a, const Flags& b) {
+  std::vector<std::uint64_t> out((a.size() + 63) / 64, 0);
+  for (std::size_t at = 0; at < a.size(); ++at)
+    out[at / 64] |= std::uint64_t(a[at] != b[at]) << at % 64;
+  return out;
+}
+
+double n_bits(const std::vector<std::uint64_t>& bits) {
+  double out = 0;
+  for (const std::uint64_t word : bits) out += std::popcount(word);
+  return out;
+}
+
+template <int Dim>
+NodeBox<Dim> surroundings(const NodeBox<Dim>& grid, const Flags& before,
+                          std::span<const GridClick<Dim>> clicks) {
+  NodeBox<Dim> out = bounds(grid, before, 0);
+  for (const GridClick<Dim>& click : clicks)
+    for (const auto& node : click.seed.nodes)
+      for (int axis = 0; axis < Dim; ++axis) {
+        if (out.size[axis] == 0) out.lower[axis] = node[axis];
+        const int last = std::max(out.lower[axis] + out.size[axis] - 1, node[axis]);
+        out.lower[axis] = std::min(out.lower[axis], node[axis]);
+        out.size[axis] = last - out.lower[axis] + 1;
+      }
+  for (int axis = 0; axis < Dim; ++axis) {
+    const int margin = std::max(kLeastMargin, int(kMargin * out.size[axis])),
+              first = std::max(0, out.lower[axis] - margin),
+              last = std::min(grid.size[axis], out.lower[axis] + out.size[axis] + margin);
+    out.lower[axis] = first;
+    out.size[axis] = last - first;
+  }
+  return out;
+}
+
+/// Closed by a node: grown along the axes, and shrunk again.
+template <int Dim>
+Flags closed(const NodeBox<Dim>& box, const Flags& inside) {
+  Flags grown = inside;
+  for (int axis = 0; axis < Dim; ++axis)
+    box.for_lines(axis, [&](std::size_t at, int here, std::size_t stride) {
+      if (here + 1 == box.size[axis]) return;
+      grown[at] |= inside[at + stride];
+      grown[at + stride] |= inside[at];
+    });
+  Flags out = grown;
+  for (int axis = 0; axis < Dim; ++axis)
+    box.for_lines(axis, [&](std::size_t at, int here, std::size_t stride) {
+      if (here + 1 == box.size[axis]) return;
+      out[at] &= grown[at + stride];
+      out[at + stride] &= grown[at];
+    });
+  for (std::size_t at = 0; at < out.size(); ++at) out[at] |= inside[at];
+  return out;
+}
+
+template <int Dim>
+class Corrector {
+ public:
+  Corrector(const ClickScene<Dim>& scene, std::span<const SettledRegion<Dim>> first,
+            const typename NodeBox<Dim>::Index& lower, const std::stop_token& stop)
+      : scene_(scene),
+        box_(scene.box()),
+        side_(scene.click().side),
+        first_(first),
+        lower_(lower),
+        stop_(stop),
+        held_(scene.held()),
+        edge_(SeedView<Dim>(scene.grid, {scene.click().seed}, scene.noise).edge) {}
+
+  std::vector<Candidate<Dim>> all() {
+    std::vector<Candidate<Dim>> out = with_pieces();
+    for (Candidate<Dim>& cut : cuts()) out.push_back(std::move(cut));
+    for (Candidate<Dim>& whole : wholes()) out.push_back(std::move(whole));
+    tbb::parallel_for(std::size_t(0), out.size(), [&](std::size_t c) {
+      if (stop_.stop_requested()) return;
+      if (!out[c].is_whole) settle(out[c]);
+      score(out[c]);
+    });
+    std::erase_if(out, [](const auto& c) { return !(c.score > 0); });
+    agree(out);
+    std::stable_sort(out.begin(), out.end(),
+                     [](const auto& a, const auto& b) { return a.score > b.score; });
+    if (out.empty()) {
+      Candidate<Dim> as_held;
+      as_held.after = scene_.before;
+      out.push_back(std::move(as_held));
+    }
+    for (Candidate<Dim>& candidate : out) obey(candidate.after);
+    return out;
+  }
+
+ private:
+  bool adds() const { return side_ == Side::kInside; }
+
+  /// The best pieces that differ, with the object.
+  std::vector<Candidate<Dim>> with_pieces() const {
+    std::vector<Rung<Dim>> found = pieces(scene_, stop_);
+    tbb::parallel_for(std::size_t(0), found.size(), [&](std::size_t n) {
+      Rung<Dim>& rung = found[n];
+      const Flags piece(rung.inside.begin(), rung.inside.end());
+      const Flags part = component(rung.box, piece, starts_in(rung.box, piece));
+      const double n_part = double(std::count(part.begin(), part.end(), 1)),
+                   depth = depths_of<Dim>(box_, rung.box, part, scene_.click().seed.nodes).share() *
+                           n_part / double(rung.n_nodes);
+      const ChangeFeatures change = measure_change(
+          rung.box, piece, cropped(box_, scene_.before, rung.box), side_,
+          cropped(box_, scene_.grid.level(), rung.box), cropped(box_, edge_, rung.box));
+      rung.score = change.score(side_) * std::pow(depth, kDepth) * growth_of(rung.features);
+    });
+    std::vector<const Rung<Dim>*> all;
+    for (const Rung<Dim>& rung : found) all.push_back(&rung);
+    const auto best = differing(std::move(all), kMostPieces, kMostSame);
+    std::vector<Candidate<Dim>> out;
+    for (const Rung<Dim>* rung : best) {
+      Candidate<Dim> candidate{scene_.before, rung->family, false, growth_of(rung->features)};
+      for (std::size_t at = 0; at < rung->inside.size(); ++at)
+        if (rung->inside[at]) candidate.after[box_.at(rung->box.node(at))] = adds();
+      if (std::size_t(std::count(candidate.after.begin(), candidate.after.end(), 1)) >= kLeastObject)
+        out.push_back(std::move(candidate));
+    }
+    return out;
+  }
+
+  /// Cuts between all clicks, in boxes that are near and far, and one near the object.
+  std::vector<Candidate<Dim>> cuts() const {
+    ClickCutOptions far, held;
+    far.margin = kFarMargin;
+    far.least_margin = kLeastFarMargin;
+    held.object = kHold;
+    const std::array<ClickCutOptions, 3> options = {ClickCutOptions{}, far, held};
+    std::vector<Candidate<Dim>> out(options.size());
+    tbb::parallel_for(std::size_t(0), out.size(), [&](std::size_t n) {
+      if (stop_.stop_requested()) return;
+      out[n].after = click_cut(scene_, options[n]);
+      out[n].family = Family::kCut;
+      out[n].growth = kGrowthOfCut;
+    });
+    return out;
+  }
+
+  /// Regions of the first click that have all clicks where they belong and lie in the box.
+  std::vector<Candidate<Dim>> wholes() const {
+    std::vector<Candidate<Dim>> out;
+    for (const SettledRegion<Dim>& region : first_) {
+      if (out.size() == kMostWhole) break;
+      Candidate<Dim> candidate{Flags(box_.n(), 0), region.rung.family, true,
+                               kWhole * region.besides};
+      bool fits = true;
+      for (std::size_t at = 0; fits && at < region.rung.inside.size(); ++at) {
+        if (!region.rung.inside[at]) continue;
+        auto node = region.rung.box.node(at);
+        for (int axis = 0; axis < Dim; ++axis) node[axis] -= lower_[axis];
+        fits = box_.contains(node);
+        if (fits) candidate.after[box_.at(node)] = 1;
+      }
+      for (const GridClick<Dim>& click : scene_.clicks)
+        for (const auto& node : click.seed.nodes)
+          fits = fits && bool(candidate.after[box_.at(node)]) == (click.side == Side::kInside);
+      if (fits) out.push_back(std::move(candidate));
+    }
+    return out;
+  }
+
+  /// Only near what has changed.
+  void settle(Candidate<Dim>& candidate) const {
+    Flags& after = candidate.after;
+    if (adds()) {
+      after = closed(box_, after);
+      fill_holes(box_, after);
+    }
+    Flags change(after.size());
+    for (std::size_t at = 0; at < after.size(); ++at) change[at] = after[at] != scene_.before[at];
+    const NodeBox<Dim> part = bounds(box_, change, kSettleMargin);
+    if (part.n() == 0) return;
+    const auto to_change =
+        squared_distances(part, cropped(box_, change, part), int(std::ceil(kFree)));
+    const Flags inside = cropped(box_, after, part);
+    std::vector<Held> held(part.n());
+    for (std::size_t at = 0; at < held.size(); ++at) {
+      held[at] = held_[box_.at(part.node(at))];
+      if (held[at] == Held::kFree && to_change[at] > kFree * kFree)
+        held[at] = inside[at] ? Held::kInside : Held::kOutside;
+    }
+    const Flags settled_part = settled(part, inside, cropped(box_, scene_.grid.intensity(), part),
+                                       held, scene_.noise);
+    for (std::size_t at = 0; at < settled_part.size(); ++at)
+      after[box_.at(part.node(at))] = settled_part[at];
+    keep_clicked(after);
+  }
+
+  /// Only what is connected with an inside click.
+  void keep_clicked(Flags& after) const {
+    std::vector<std::size_t> starts;
+    for (const GridClick<Dim>& click : scene_.clicks)
+      if (click.side == Side::kInside)
+        for (const auto& node : click.seed.nodes)
+          if (after[box_.at(node)]) starts.push_back(box_.at(node));
+    if (!starts.empty()) after = component(box_, after, std::move(starts));
+  }
+
+  std::vector<std::size_t> starts_in(const NodeBox<Dim>& box, const Flags& flags) const {
+    std::vector<std::size_t> out;
+    for (const auto& node : scene_.click().seed.nodes)
+      if (box.contains(node) && flags[box.at(node)]) out.push_back(box.at(node));
+    return out;
+  }
+
+  void score(Candidate<Dim>& candidate) const {
+    Flags changed(box_.n()), back(box_.n());
+    for (std::size_t at = 0; at < changed.size(); ++at) {
+      const bool differs = candidate.after[at] != scene_.before[at];
+      changed[at] = differs && bool(candidate.after[at]) == adds();
+      back[at] = differs && !changed[at];
+    }
+    candidate.change = bits_of_change(candidate.after, scene_.before);
+    candidate.n_changed = n_bits(candidate.change);
+    const Flags piece = component(box_, changed, starts_in(box_, changed));
+    const NodeBox<Dim> part = bounds(box_, piece, 3);
+    if (part.n() == 0) return;
+    const Flags of_piece = cropped(box_, piece, part);
+    const Depths depths =
+        depths_of<Dim>(box_, part, of_piece, scene_.click().seed.nodes);
+    if (depths.share() < kLeastDepth) return;
+    const ChangeFeatures change =
+        measure_change(part, of_piece, cropped(box_, scene_.before, part), side_,
+                       cropped(box_, scene_.grid.level(), part), cropped(box_, edge_, part));
+    Rung<Dim> whole;
+    whole.box = bounds(box_, candidate.after, 3);
+    const Flags inside = cropped(box_, candidate.after, whole.box);
+    measure(inside, cropped(box_, scene_.grid.level(), whole.box),
+            cropped(box_, edge_, whole.box), whole);
+    if (whole.n_nodes == 0) return;
+    const auto largest = double(
+        std::max(largest_component(box_, changed), largest_component(box_, back)));
+    candidate.score =
+        std::sqrt(std::max(change.score(side_), 1e-6) * std::max(boundary_score(whole), 1e-6)) *
+        std::pow(depths.share(), kDepth) * std::pow(change.n_nodes / largest, kShare) *
+        std::pow(depths_of<Dim>(box_, whole.box, inside, first_nodes()).share(kCalmDepth),
+                 kFirstDepth) *
+        candidate.growth * std::pow(double(whole.n_nodes), kSize / Dim);
+  }
+
+  const std::vector<typename NodeBox<Dim>::Index>& first_nodes() const {
+    for (const GridClick<Dim>& click : scene_.clicks)
+      if (click.side == Side::kInside) return click.seed.nodes;
+    return scene_.click().seed.nodes;
+  }
+
+  static void agree(std::vector<Candidate<Dim>>& candidates) {
+    const std::size_t n = candidates.size();
+    if (n < 2) return;
+    std::vector<double> sums(n, 0);
+    for (std::size_t a = 0; a < n; ++a)
+      for (std::size_t b = a + 1; b < n; ++b) {
+        double both = 0;
+        for (std::size_t w = 0; w < candidates[a].change.size(); ++w)
+          both += std::popcount(candidates[a].change[w] & candidates[b].change[w]);
+        const double dice =
+            2 * both / std::max(1.0, candidates[a].n_changed + candidates[b].n_changed);
+        sums[a] += dice;
+        sums[b] += dice;
+      }
+    for (std::size_t c = 0; c < n; ++c)
+      candidates[c].score *= std::pow(std::max(sums[c] / double(n - 1), 0.01), kAgreement);
+  }
+
+  void obey(Flags& after) const {
+    const auto is_held = [&](std::size_t at) {
+      return (held_[at] == Held::kInside) == bool(after[at]);
+    };
+    for (const GridClick<Dim>& click : scene_.clicks)
+      for (const auto& node : click.seed.nodes) {
+        if (is_held(box_.at(node))) continue;
+        NodeBox<Dim> around;
+        for (int axis = 0; axis < Dim; ++axis) around.lower[axis] = node[axis] - 1;
+        around.size.fill(3);
+        for (std::size_t n = 0; n < around.n(); ++n)
+          if (const auto near = around.node(n); box_.contains(near))
+            if (const std::size_t at = box_.at(near); held_[at] != Held::kFree)
+              after[at] = held_[at] == Held::kInside;
+      }
+  }
+
+  const ClickScene<Dim>& scene_;
+  const NodeBox<Dim>& box_;
+  Side side_;
+  std::span<const SettledRegion<Dim>> first_;
+  typename NodeBox<Dim>::Index lower_;
+  const std::stop_token& stop_;
+  std::vector<Held> held_;
+  Flags edge_;
+};
+
+}  // namespace
+
+template <int Dim>
+std::vector<Correction<Dim>> corrections(const SearchGrid<Dim>& grid, const Flags& before,
+                                         std::span<const GridClick<Dim>> clicks,
+                                         std::span<const SettledRegion<Dim>> first, double noise,
+                                         const std::stop_token& stop) {
+  const NodeBox<Dim> box = surroundings(grid.box(), before, clicks);
+  const SearchGrid<Dim> part(grid, box);
+  const Flags object = cropped(grid.box(), before, box);
+  ClickScene<Dim> scene{part, object, {clicks.begin(), clicks.end()}, noise};
+  for (GridClick<Dim>& click : scene.clicks)
+    for (auto& node : click.seed.nodes)
+      for (int axis = 0; axis < Dim; ++axis) node[axis] -= box.lower[axis];
+  std::vector<Correction<Dim>> out;
+  for (Candidate<Dim>& candidate : Corrector<Dim>(scene, first, box.lower, stop).all())
+    out.push_back({box, std::move(candidate.after), candidate.family, candidate.is_whole,
+                   candidate.score});
+  return out;
+}
+
+#define SURF_INSTANTIATE(Dim)                                                         \
+  template std::vector<Correction<Dim>> corrections<Dim>(                             \
+      const SearchGrid<Dim>&, const Flags&, std::span<const GridClick<Dim>>,          \
+      std::span<const SettledRegion<Dim>>, double, const std::stop_token&);
+SURF_INSTANTIATE(2)
+SURF_INSTANTIATE(3)
+#undef SURF_INSTANTIATE
+
+}  // namespace surf::segment

@@ -1,0 +1,288 @@
+#include "libsurf/segment/pieces.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <iterator>
+#include <limits>
+#include <numeric>
+
+#include "libsurf/segment/arrival.h"
+#include "libsurf/segment/ladder.h"
+
+namespace surf::segment {
+namespace {
+
+constexpr std::array kFamilies = {Family::kAlike, Family::kBrighter, Family::kDarker,
+                                  Family::kFront};
+constexpr std::array kJointFamilies = {Family::kAlike, Family::kBetween, Family::kBrighter};
+constexpr std::array kNeckRadii = {0.0, 1.0, 2.0, 3.5, 6.0};  // nodes
+constexpr std::array kJointRadii = {1.0, 2.0, 4.0};
+constexpr double kLeast = 15, kLeastJoint = 113;  // nodes of a window
+constexpr std::array kShares = {0.2, 0.3, 0.4, 0.5, 0.6, 0.7};  // of a competition
+constexpr double kCompetitionNeck = 1;                          // node
+constexpr std::array kCalm = {0.02, 1.0};  // cost per node: fronts that edges hold, and near circles
+constexpr std::array kNecks = {1.0, 2.0, 3.0, 4.5, 6.0, 9.0};
+constexpr double kBall = 0.5, kLeastBall = 1.5, kToOthers = 0.6;
+constexpr std::size_t kLeastNodes = 8;
+// Growth of what has no ladder: of middling ones.
+constexpr double kGrowthIn = 0.7, kGrowthOut = 0.6;
+
+/// Calls visit(node) for the 3^Dim nodes round one.
+template <int Dim, class Visit>
+void for_around(const typename NodeBox<Dim>::Index& center, const Visit& visit) {
+  NodeBox<Dim> around;
+  around.lower.fill(-1);
+  around.size.fill(3);
+  for (std::size_t n = 0; n < around.n(); ++n) {
+    auto node = around.node(n);
+    for (int axis = 0; axis < Dim; ++axis) node[axis] += center[axis];
+    visit(node);
+  }
+}
+
+template <int Dim>
+std::vector<std::size_t> nodes_of(const ClickScene<Dim>& scene, Side side, bool with_last) {
+  std::vector<std::size_t> out;
+  const std::size_t n = scene.clicks.size() - (with_last ? 0 : 1);
+  for (std::size_t c = 0; c < n; ++c)
+    if (scene.clicks[c].side == side)
+      for (const auto& node : scene.clicks[c].seed.nodes) out.push_back(scene.box().at(node));
+  return out;
+}
+
+Side other(Side side) { return side == Side::kInside ? Side::kOutside : Side::kInside; }
+
+template <int Dim>
+Rung<Dim> cut_to(const NodeBox<Dim>& box, Flags inside, Family family) {
+  Rung<Dim> out;
+  out.family = family;
+  out.box = bounds(box, inside, 3);
+  const Flags part = cropped(box, inside, out.box);
+  out.inside.assign(part.begin(), part.end());
+  out.n_nodes = std::size_t(std::count(part.begin(), part.end(), 1));
+  out.features.growth_in = kGrowthIn;
+  out.features.growth_out = kGrowthOut;
+  return out;
+}
+
+template <int Dim>
+class Pieces {
+ public:
+  Pieces(const ClickScene<Dim>& scene, const std::stop_token& stop)
+      : scene_(scene), box_(scene.box()), stop_(stop), domain_(scene.domain()) {}
+
+  std::vector<Rung<Dim>> all() {
+    climb_at_click();
+    if (adds()) climb_jointly();
+    compete();
+    if (!adds()) cut_necks();
+    add_ball();
+    return std::move(found_);
+  }
+
+ private:
+  bool adds() const { return scene_.click().side == Side::kInside; }
+
+  void climb_at_click() {
+    const SeedView<Dim> view(scene_.grid, {scene_.click().seed}, scene_.noise);
+    std::vector<Ladder> ladders;
+    for (const Family family : kFamilies)
+      ladders.push_back(make_ladder(view, family, kNeckRadii, {&domain_, kLeast}));
+    keep(view, ladders, kLeast);
+  }
+
+  void climb_jointly() {
+    std::vector<SeedNodes<Dim>> seeds;
+    for (const GridClick<Dim>& click : scene_.clicks)
+      if (click.side == Side::kInside) seeds.push_back(click.seed);
+    const SeedView<Dim> view(scene_.grid, std::move(seeds), scene_.noise);
+    Flags allowed(box_.n(), 1);
+    const std::vector<Held> held = scene_.held();
+    for (std::size_t at = 0; at < held.size(); ++at) allowed[at] = held[at] != Held::kOutside;
+    std::vector<Ladder> ladders;
+    for (const Family family : kJointFamilies)
+      ladders.push_back(make_ladder(view, family, kJointRadii, {&allowed, kLeastJoint}));
+    keep(view, ladders, kLeastJoint);
+  }
+
+  void compete() {
+    const std::vector<std::size_t> rivals = nodes_of(scene_, other(scene_.click().side), false);
+    if (rivals.empty()) return;
+    std::vector<std::size_t> starts;
+    for (const auto& node : scene_.click().seed.nodes) starts.push_back(box_.at(node));
+    const SeedView<Dim> view(scene_.grid, {scene_.click().seed}, scene_.noise);
+    std::vector<Ladder> ladders;
+    for (const double calm : kCalm) {
+      std::vector<float> cost = front_cost(view, calm);
+      for (std::size_t at = 0; !adds() && at < cost.size(); ++at)
+        if (!scene_.before[at]) cost[at] = std::numeric_limits<float>::infinity();
+      const auto times = [&](const std::vector<std::size_t>& from) {
+        return arrival_times(box_, cost, std::span<const std::size_t>(from), box_.n());
+      };
+      const std::vector<float> own = times(starts), others = times(rivals);
+      Ladder ladder{Family::kCompetition, std::vector<float>(box_.n()), {}, {kCompetitionNeck}};
+      for (std::size_t at = 0; at < own.size(); ++at)
+        ladder.distance[at] = !domain_[at] || !std::isfinite(own[at])
+                                  ? std::numeric_limits<float>::infinity()
+                              : std::isfinite(others[at])
+                                  ? own[at] / std::max(own[at] + others[at], 1e-9f)
+                                  : 0.f;
+      ladder.levels.assign(kShares.begin(), kShares.end());
+      ladders.push_back(std::move(ladder));
+    }
+    keep(view, ladders, kLeast);
+  }
+
+  void cut_necks() {
+    const std::vector<std::size_t> inner = nodes_of(scene_, Side::kInside, false);
+    if (inner.empty()) return;
+    Flags outside(box_.n());
+    for (std::size_t at = 0; at < outside.size(); ++at) outside[at] = !scene_.before[at];
+    const std::vector<float> depth = exact_squared_distances(box_, outside);
+    for (const double r : kNecks) {
+      if (stop_.stop_requested()) return;
+      Flags deep(box_.n());
+      for (std::size_t at = 0; at < deep.size(); ++at) deep[at] = depth[at] > r * r;
+      const auto flagged = [&](const std::vector<std::size_t>& nodes) {
+        std::vector<std::size_t> out;
+        for (const std::size_t at : nodes)
+          if (deep[at]) out.push_back(at);
+        return out;
+      };
+      std::vector<std::size_t> own;
+      for (const auto& node : scene_.click().seed.nodes) own.push_back(box_.at(node));
+      own = flagged(own);
+      const std::vector<std::size_t> others = flagged(inner);
+      if (own.empty() || others.empty()) continue;
+      const Flags kept = component(box_, deep, others), gone = component(box_, deep, own);
+      if (kept[own.front()]) continue;
+      const std::vector<float> to_kept = exact_squared_distances(box_, kept),
+                               to_gone = exact_squared_distances(box_, gone);
+      Flags piece(box_.n());
+      for (std::size_t at = 0; at < piece.size(); ++at)
+        piece[at] = domain_[at] && to_gone[at] < to_kept[at];
+      Rung<Dim> rung = cut_to(box_, std::move(piece), Family::kNeck);
+      rung.neck_radius = r;
+      add(std::move(rung), kLeastNodes);
+    }
+  }
+
+  void add_ball() {
+    Flags ended(box_.n());
+    for (std::size_t at = 0; at < ended.size(); ++at) ended[at] = !domain_[at];
+    const std::vector<float> squared = exact_squared_distances(box_, ended);
+    const auto distance_to = [&](const auto& node) {
+      double out = std::numeric_limits<double>::infinity();
+      for (const auto& own : scene_.click().seed.nodes) {
+        double sum = 0;
+        for (int axis = 0; axis < Dim; ++axis)
+          sum += double(own[axis] - node[axis]) * (own[axis] - node[axis]);
+        out = std::min(out, std::sqrt(sum));
+      }
+      return out;
+    };
+    double reach = 0;
+    for (const auto& node : scene_.click().seed.nodes)
+      if (const float s = squared[box_.at(node)]; std::isfinite(s))
+        reach = std::max(reach, std::sqrt(double(s)));
+    reach = std::max(kLeastBall, kBall * reach);
+    for (const std::size_t at : nodes_of(scene_, other(scene_.click().side), false))
+      reach = std::min(reach, std::max(1.0, kToOthers * distance_to(box_.node(at))));
+    Flags ball(box_.n(), 0);
+    for (std::size_t at = 0; at < ball.size(); ++at)
+      ball[at] = domain_[at] && distance_to(box_.node(at)) <= reach;
+    add(cut_to(box_, std::move(ball), Family::kBall), 1);
+  }
+
+  void keep(const SeedView<Dim>& view, std::span<const Ladder> ladders, double least) {
+    for (Windows<Dim>& windows : climb(view, ladders, [] {}, stop_))
+      for (std::size_t w = 0; w < windows.size(); ++w)
+        for (std::size_t n = 0; n < windows[w].size(); ++n) {
+          Rung<Dim>& rung = windows[w][n];
+          if (double(rung.n_nodes) < least || rung.n_nodes > kLargestShare * double(box_.n()) ||
+              (w > 0 && windows[w - 1][n].n_nodes == rung.n_nodes))
+            continue;
+          add(rung, kLeastNodes);
+        }
+  }
+
+  /// Without what is off the domain.
+  void add(Rung<Dim> piece, std::size_t least) {
+    piece.n_nodes = 0;
+    for (std::size_t at = 0; at < piece.inside.size(); ++at) {
+      if (!piece.inside[at]) continue;
+      if (domain_[box_.at(piece.box.node(at))])
+        ++piece.n_nodes;
+      else
+        piece.inside[at] = false;
+    }
+    if (piece.n_nodes < least) return;
+    const auto holds = [&](const GridClick<Dim>& click) {
+      return std::any_of(
+          click.seed.nodes.begin(), click.seed.nodes.end(), [&](const auto& node) {
+            return piece.box.contains(node) && piece.inside[piece.box.at(node)];
+          });
+    };
+    for (const GridClick<Dim>& click : scene_.clicks)
+      if (click.side != scene_.click().side && holds(click)) return;
+    if (!holds(scene_.click())) return;
+    for (const Rung<Dim>& known : found_)
+      if (known.family == piece.family && known.n_nodes == piece.n_nodes) return;
+    found_.push_back(std::move(piece));
+  }
+
+  const ClickScene<Dim>& scene_;
+  const NodeBox<Dim>& box_;
+  const std::stop_token& stop_;
+  Flags domain_;
+  std::vector<Rung<Dim>> found_;
+};
+
+}  // namespace
+
+template <int Dim>
+std::vector<Held> ClickScene<Dim>::held() const {
+  std::vector<Held> out(box().n(), Held::kFree);
+  const auto side_of = [](const GridClick<Dim>& click) {
+    return click.side == Side::kInside ? Held::kInside : Held::kOutside;
+  };
+  for (const GridClick<Dim>& click : clicks)
+    for (const auto& center : click.seed.nodes)
+      for_around<Dim>(center, [&](const auto& node) {
+        if (box().contains(node)) out[box().at(node)] = side_of(click);
+      });
+  for (const GridClick<Dim>& click : clicks)
+    for (const auto& node : click.seed.nodes) out[box().at(node)] = side_of(click);
+  return out;
+}
+
+template <int Dim>
+Flags ClickScene<Dim>::domain() const {
+  const bool adds = click().side == Side::kInside;
+  Flags out(box().n());
+  for (std::size_t at = 0; at < out.size(); ++at) out[at] = adds != bool(before[at]);
+  for (std::size_t c = 0; c + 1 < clicks.size(); ++c)
+    if (clicks[c].side != click().side)
+      for (const auto& center : clicks[c].seed.nodes)
+        for_around<Dim>(center, [&](const auto& node) {
+          if (box().contains(node)) out[box().at(node)] = 0;
+        });
+  for (const auto& node : click().seed.nodes) out[box().at(node)] = 1;
+  return out;
+}
+
+template <int Dim>
+std::vector<Rung<Dim>> pieces(const ClickScene<Dim>& scene, const std::stop_token& stop) {
+  return Pieces<Dim>(scene, stop).all();
+}
+
+#define SURF_INSTANTIATE(Dim)             \
+  template struct ClickScene<Dim>;        \
+  template std::vector<Rung<Dim>> pieces( \
+      const ClickScene<Dim>&, const std::stop_token&);
+SURF_INSTANTIATE(2)
+SURF_INSTANTIATE(3)
+#undef SURF_INSTANTIATE
+
+}  // namespace surf::segment
