@@ -18,40 +18,12 @@ namespace {
 
 constexpr int kRoundsAtTheStart = 30, kRoundsInAStep = 2;  // of adaptivity
 constexpr double kRatio = 2.5;     // of neighbours' lengths; bisection makes 2
-constexpr int kHalvings = 12;      // of a step that catches an event
 constexpr int kContactRounds = 3;  // of holding sheets
 constexpr int kGrowingRounds = 8;  // of holding crossings, then all nodes are held
 
 CurveMesh moved(CurveMesh curves, const Points<2>& to) {
   curves.set_points(to);
   return curves;
-}
-
-std::vector<ElementPair> events_of(const CurveMesh& curves, const Points<2>& from,
-                                   double distance) {
-  auto pairs = intersections(curves.points(), curves.elements());
-  const auto contacts = sheets_in_contact(curves, from, distance);
-  pairs.insert(pairs.end(), contacts.begin(), contacts.end());
-  return pairs;
-}
-
-/// Number of places where elements of the pairs hang together, along the curve or as a pair.
-int n_places(const CurveMesh& curves, const std::vector<ElementPair>& pairs) {
-  std::vector<int> parent(curves.size(), -1);
-  const auto find = [&](int i) {
-    while (parent[i] != i) i = parent[i] = parent[parent[i]];
-    return i;
-  };
-  for (const auto& [e, f] : pairs)
-    for (const int i : {e, f}) parent[i] = i;
-  for (const auto& [e, f] : pairs) {
-    parent[find(e)] = find(f);
-    for (const int i : {e, f})
-      if (parent[curves.next(i)] >= 0) parent[find(i)] = find(curves.next(i));
-  }
-  int n = 0;
-  for (int i = 0; i < curves.size(); ++i) n += parent[i] == i;
-  return n;
 }
 
 /// Nodes of flagged elements go back; number of nodes that had moved.
@@ -117,36 +89,12 @@ void MovingCurve::hold_sheets_apart(const Points<2>& from, Points<2>& to) const 
   if (!intersections(to, T).empty()) to = from;
 }
 
-/// Algorithm 10.
-void MovingCurve::adjust_step(const Points<2>& from, Points<2>& to) const {
-  if (options_.step_adjustment == StepAdjustment::kNone) return;
-  const int limit = options_.step_adjustment == StepAdjustment::kCatchFirst ? 2 : 1;
-  const Points<2> wanted = to;
-  const auto n_events = [&](double share) {
-    to = from + share * (wanted - from);
-    const CurveMesh there = moved(mesh_, to);
-    return n_places(there, events_of(there, from, kContact * topology_resolution()));
-  };
-  if (n_events(1) <= limit) return;
-  double without = 0, with = 1;
-  for (int halving = 0; halving < kHalvings; ++halving) {
-    const double middle = (without + with) / 2;
-    const int n = n_events(middle);
-    if (n > 0 && n <= limit) return;
-    (n == 0 ? without : with) = middle;
-  }
-  to = from + with * (wanted - from);
-}
-
 double MovingCurve::restrict_move(Points<2>& to) {
   const Points<2> from = mesh_.points();
   bound_move(from, to);
-  const Points<2> wanted = to;
-  if (options_.topology == Topology::kFixed)
-    hold_sheets_apart(from, to);
-  else
-    adjust_step(from, to);
   if (options_.topology != Topology::kFixed) return 0;
+  const Points<2> wanted = to;
+  hold_sheets_apart(from, to);
   return mesh::share_of_vertices<2>(from, mesh_.elements(),
                                     mesh::held_vertices<2>(from, wanted, to));
 }

@@ -42,10 +42,6 @@ struct MovingShapeOptions {
   /// Components that enclose less go, with what lies in them [mm^Dim]; 0 = those of a circle or
   /// ball whose radius is the topology's resolution.
   double min_content = 0;
-  /// Alg. 10, of curves: steps are shortened until only two places are left where elements meet, as
-  /// one event has them (kCatchFirst), or one (kResolveFirst); if that cannot be, to the first
-  /// events.
-  StepAdjustment step_adjustment = StepAdjustment::kNone;
   /// Sheets that have to stay apart are held at this share of edge_length_mm.
   double sheet_distance = 0.7;
   /// Vertices may not leave this box; none = the shape moves freely.

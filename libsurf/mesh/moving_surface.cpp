@@ -25,7 +25,6 @@ namespace {
 constexpr int kGuardRounds = 3;
 constexpr int kRoundsAtTheStart = 30, kRoundsInAStep = 2;  // of adaptivity
 constexpr double kContact = 0.9;  // of sheets, of the resolution: one node fits between them
-constexpr int kHalvings = 6;      // of a step that catches an event
 constexpr int kMendingRounds = 4;
 constexpr double kFrozenRadius = 0.5;  // of the wanted edge length, in the second round
 
@@ -93,7 +92,6 @@ double MovingSurface::restrict_move(Points<3>& to) {
     hold_sheets_apart(from, to, T);
   } else {
     hold_intersecting(from, to, T, HeldPairs::kNone);
-    adjust_step(from, to, T);
   }
   return share_of_vertices<3>(from, T, held_vertices<3>(from, wanted, to));
 }
@@ -117,24 +115,6 @@ bool is_any(const std::vector<char>& flags) {
 }
 
 }  // namespace
-
-void MovingSurface::adjust_step(const Points<3>& from, Points<3>& to, const Elements<3>& T) const {
-  if (options_.step_adjustment == StepAdjustment::kNone) return;
-  const double distance = kContact * topology_resolution();
-  const Points<3> wanted = to;
-  const auto has_event = [&](double share) {
-    to = from + share * (wanted - from);
-    return is_any(triangles_at_events(from, to, T, distance));
-  };
-  if (!has_event(1)) return;
-  double before = 0, after = 1;
-  for (int halving = 0; halving < kHalvings; ++halving) {
-    const double middle = (before + after) / 2;
-    (has_event(middle) ? after : before) = middle;
-  }
-  const double share = options_.step_adjustment == StepAdjustment::kCatchFirst ? before : after;
-  to = from + share * (wanted - from);
-}
 
 void MovingSurface::move_to(const Points<3>& to) {
   if (options_.topology != Topology::kFixed) {

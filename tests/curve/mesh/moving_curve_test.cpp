@@ -165,23 +165,6 @@ TEST(MovingCurve, IsCoarseWhereItIsStraight) {
   EXPECT_LE(fem::geometric_variation(shape).maxCoeff(), 0.02 * 1.001);
 }
 
-/// Alg. 10: a large step of one disc into three others at once (Fig. 4.6).
-TEST(MovingCurve, AdjustsItsStepsToOneEventAsAlgorithm10) {
-  const std::vector<Segments> parts = {circle({0, 0}, 1, kEdge), circle({1.62, 0}, 0.5, kEdge),
-                                       circle({-1.66, 0}, 0.5, kEdge),
-                                       circle({0, 1.7}, 0.5, kEdge)};
-  const auto events = [&](StepAdjustment adjustment) {
-    MovingCurveOptions options = options_with(kEdge);
-    options.topology_resolution_mm = 1e-3;
-    options.step_adjustment = adjustment;
-    MovingCurve curve(joined(parts), options);
-    return grow(curve, 0.2, 1);
-  };
-  EXPECT_EQ(events(StepAdjustment::kNone).at("merging"), 3);
-  EXPECT_EQ(events(StepAdjustment::kCatchFirst).at("merging"), 1);
-  EXPECT_EQ(events(StepAdjustment::kResolveFirst).at("merging"), 1);
-}
-
 TEST(MovingCurve, ResolvesInitialCurvesThatOverlap) {
   const MovingCurve curve(joined({circle({0, 0}, 1, kEdge), circle({1, 0}, 1, kEdge)}),
                           options_with(kEdge));
