@@ -18,40 +18,13 @@ namespace {
 
 constexpr int kRoundsAtTheStart = 30, kRoundsInAStep = 2;  // of adaptivity
 constexpr double kRatio = 2.5;     // of neighbours' lengths; bisection makes 2
-constexpr int kHalvings = 12;      // of a step that catches an event
+constexpr double kContested = 2;   // resolutions: nearer to a contested point sheets stay apart
 constexpr int kContactRounds = 3;  // of holding sheets
 constexpr int kGrowingRounds = 8;  // of holding crossings, then all nodes are held
 
 CurveMesh moved(CurveMesh curves, const Points<2>& to) {
   curves.set_points(to);
   return curves;
-}
-
-std::vector<ElementPair> events_of(const CurveMesh& curves, const Points<2>& from,
-                                   double distance) {
-  auto pairs = intersections(curves.points(), curves.elements());
-  const auto contacts = sheets_in_contact(curves, from, distance);
-  pairs.insert(pairs.end(), contacts.begin(), contacts.end());
-  return pairs;
-}
-
-/// Number of places where elements of the pairs hang together, along the curve or as a pair.
-int n_places(const CurveMesh& curves, const std::vector<ElementPair>& pairs) {
-  std::vector<int> parent(curves.size(), -1);
-  const auto find = [&](int i) {
-    while (parent[i] != i) i = parent[i] = parent[parent[i]];
-    return i;
-  };
-  for (const auto& [e, f] : pairs)
-    for (const int i : {e, f}) parent[i] = i;
-  for (const auto& [e, f] : pairs) {
-    parent[find(e)] = find(f);
-    for (const int i : {e, f})
-      if (parent[curves.next(i)] >= 0) parent[find(i)] = find(curves.next(i));
-  }
-  int n = 0;
-  for (int i = 0; i < curves.size(); ++i) n += parent[i] == i;
-  return n;
 }
 
 /// Nodes of flagged elements go back; number of nodes that had moved.
@@ -87,7 +60,9 @@ MovingCurve::MovingCurve(const Segments& initial, const MovingCurveOptions& opti
       throw InvalidMesh("the initial curves intersect and could not be rebuilt");
   }
   if (mesh_.size() == 0) throw InvalidMesh("nothing is left of the initial curves");
+  take_up_obstacles();
   mend_mesh(kRoundsAtTheStart);
+  approach_held_points();
 }
 
 Segments MovingCurve::simplices() const { return mesh_.segments(); }
@@ -117,35 +92,43 @@ void MovingCurve::hold_sheets_apart(const Points<2>& from, Points<2>& to) const 
   if (!intersections(to, T).empty()) to = from;
 }
 
-/// Algorithm 10.
-void MovingCurve::adjust_step(const Points<2>& from, Points<2>& to) const {
-  if (options_.step_adjustment == StepAdjustment::kNone) return;
-  const int limit = options_.step_adjustment == StepAdjustment::kCatchFirst ? 2 : 1;
-  const Points<2> wanted = to;
-  const auto n_events = [&](double share) {
-    to = from + share * (wanted - from);
-    const CurveMesh there = moved(mesh_, to);
-    return n_places(there, events_of(there, from, kContact * topology_resolution()));
+/// With a free topology, near the points that surgery would have passed over.
+void MovingCurve::hold_contested_sheets(const Points<2>& from, Points<2>& to) const {
+  if (contested().empty()) return;
+  const double resolution = topology_resolution();
+  const auto is_near = [&](int e) {
+    Eigen::Matrix2d corners;
+    corners << from.row(e), from.row(mesh_.next(e));
+    return contested().is_near(corners, kContested * resolution + options_.held_distance_mm);
   };
-  if (n_events(1) <= limit) return;
-  double without = 0, with = 1;
-  for (int halving = 0; halving < kHalvings; ++halving) {
-    const double middle = (without + with) / 2;
-    const int n = n_events(middle);
-    if (n > 0 && n <= limit) return;
-    (n == 0 ? without : with) = middle;
+  for (int round = 0; round < kGrowingRounds; ++round) {
+    std::vector<char> is_held(mesh_.size(), 0);
+    const CurveMesh there = moved(mesh_, to);
+    auto pairs = intersections(to, mesh_.elements());
+    const auto contacts = sheets_in_contact(there, from, kContact * resolution);
+    pairs.insert(pairs.end(), contacts.begin(), contacts.end());
+    for (const auto& [e, f] : pairs)
+      if (is_near(e) || is_near(f)) is_held[e] = is_held[f] = 1;
+    if (take_back(mesh_, is_held, from, to) == 0) return;
   }
-  to = from + with * (wanted - from);
+}
+
+/// What a move that was bounded may not do is taken back, node by node.
+void MovingCurve::hold(const Points<2>& from, Points<2>& to) const {
+  const Points<2> limited = to;
+  do {
+    if (options_.topology == Topology::kFixed)
+      hold_sheets_apart(from, to);
+    else
+      hold_contested_sheets(from, to);
+  } while (!obstacles().empty() && obstacles().hold(from, limited, mesh_.elements(), to) > 0);
 }
 
 double MovingCurve::restrict_move(Points<2>& to) {
   const Points<2> from = mesh_.points();
-  bound_move(from, to);
+  bound_move(from, mesh_.elements(), to);
   const Points<2> wanted = to;
-  if (options_.topology == Topology::kFixed)
-    hold_sheets_apart(from, to);
-  else
-    adjust_step(from, to);
+  hold(from, to);
   if (options_.topology != Topology::kFixed) return 0;
   return mesh::share_of_vertices<2>(from, mesh_.elements(),
                                     mesh::held_vertices<2>(from, wanted, to));
@@ -156,6 +139,24 @@ void MovingCurve::move_to(const Points<2>& to) {
   mesh_.set_points(to);
 }
 
+/// Moves elements that reach into obstacles out of them; false if some still do.
+bool MovingCurve::push_away() {
+  if (obstacles().empty()) return true;
+  Points<2> to = mesh_.points();
+  const Elements<2> T = mesh_.elements();
+  if (obstacles().push_away(T, to)) mesh_.set_points(to);
+  return obstacles().violated(T, to).empty();
+}
+
+/// After surgery; those that are lost are contested from now on.
+bool MovingCurve::has_lost_obstacles() {
+  if (obstacles().empty() || mesh_.size() == 0) return false;
+  const bool is_clear = push_away() && intersections(mesh_.points(), mesh_.elements()).empty();
+  const std::vector<std::size_t> lost = lost_obstacles();
+  contest(lost);
+  return !is_clear || !lost.empty();
+}
+
 bool MovingCurve::resolve_events() {
   if (before_.rows() == 0) return false;
   const CurveMesh at_move = mesh_;
@@ -163,9 +164,10 @@ bool MovingCurve::resolve_events() {
   SurgeryOptions surgery;
   surgery.resolution_mm = topology_resolution();
   surgery.min_area_mm2 = min_content();
+  surgery.kept_points = obstacles().points();
   const SurgeryReport report = operate(mesh_, surgery, before);
   has_vanished_ = mesh_.size() == 0;
-  if (!report.is_resolved || has_vanished_) {
+  if (!report.is_resolved || has_vanished_ || (report.has_changed && has_lost_obstacles())) {
     mesh_ = at_move;
     mesh_.set_points(before);
     ++n_taken_back_;
@@ -178,7 +180,9 @@ bool MovingCurve::resolve_events() {
 bool MovingCurve::mend() {
   has_changed_domain_ = options_.topology == Topology::kFree && resolve_events();
   before_.resize(0, 2);
-  return mend_mesh(kRoundsInAStep) || has_changed_domain_;
+  const bool is_mended = mend_mesh(kRoundsInAStep);
+  take_up_obstacles();
+  return is_mended || has_changed_domain_;
 }
 
 /// Nodes where the curves meet the box's border or turn in one of its corners.
@@ -208,14 +212,16 @@ bool MovingCurve::mend_mesh(int max_rounds) {
   const int n_moved =
       smooth(mesh_, {.max_ratio = kRatio, .max_height_mm = tolerance, .is_fixed = is_fixed});
   if (n_removed + adapted.n_coarsened + n_moved == 0) return adapted.n_refined > 0;
-  if (intersections(mesh_.points(), mesh_.elements()).empty()) return true;
+  const bool is_clear = push_away();
+  if (is_clear && intersections(mesh_.points(), mesh_.elements()).empty()) return true;
   // Its checks are local. Where far parts come to intersect that is an event like others, unless
   // the topology is fixed: then only refinement is left.
-  if (options_.topology == Topology::kFree) {
+  if (is_clear && options_.topology == Topology::kFree) {
     SurgeryOptions surgery;
     surgery.min_area_mm2 = min_content();
+    surgery.kept_points = obstacles().points();
     const SurgeryReport report = operate(mesh_, surgery);
-    if (report.is_resolved && mesh_.size() > 0) {
+    if (report.is_resolved && mesh_.size() > 0 && !has_lost_obstacles()) {
       events_.insert(events_.end(), report.events.begin(), report.events.end());
       has_changed_domain_ = true;
       return true;

@@ -7,7 +7,6 @@
 
 namespace surf::curve {
 
-using mesh::StepAdjustment;
 using mesh::Topology;
 
 using MovingCurveOptions = mesh::MovingShapeOptions<2>;
@@ -30,7 +29,10 @@ class MovingCurve : public mesh::MovingMesh<2> {
 
  private:
   void hold_sheets_apart(const Points<2>& from, Points<2>& to) const;
-  void adjust_step(const Points<2>& from, Points<2>& to) const;
+  void hold_contested_sheets(const Points<2>& from, Points<2>& to) const;
+  void hold(const Points<2>& from, Points<2>& to) const;
+  bool push_away();
+  bool has_lost_obstacles();
   bool resolve_events();
   NodeTest border_ends() const;
   bool mend_mesh(int max_rounds);

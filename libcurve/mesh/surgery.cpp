@@ -15,6 +15,7 @@
 #include "libsurf/base/arrays.h"
 #include "libsurf/base/error.h"
 #include "libsurf/base/products.h"
+#include "libsurf/mesh/point_obstacles.h"
 
 namespace surf::curve {
 namespace {
@@ -232,6 +233,20 @@ class Surgery {
     return out;
   }
 
+  bool holds_a_point(const CurveHierarchy& hierarchy, int component) const {
+    if (options_.kept_points.empty()) return false;
+    std::vector<int> rows;
+    for (int i = 0; i < curves_.size(); ++i)
+      if (hierarchy.of_element[i] == component) rows.push_back(i);
+    Segments part{curves_.points(), curves_.elements()(rows, Eigen::all)};
+    Points<2> points(Eigen::Index(options_.kept_points.size()), 2);
+    for (Eigen::Index k = 0; k < points.rows(); ++k) points.row(k) = options_.kept_points[k];
+    std::vector<char> flags = mesh::are_inside<2>(part, points);
+    part.elements.col(0).swap(part.elements.col(1));
+    for (const char flag : mesh::are_inside<2>(part, points)) flags.push_back(flag);
+    return std::find(flags.begin(), flags.end(), 1) != flags.end();
+  }
+
   void drop_phantoms_and_crumbs() {
     if (curves_.size() == 0) return;
     const CurveHierarchy hierarchy = curve_hierarchy(curves_.segments());
@@ -244,7 +259,8 @@ class Surgery {
     for (int i = 0; i < curves_.size(); ++i) is_made[hierarchy.of_element[i]] |= origin_[i] < 0;
     const std::vector<char> is_turned = turned_over(hierarchy);
     for (const int n : by_depth) {
-      const bool is_small = std::abs(parts[n].area_mm2) < options_.min_area_mm2 || is_turned[n];
+      const bool is_small = is_turned[n] || (std::abs(parts[n].area_mm2) < options_.min_area_mm2 &&
+                                             !holds_a_point(hierarchy, n));
       is_crumb[n] =
           parts[n].is_real() && (is_small || (parts[n].parent && is_crumb[*parts[n].parent]));
       is_gone[n] =

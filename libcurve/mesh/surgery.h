@@ -20,6 +20,8 @@ struct SurgeryOptions {
   double resolution_mm = 0;
   /// Components that enclose less go, with all that lies in them [mm^2].
   double min_area_mm2 = 0;
+  /// But for such as hold one of these [mm], whichever way they are oriented.
+  std::vector<Vector<2>> kept_points = {};
   /// Rounded crossings may meet other elements anew: rounds until nothing meets.
   int max_rounds = 20;
 

@@ -22,6 +22,13 @@ Eigen::VectorXd longest_edges(const Geometry<Dim>& shape) {
   return out.cwiseSqrt();
 }
 
+template <int Dim>
+Eigen::Matrix<double, Dim, Dim> corners(const Geometry<Dim>& shape, Eigen::Index t) {
+  Eigen::Matrix<double, Dim, Dim> out;
+  for (int i = 0; i < Dim; ++i) out.row(i) = shape.points().row(shape.elements()(t, i));
+  return out;
+}
+
 }  // namespace
 
 template <int Dim>
@@ -58,8 +65,12 @@ std::vector<Mark> adaptivity_marks(const Geometry<Dim>& shape,
                                            kGrowthOfQuadratureError)));
   const Eigen::VectorXd longest = longest_edges(shape);
   for (Eigen::Index t = 0; t < longest.size(); ++t) {
-    if (longest[t] > options.max_length_mm) marks[t] = Mark::kRefine;
-    if (longest[t] > options.max_length_mm / 2 && marks[t] == Mark::kCoarsen)
+    double longest_allowed = options.max_length_mm;
+    if (options.is_fine && longest[t] > options.min_length_mm / 2 &&
+        options.is_fine(corners(shape, t)))
+      longest_allowed = options.min_length_mm;
+    if (longest[t] > longest_allowed) marks[t] = Mark::kRefine;
+    if (longest[t] > longest_allowed / 2 && marks[t] == Mark::kCoarsen)
       marks[t] = Mark::kKeep;  // it may become twice as long
     if (longest[t] <= options.min_length_mm && marks[t] == Mark::kRefine) marks[t] = Mark::kKeep;
   }

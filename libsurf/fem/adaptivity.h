@@ -2,6 +2,7 @@
 // on lengths together, for curves and surfaces.
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -30,6 +31,9 @@ struct AdaptivityOptions {
   /// Elements without a longer edge are refined by the closure of bisection only [mm], 0 <=
   /// min_length_mm <= max_length_mm.
   double min_length_mm = 0;
+  /// Elements, by their corners in rows, in which no edge may be longer than min_length_mm; none =
+  /// there are no such elements.
+  std::function<bool(const Eigen::Matrix<double, Dim, Dim>& corners)> is_fine = {};
   Eigen::Index max_elements = 2'000'000;
 
   std::string error() const;  ///< empty if valid

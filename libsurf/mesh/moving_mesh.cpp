@@ -17,6 +17,12 @@ namespace {
 constexpr double kLongest = 4.0 / 3, kShortest = 0.4;  // of the wanted edge length
 constexpr double kResolution = 0.7;                    // of topology, likewise
 constexpr double kTolerance = 0.1;                     // by which mending may move it, likewise
+constexpr double kFineNear = 1;    // edge lengths: round an obstacle the shape has no longer ones
+constexpr double kFurthest = 3;    // likewise: a start is moved by no more to have a held point
+constexpr double kDent = 2;        // likewise: half the width of the dent that this makes, at least
+constexpr double kDentStep = 0.5;  // likewise
+constexpr double kClearance = 1.02;  // of the held distance: where it ends
+constexpr int kMostDents = 20;
 constexpr double kEdge = 0.7;  // of the indicator on both sides of an edge, at most
 
 /// Content of the disc or ball of radius r, by r^Dim.
@@ -68,6 +74,8 @@ std::string MovingShapeOptions<Dim>::error() const {
     return message("topology_resolution_mm", topology_resolution_mm, ">= 0");
   if (!(min_content >= 0)) return message("min_content", min_content, ">= 0");
   if (!(sheet_distance >= 0)) return message("sheet_distance", sheet_distance, ">= 0");
+  if (!held_points.empty() && !(held_distance_mm > 0))
+    return message("held_distance_mm", held_distance_mm, "> 0 with held_points");
   if (Dim == 2 && topology == Topology::kGenus0)
     return "MovingShapeOptions::topology = genus0 is for surfaces: kFree or kFixed";
   return {};
@@ -76,6 +84,83 @@ std::string MovingShapeOptions<Dim>::error() const {
 template <int Dim>
 MovingMesh<Dim>::MovingMesh(const Options& options) : options_(options) {
   if (const std::string error = options.error(); !error.empty()) throw UsageError(error);
+  is_obstacle_.assign(options.held_points.size(), 0);
+}
+
+template <int Dim>
+void MovingMesh<Dim>::take_up_obstacles() {
+  if (std::find(is_obstacle_.begin(), is_obstacle_.end(), 0) == is_obstacle_.end()) return;
+  const std::vector<char> held =
+      are_held<Dim>(simplices(), options_.held_points, options_.held_distance_mm, options_.box);
+  std::vector<Vector<Dim>> points, waiting;
+  for (std::size_t k = 0; k < held.size(); ++k) {
+    is_obstacle_[k] |= held[k];
+    (is_obstacle_[k] ? points : waiting).push_back(options_.held_points[k].point);
+  }
+  obstacles_ = {std::move(points), options_.held_distance_mm, options_.box};
+  waiting_ = {std::move(waiting), options_.held_distance_mm, options_.box};
+}
+
+template <int Dim>
+void MovingMesh<Dim>::approach_held_points() {
+  const auto edges = std::exchange(options_.edge_indicator, {});
+  for (std::size_t k = 0; k < is_obstacle_.size(); ++k)
+    for (int step = 0; step < kMostDents && !is_obstacle_[k]; ++step)
+      if (!approach(options_.held_points[k])) break;
+  options_.edge_indicator = edges;
+}
+
+/// One step of a dent or a bulge towards where the shape has the point; false if it is too far.
+template <int Dim>
+bool MovingMesh<Dim>::approach(const HeldPoint<Dim>& held) {
+  const fem::Geometry<Dim> now = geometry();
+  const Simplices<Dim> shape{now.points(), now.elements()};
+  const NearestPlace<Dim> nearest = nearest_place<Dim>(shape, held.point, options_.box);
+  const double length = options_.edge_length_mm;
+  if (nearest.element < 0 || nearest.distance_mm > kFurthest * length) return false;
+  const bool is_right =
+      bool(are_inside<Dim>(shape, held.point.transpose()).front()) == held.is_inside;
+  const double beyond = kClearance * options_.held_distance_mm,
+               left = is_right ? beyond - nearest.distance_mm : beyond + nearest.distance_mm;
+  Vector<Dim> way = held.is_inside ? Vector<Dim>(now.normals().row(nearest.element))
+                                   : Vector<Dim>(-now.normals().row(nearest.element));
+  if (nearest.distance_mm > 0.1 * options_.held_distance_mm)
+    way = (is_right ? 1 : -1) * (nearest.place - held.point) / nearest.distance_mm;
+  const double width = kDent * length + nearest.distance_mm,
+               step = std::min({left, kDentStep * length, options_.max_displacement_mm});
+  Points<Dim> to = shape.points;
+  for (Eigen::Index i = 0; i < to.rows(); ++i) {
+    const double at = (shape.points.row(i).transpose() - nearest.place).norm() / width;
+    if (at < 1) to.row(i) += step * std::pow(1 - at * at, 2) * way.transpose();
+  }
+  this->restrict_move(to);
+  this->move_to(to);
+  this->mend();
+  return true;
+}
+
+template <int Dim>
+std::vector<std::size_t> MovingMesh<Dim>::lost_obstacles() const {
+  if (obstacles_.empty()) return {};
+  const std::vector<char> held =
+      are_held<Dim>(simplices(), options_.held_points, options_.held_distance_mm, options_.box);
+  std::vector<std::size_t> out;
+  std::size_t n = 0;
+  for (std::size_t k = 0; k < held.size(); ++k) {
+    if (!is_obstacle_[k]) continue;
+    if (!held[k]) out.push_back(n);
+    ++n;
+  }
+  return out;
+}
+
+template <int Dim>
+void MovingMesh<Dim>::contest(const std::vector<std::size_t>& lost) {
+  std::vector<Vector<Dim>> points = contested_.points();
+  for (const std::size_t k : lost)
+    if (std::find(points.begin(), points.end(), obstacles_.points()[k]) == points.end())
+      points.push_back(obstacles_.points()[k]);
+  contested_ = {std::move(points), options_.held_distance_mm, options_.box};
 }
 
 template <int Dim>
@@ -107,6 +192,12 @@ fem::AdaptivityOptions<Dim> MovingMesh<Dim>::adaptivity() const {
   fem::AdaptivityOptions<Dim> out = options_.adaptivity;
   out.min_length_mm = kLongest * options_.edge_length_mm;
   out.max_length_mm = options_.coarseness * out.min_length_mm;
+  if (!options_.held_points.empty() && options_.coarseness > 1)
+    out.is_fine = [this](const Eigen::Matrix<double, Dim, Dim>& corners) {
+      const double length = options_.edge_length_mm, distance = options_.held_distance_mm;
+      return obstacles_.is_near(corners, kFineNear * length + distance) ||
+             waiting_.is_near(corners, kFurthest * length + distance);
+    };
   return out;
 }
 
@@ -139,9 +230,11 @@ void MovingMesh<Dim>::keep_in_box(Points<Dim>& to) const {
 }
 
 template <int Dim>
-void MovingMesh<Dim>::bound_move(const Points<Dim>& from, Points<Dim>& to) const {
+void MovingMesh<Dim>::bound_move(const Points<Dim>& from, const Elements<Dim>& T,
+                                 Points<Dim>& to) const {
   keep_in_box(to);
   stop_at_edges(from, to);
+  obstacles_.limit(from, T, to);
 }
 
 template <int Dim>

@@ -11,6 +11,7 @@
 #include "libsurf/base/image_box.h"
 #include "libsurf/fem/adaptivity.h"
 #include "libsurf/flow/moving_shape.h"
+#include "libsurf/mesh/point_obstacles.h"
 #include "libsurf/mesh/topology.h"
 
 namespace surf::mesh {
@@ -42,10 +43,6 @@ struct MovingShapeOptions {
   /// Components that enclose less go, with what lies in them [mm^Dim]; 0 = those of a circle or
   /// ball whose radius is the topology's resolution.
   double min_content = 0;
-  /// Alg. 10, of curves: steps are shortened until only two places are left where elements meet, as
-  /// one event has them (kCatchFirst), or one (kResolveFirst); if that cannot be, to the first
-  /// events.
-  StepAdjustment step_adjustment = StepAdjustment::kNone;
   /// Sheets that have to stay apart are held at this share of edge_length_mm.
   double sheet_distance = 0.7;
   /// Vertices may not leave this box; none = the shape moves freely.
@@ -56,6 +53,11 @@ struct MovingShapeOptions {
   /// The object has vanished when its radius (of the disc or ball of equal content) is below this
   /// share of the edge length.
   double min_radius = 0.5;
+  /// Points that stay on their side of the shape, no nearer to it than this distance [mm]: balls
+  /// round them are obstacles from when the shape has a point where it belongs. A start that has
+  /// not is moved by up to three edge lengths to where it has.
+  std::vector<HeldPoint<Dim>> held_points = {};
+  double held_distance_mm = 0;
 
   std::string error() const;  ///< empty if valid
 };
@@ -100,8 +102,22 @@ class MovingMesh : public flow::MovingShape<Dim> {
   double topology_resolution() const;
   double min_content() const;
   void keep_in_box(Points<Dim>& to) const;
-  /// Vertices stay in the box and stop at the edges on their way.
-  void bound_move(const Points<Dim>& from, Points<Dim>& to) const;
+  /// Vertices stay in the box and stop at the edges on their way, and elements slide round the
+  /// obstacles.
+  void bound_move(const Points<Dim>& from, const Elements<Dim>& T, Points<Dim>& to) const;
+
+  /// Round the held points that the shape has where they belong.
+  const PointObstacles<Dim>& obstacles() const { return obstacles_; }
+  /// Those of them between sheets that surgery would have joined: sheets near these stay apart.
+  const PointObstacles<Dim>& contested() const { return contested_; }
+  /// Takes held points for obstacles that the shape has come to have where they belong.
+  void take_up_obstacles();
+  /// Brings the shape to where it has the held points near it, where it can; at its start.
+  void approach_held_points();
+  /// After surgery: numbers of the obstacles that the shape reaches into or has on the wrong side.
+  std::vector<std::size_t> lost_obstacles() const;
+  /// These obstacles are contested from now on.
+  void contest(const std::vector<std::size_t>& lost);
 
   Options options_;
   std::vector<flow::TopologyEvent> events_;
@@ -111,6 +127,10 @@ class MovingMesh : public flow::MovingShape<Dim> {
 
  private:
   void stop_at_edges(const Points<Dim>& from, Points<Dim>& to) const;
+  bool approach(const HeldPoint<Dim>& held);
+
+  std::vector<char> is_obstacle_;  ///< of the held points
+  PointObstacles<Dim> obstacles_, waiting_, contested_;
 };
 
 /// Share of the length or area that belongs to vertices chosen: of each element the same for each

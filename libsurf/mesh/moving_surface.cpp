@@ -25,7 +25,7 @@ namespace {
 constexpr int kGuardRounds = 3;
 constexpr int kRoundsAtTheStart = 30, kRoundsInAStep = 2;  // of adaptivity
 constexpr double kContact = 0.9;  // of sheets, of the resolution: one node fits between them
-constexpr int kHalvings = 6;      // of a step that catches an event
+constexpr double kContested = 2;  // resolutions: nearer to a contested point sheets stay apart
 constexpr int kMendingRounds = 4;
 constexpr double kFrozenRadius = 0.5;  // of the wanted edge length, in the second round
 
@@ -57,6 +57,7 @@ MovingSurface::MovingSurface(const Triangles& initial, const MovingSurfaceOption
     : MovingMesh<3>(options), mesh_(to_mesh(initial)) {
   if (options.topology != Topology::kFixed) resolve_initial_crossings();
   if (options.box) clip_at_start();
+  take_up_obstacles();
   mend(kRoundsAtTheStart);
   // A round collapses once at each place: until few are left.
   for (int round = 0; round < kRoundsAtTheStart; ++round) {
@@ -64,6 +65,7 @@ MovingSurface::MovingSurface(const Triangles& initial, const MovingSurfaceOption
     mend();
     if (mesh_.n_faces() > 0.99 * double(n_before)) break;
   }
+  approach_held_points();
 }
 
 Triangles MovingSurface::simplices() const { return to_triangles(mesh_); }
@@ -84,17 +86,46 @@ void MovingSurface::hold_sheets_apart(const Points<3>& from, Points<3>& to,
   hold_intersecting(from, to, T);
 }
 
+/// With a free topology, near the points that surgery would have passed over.
+void MovingSurface::hold_contested_sheets(const Points<3>& from, Points<3>& to,
+                                          const Elements<3>& T) const {
+  if (contested().empty()) return;
+  const double resolution = topology_resolution();
+  std::vector<int> near;
+  for (int t = 0; t < int(T.rows()); ++t) {
+    Eigen::Matrix3d corners;
+    for (int i = 0; i < 3; ++i) corners.row(i) = from.row(T(t, i));
+    if (contested().is_near(corners, kContested * resolution + options_.held_distance_mm))
+      near.push_back(t);
+  }
+  const Elements<3> T_near = T(near, Eigen::all);
+  for (int round = 0; round < kGuardRounds; ++round) {
+    const std::vector<char> touched = vertices_in_contact(from, to, T_near, kContact * resolution);
+    for (Eigen::Index i = 0; i < to.rows(); ++i)
+      if (touched[i]) to.row(i) = from.row(i);
+  }
+  hold_intersecting(from, to, T_near);
+}
+
+/// What a move that was bounded may not do is taken back, vertex by vertex.
+void MovingSurface::hold(const Points<3>& from, Points<3>& to, const Elements<3>& T) const {
+  const Points<3> limited = to;
+  do {
+    if (options_.topology == Topology::kFixed) {
+      hold_sheets_apart(from, to, T);
+    } else {
+      hold_contested_sheets(from, to, T);
+      hold_intersecting(from, to, T, HeldPairs::kNone);
+    }
+  } while (!obstacles().empty() && obstacles().hold(from, limited, T, to) > 0);
+}
+
 double MovingSurface::restrict_move(Points<3>& to) {
   const Points<3> from = points(mesh_);
-  bound_move(from, to);
-  const Points<3> wanted = to;
   const Elements<3> T = elements(mesh_);
-  if (options_.topology == Topology::kFixed) {
-    hold_sheets_apart(from, to, T);
-  } else {
-    hold_intersecting(from, to, T, HeldPairs::kNone);
-    adjust_step(from, to, T);
-  }
+  bound_move(from, T, to);
+  const Points<3> wanted = to;
+  hold(from, to, T);
   return share_of_vertices<3>(from, T, held_vertices<3>(from, wanted, to));
 }
 
@@ -118,24 +149,6 @@ bool is_any(const std::vector<char>& flags) {
 
 }  // namespace
 
-void MovingSurface::adjust_step(const Points<3>& from, Points<3>& to, const Elements<3>& T) const {
-  if (options_.step_adjustment == StepAdjustment::kNone) return;
-  const double distance = kContact * topology_resolution();
-  const Points<3> wanted = to;
-  const auto has_event = [&](double share) {
-    to = from + share * (wanted - from);
-    return is_any(triangles_at_events(from, to, T, distance));
-  };
-  if (!has_event(1)) return;
-  double before = 0, after = 1;
-  for (int halving = 0; halving < kHalvings; ++halving) {
-    const double middle = (before + after) / 2;
-    (has_event(middle) ? after : before) = middle;
-  }
-  const double share = options_.step_adjustment == StepAdjustment::kCatchFirst ? before : after;
-  to = from + share * (wanted - from);
-}
-
 void MovingSurface::move_to(const Points<3>& to) {
   if (options_.topology != Topology::kFixed) {
     if (!displacement_.is_valid()) mesh_.add_property(displacement_);
@@ -158,10 +171,14 @@ bool MovingSurface::resolve_events() {
       triangles_at_events(from, to, T, kContact * topology_resolution());
   if (!is_any(events)) return false;
   const TriMesh before = mesh_;
+  const std::size_t n_events_before = events_.size();
   const auto take_back = [&] {
     mesh_ = before;
+    events_.resize(n_events_before);
     Points<3> held = to;
-    hold_sheets_apart(from, held, T);
+    do {
+      hold_sheets_apart(from, held, T);
+    } while (!obstacles().empty() && obstacles().hold(from, to, T, held) > 0);
     set_points(mesh_, held);
     return true;
   };
@@ -180,7 +197,30 @@ bool MovingSurface::resolve_events() {
     events_.push_back({region.change, region.place, region.volume_change_mm3});
   }
   remove_phantoms_and_crumbs();
+  if (!obstacles().empty()) {
+    push_away();
+    if (const auto lost = lost_obstacles(); !lost.empty()) {
+      contest(lost);
+      return take_back();
+    }
+  }
   return true;
+}
+
+/// Moves elements that reach into obstacles out of them, where no triangles come to intersect. The
+/// points that they still come too near to.
+std::vector<Vector<3>> MovingSurface::push_away() {
+  if (obstacles().empty()) return {};
+  const Points<3> from = points(mesh_);
+  const Elements<3> T = elements(mesh_);
+  Points<3> to = from;
+  if (obstacles().push_away(T, to)) {
+    hold_intersecting(from, to, T);
+    set_points(mesh_, to);
+  }
+  std::vector<Vector<3>> out;
+  for (const std::size_t k : obstacles().violated(T, to)) out.push_back(obstacles().points()[k]);
+  return out;
 }
 
 /// Vertices of refused events go back to where they were before the move; false if the surface then
@@ -197,14 +237,36 @@ bool MovingSurface::hold_refused(const std::vector<char>& refused) {
   return self_intersections({to, T}).empty();
 }
 
-/// Shells that do not bound the domain, and those smaller than the resolution.
+/// Whether an obstacle lies in the shell, whichever way its normals point.
+bool MovingSurface::holds_a_point(const Triangles& surface, const std::vector<int>& of_triangle,
+                                  int shell) const {
+  if (obstacles().empty()) return false;
+  std::vector<int> rows;
+  for (int t = 0; t < int(of_triangle.size()); ++t)
+    if (of_triangle[t] == shell) rows.push_back(t);
+  const Triangles part{surface.points, surface.elements(rows, Eigen::all)};
+  Points<3> points(Eigen::Index(obstacles().points().size()), 3);
+  for (Eigen::Index k = 0; k < points.rows(); ++k) points.row(k) = obstacles().points()[k];
+  const auto holds_one = [&](const Triangles& outward) {
+    const std::vector<char> flags = are_inside<3>(outward, points);
+    return std::find(flags.begin(), flags.end(), 1) != flags.end();
+  };
+  Triangles turned = part;
+  turned.elements.col(1).swap(turned.elements.col(2));
+  return holds_one(part) || holds_one(turned);
+}
+
+/// Shells that do not bound the domain, and those smaller than the resolution, but for such as hold
+/// an obstacle.
 bool MovingSurface::remove_phantoms_and_crumbs() {
-  const ShellHierarchy hierarchy = shell_hierarchy(simplices());
+  const Triangles surface = simplices();
+  const ShellHierarchy hierarchy = shell_hierarchy(surface);
   std::vector<char> is_gone(hierarchy.shells.size(), 0);
   int n_left = 0;
   for (std::size_t s = 0; s < is_gone.size(); ++s) {
     const Shell& shell = hierarchy.shells[s];
-    is_gone[s] = !shell.is_real() || std::abs(shell.volume_mm3) < min_content();
+    is_gone[s] = !shell.is_real() || (std::abs(shell.volume_mm3) < min_content() &&
+                                      !holds_a_point(surface, hierarchy.of_triangle, int(s)));
     n_left += !is_gone[s];
   }
   if (n_left == 0 || n_left == static_cast<int>(is_gone.size())) return false;
@@ -240,10 +302,13 @@ void MovingSurface::clip_at_start() {
 
 bool MovingSurface::mend() {
   has_changed_domain_ = options_.topology != Topology::kFixed && resolve_events();
-  return mend(kRoundsInAStep) || has_changed_domain_;
+  const bool is_mended = mend(kRoundsInAStep);
+  take_up_obstacles();
+  return is_mended || has_changed_domain_;
 }
 
-/// The checks of what mends are local. Where far parts come to intersect, it begins anew and leaves
+/// The checks of what mends are local. Where far parts come to intersect, or reach into an obstacle
+/// and cannot be moved out of it, it begins anew and leaves
 /// wider and wider surroundings of these places as they are; in the end all is only refined.
 bool MovingSurface::mend(int max_rounds) {
   const TriMesh unmended = mesh_;
@@ -251,15 +316,17 @@ bool MovingSurface::mend(int max_rounds) {
   double radius = kFrozenRadius * options_.edge_length_mm;
   for (int round = 0; round < kMendingRounds; ++round, radius *= 2) {
     const bool has_changed = mend_apart_from(frozen_places, radius, max_rounds);
+    const std::vector<Vector<3>> too_near = push_away();
     const Triangles mended = to_triangles(mesh_);
     const auto added = added_intersections(to_triangles(unmended), mended);
-    if (added.empty()) {
+    if (added.empty() && too_near.empty()) {
       if (!frozen_places.empty()) mend_the_rest(mended);
       return has_changed;
     }
     for (const auto& [first, second] : added)
       for (const int triangle : {first, second})
         frozen_places.push_back(centroid(mended.points, mended.elements, triangle));
+    frozen_places.insert(frozen_places.end(), too_near.begin(), too_near.end());
     mesh_ = unmended;
   }
   AdaptivityOptions sizes = adaptivity();
@@ -277,7 +344,7 @@ void MovingSurface::mend_the_rest(const Triangles& mended) {
     improvement.tolerance_mm = share * mending_tolerance();
     if (options_.box) improvement.box = &*options_.box;
     improve(mesh_, improvement);
-    if (added_intersections(mended, to_triangles(mesh_)).empty()) return;
+    if (push_away().empty() && added_intersections(mended, to_triangles(mesh_)).empty()) return;
     mesh_ = before;
   }
 }

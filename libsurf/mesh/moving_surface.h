@@ -28,7 +28,11 @@ class MovingSurface : public MovingMesh<3> {
   void mend_the_rest(const Triangles& mended);
   bool mend_apart_from(const std::vector<Vector<3>>& places, double radius, int max_rounds);
   void hold_sheets_apart(const Points<3>& from, Points<3>& to, const Elements<3>& T) const;
-  void adjust_step(const Points<3>& from, Points<3>& to, const Elements<3>& T) const;
+  void hold_contested_sheets(const Points<3>& from, Points<3>& to, const Elements<3>& T) const;
+  void hold(const Points<3>& from, Points<3>& to, const Elements<3>& T) const;
+  std::vector<Vector<3>> push_away();
+  bool holds_a_point(const Triangles& surface, const std::vector<int>& of_triangle,
+                     int shell) const;
   void resolve_initial_crossings();
   void clip_at_start();
   bool resolve_events();

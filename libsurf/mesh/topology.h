@@ -9,11 +9,4 @@ enum class Topology {
   kGenus0  ///< free, but what would leave a shell with a handle is held apart
 };
 
-/// How far a step goes that brings sheets together (thesis Alg. 10).
-enum class StepAdjustment {
-  kNone,         ///< as far as it goes; all events are resolved then
-  kCatchFirst,   ///< to just before the first event
-  kResolveFirst  ///< to just after the first event, which is resolved then
-};
-
 }  // namespace surf::mesh

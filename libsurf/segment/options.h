@@ -28,6 +28,8 @@ template <int Dim>
 struct Options {
   /// Inside clicks for the short way, segment(); a Segmentation has its own.
   std::vector<Vector<Dim>> seeds_mm;
+  /// Outside clicks, likewise.
+  std::vector<Vector<Dim>> outside_mm = {};
   /// Radius of the seed circles or balls [mm]; none = from the image round the seed.
   std::optional<double> seed_radius_mm;
   /// The shape to start from, in place of seed balls or of what would be proposed.

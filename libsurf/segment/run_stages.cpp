@@ -10,6 +10,9 @@
 namespace surf::segment {
 namespace {
 
+constexpr double kHalf = 0.5;  // cells: nearer to a click the shape should not be
+constexpr int kMostNotes = 5;  // of one kind
+
 /// One note for each kind of what went: how many, how large, where the largest is.
 template <int Dim>
 void note_removed(const std::vector<Removed<Dim>>& removed, std::vector<std::string>& notes) {
@@ -37,6 +40,36 @@ void note_removed(const std::vector<Removed<Dim>>& removed, std::vector<std::str
                         : fmt::format("removed: {} x {}, {:.4g} mm^{} in all, the largest of {}",
                                       group.n, what, group.total, Dim, largest));
   }
+}
+
+/// One note for each of the first clicks that the shape does not obey, and the number of the
+/// others.
+template <int Dim>
+void note_disobeyed(const Simplices<Dim>& shape, const Setting<Dim>& setting,
+                    const std::vector<Click<Dim>>& clicks, std::vector<std::string>& notes) {
+  if (shape.elements.rows() == 0) return;
+  const double half = kHalf * setting.extent().cell_mm();
+  const std::vector<mesh::HeldPoint<Dim>> held = held_points<Dim>(clicks);
+  const std::vector<char> flags = mesh::are_held<Dim>(shape, held, half, setting.extent());
+  int n = 0;
+  for (std::size_t k = 0; k < held.size(); ++k) {
+    if (flags[k] || ++n > kMostNotes) continue;
+    std::string place;
+    for (const double x : held[k].point)
+      place += fmt::format("{}{:g}", place.empty() ? "" : ", ", x);
+    const bool is_inside =
+        mesh::are_inside<Dim>(shape, Points<Dim>(held[k].point.transpose())).front() != 0;
+    const char* side = is_inside ? "inside" : "outside";
+    notes.push_back(
+        is_inside == held[k].is_inside
+            ? fmt::format("click ({}) mm is not obeyed: it is {} as it should be, but only {:.2g} "
+                          "mm from the {}",
+                          place, side, setting.distance_to(shape)(held[k].point), setting.noun())
+            : fmt::format("click ({}) mm is not obeyed: it is {} the {}, {:.2g} mm from it", place,
+                          side, setting.noun(), setting.distance_to(shape)(held[k].point)));
+  }
+  if (n > kMostNotes)
+    notes.push_back(fmt::format("{} further clicks are not obeyed", n - kMostNotes));
 }
 
 }  // namespace
@@ -77,6 +110,8 @@ Result<Dim> to_result(Work<Dim> work) {
     out.shape = std::move(filtered.shape);
     out.removed = std::move(filtered.removed);
     note_removed<Dim>(out.removed, work.notes);
+    if (out.outcome != Outcome::kProposed)
+      note_disobeyed<Dim>(out.shape, work.setting(), work.clicks, work.notes);
   }
   out.start = std::move(work.start);
   out.proposals = std::move(work.proposals);

@@ -16,6 +16,8 @@ Result<Dim> segment(std::shared_ptr<const Setting<Dim>> setting, const Options<D
   segmentation.set_options(object, options);
   for (const Vector<Dim>& seed : options.seeds_mm)
     segmentation.add_click(object, {seed, Side::kInside});
+  for (const Vector<Dim>& point : options.outside_mm)
+    segmentation.add_click(object, {point, Side::kOutside});
   return segmentation.evolve(object, progress, stop);
 }
 

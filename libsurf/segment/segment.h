@@ -12,7 +12,7 @@ using SegmentResult = Result<3>;
 /// Surfaces in a volume. The volume is shared, not copied.
 std::shared_ptr<const Setting<3>> make_setting(const volume::Volume& volume);
 
-/// One object, from the seeds of the options or its initial shape.
+/// One object, from the seeds of the options or its initial shape, that obeys their outside points.
 /// @throws UsageError  options.error() is not empty, there is neither a seed nor an initial shape,
 /// a
 ///                     seed lies outside the image, an energy or one of its parameters is unknown

@@ -43,9 +43,9 @@ void check_click(const ImageExtent<Dim>& extent, const std::vector<Click<Dim>>& 
   const char* cell = Dim == 3 ? "voxel" : "pixel";
   if (!click.point_mm.allFinite() || !extent.contains(click.point_mm))
     throw UsageError(fmt::format(
-        "Click::point_mm: ({}) mm is {} ({:.1f}), outside the {} of {} {}s; is it in another "
+        "Click::point_mm{}: ({}) mm is {} ({:.1f}), outside the {} of {} {}s; is it in another "
         "space?",
-        words<Dim>(click.point_mm), cell,
+        click.side == Side::kInside ? "" : "[outside]", words<Dim>(click.point_mm), cell,
         fmt::join(Vector<Dim>(extent.world_to_index * click.point_mm), ", "), image,
         fmt::join(extent.size, " x "), cell));
   for (const Click<Dim>& other : clicks)
@@ -193,6 +193,7 @@ Work<Dim> Segmentation<Dim>::work_for(const Object<Dim>& object, const ProgressO
   return {.fields = fields_,
           .options = object.options,
           .seeds_mm = points_on<Dim>(Side::kInside, object.clicks),
+          .clicks = object.clicks,
           .progress = progress,
           .stop = stop};
 }

@@ -21,7 +21,7 @@ struct Object {
   std::string name;
   Colour colour = {};
   std::vector<Click<Dim>> clicks;  ///< in the order in which they were made
-  Options<Dim> options;            ///< its seeds_mm are not used: the clicks are
+  Options<Dim> options;            ///< its seeds_mm and outside_mm are not used: the clicks are
   /// Proposals, shape and state; never null. Shared by the moments that do not change it.
   std::shared_ptr<const Result<Dim>> result;
 
@@ -80,8 +80,10 @@ class Segmentation {
   /// Its shape becomes that of the object, its state kProposed.
   /// @throws UsageError  there is no such proposal
   const Result<Dim>& choose(Id id, std::size_t proposal);
-  /// Minimises the energy of the options from the present shape: a warm start. Where there is none,
-  /// or a click is not heeded by it, with explicit energies from options.initial or else from balls
+  /// Minimises the energy of the options from the present shape: a warm start. Clicks are obstacles
+  /// on its way, see MovingShapeOptions::held_points: the shape has them where they belong and
+  /// comes no nearer to them than half a cell; notes say where it cannot. Where there is none, or a
+  /// click is not heeded by it, with explicit energies from options.initial or else from balls
   /// round the inside clicks, without an energy from what is proposed or, where there is no inside
   /// click, from options.initial.
   /// @throws UsageError  there is nothing to start from

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "libsurf/flow/evolution.h"
+#include "libsurf/segment/click.h"
 #include "libsurf/segment/fields.h"
 #include "libsurf/segment/outcome.h"
 #include "libsurf/segment/proposal.h"
@@ -50,6 +51,7 @@ struct Work {
   Fields<Dim>& fields;
   const Options<Dim>& options;
   std::vector<Vector<Dim>> seeds_mm;  ///< inside clicks
+  std::vector<Click<Dim>> clicks;     ///< all of them: what the shape has to obey
   ProgressOf<Dim> progress;
   std::stop_token stop;
 

@@ -166,9 +166,7 @@ Outcome run(int seed, mesh::Topology topology) {
   options.topology = topology;
   options.coarseness = seed % 3 == 0 ? 2 : 1;
   if (options.coarseness > 1) options.adaptivity.geometry_tolerance_mm = 0.3 * kEdge;
-  options.step_adjustment = static_cast<mesh::StepAdjustment>(seed % 5 < 3 ? 0 : seed % 5 - 2);
-  const bool has_reference =
-      topology == mesh::Topology::kFree && options.step_adjustment == mesh::StepAdjustment::kNone;
+  const bool has_reference = topology == mesh::Topology::kFree;
   mesh::MovingSurface surface(surface_of(balls), options);
   const Topologies initial(surface.simplices());
 

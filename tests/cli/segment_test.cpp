@@ -3,6 +3,8 @@
 
 #include "libsurf/io/read_surface.h"
 #include "libsurf/io/write_surface.h"
+#include "libsurf/mesh/distance.h"
+#include "libsurf/mesh/point_obstacles.h"
 #include "libsurf/mesh/primitives.h"
 #include "libsurf/mesh/rasterize.h"
 #include "libsurf/volume/read_volume.h"
@@ -51,6 +53,23 @@ TEST_F(Segment, FindsABallFromOneSeed) {
     EXPECT_GT(dice("s.stl"), 0.98) << "noise " << noise;
     EXPECT_NEAR(json("s.json")["volume_mm3"], kVolumeMm3, kVolumeToleranceMm3) << noise;
   }
+}
+
+// The result obeys, its summary as a config gives it again, and so does its recipe.
+TEST_F(Segment, HasAnOutsidePointOutside) {
+  make_ball();
+  const Words run = segment({"--outside", "0,9.3,0", "--space", "ras"});
+  must(joined(run, {"-o", "s.vtp", "--json", "s.json", "--recipe", "r.json"}));
+  const surf::Triangles surface = surf::io::read_surface(file("s.vtp"));
+  const surf::mesh::DistanceToSurface distance(surface);
+  EXPECT_GE(distance({0, 9.3, 0}), 0.5);
+  surf::Points<3> points(2, 3);
+  points << 0, 9.3, 0, 0, 0, 0;
+  EXPECT_EQ(surf::mesh::are_inside<3>(surface, points), (std::vector<char>{0, 1}));
+  must({"segment", "ball.nii.gz", "--config", "s.json", "-o", "again.vtp", "-q"});
+  EXPECT_EQ(bytes("again.vtp"), bytes("s.vtp"));
+  must({"replay", "r.json", "-o", "third.vtp", "-q"});
+  EXPECT_EQ(bytes("third.vtp"), bytes("s.vtp"));
 }
 
 TEST_F(Segment, SummaryHasEveryKey) {

@@ -9,6 +9,7 @@ namespace {
 const std::map<std::string, std::string>& option_names() {
   static const std::map<std::string, std::string> names = {
       {"Options::seeds_mm", "--seed"},
+      {"Options::outside_mm", "--outside"},
       {"Options::seed_radius_mm", "--radius"},
       {"Options::initial", "--initial"},
       {"Options::energies", "--energy"},
@@ -27,6 +28,8 @@ const std::map<std::string, std::string>& option_names() {
       {"Options::n_levels", "--levels"},
       {"Options::settle", "--no-settle"},
       {"Click::point_mm", "--seed"},
+      {"Click::point_mm[outside]", "--outside"},
+      {"Click::side", "--outside"},
       {"Options::interpolation", "--sampling"},
       {"SmoothingOptions::sigma_mm", "--sigma"},
       {"SmoothingOptions::selective_sigma_mm", "--selective-sigma"},
@@ -89,7 +92,8 @@ std::string with_option_names(const std::string& message, const std::string& pro
     std::size_t begin = at;
     while (begin > 0 && is_of_name(out[begin - 1])) --begin;
     const std::size_t end = end_of_field(out, at + 2);
-    const auto known = option_names().find(out.substr(begin, end - begin));
+    auto known = option_names().find(out.substr(begin, end_of_index(out, end) - begin));
+    if (known == option_names().end()) known = option_names().find(out.substr(begin, end - begin));
     if (known == option_names().end()) continue;
     const bool is_area = known->second == "--volume" && program == "curveseg";
     const std::string name = is_area ? "--area" : known->second;
@@ -98,7 +102,7 @@ std::string with_option_names(const std::string& message, const std::string& pro
   }
   // Where points are given in a space of choice.
   const std::string other_space = "is it in another space?";
-  if (out.starts_with("--seed") && out.ends_with(other_space))
+  if ((out.starts_with("--seed") || out.starts_with("--outside")) && out.ends_with(other_space))
     out.insert(out.size() - 1, " (--space)");
   return out;
 }

@@ -316,6 +316,14 @@ void add_start_options(CLI::App& command, RunArguments& a, const RunWords& words
       ->allow_extra_args(false)
       ->group(group);
   command
+      .add_option("--outside", a.outside,
+                  fmt::format("Point {} that is not of the object; repeat for more: the {} stays "
+                              "half a {} away from it",
+                              words.point, words.shape, words.cell == "px" ? "pixel" : "voxel"))
+      ->take_all()
+      ->allow_extra_args(false)
+      ->group(group);
+  command
       .add_option("--radius", a.radius,
                   fmt::format("Radius of the seed {} of an evolution, such as 10mm or 5{} [auto]",
                               words.balls, words.cell))

@@ -72,6 +72,8 @@ surf::segment::Result<Dim> SegmentCommand<Dim>::segment(const Input& input) {
   segmentation.set_options(object, input.options);
   for (const surf::Vector<Dim>& seed : input.options.seeds_mm)
     segmentation.add_click(object, {seed, surf::segment::Side::kInside});
+  for (const surf::Vector<Dim>& point : input.options.outside_mm)
+    segmentation.add_click(object, {point, surf::segment::Side::kOutside});
   Result result = segmentation.evolve(object, on_step());
   if (!arguments_.recipe.empty())
     surf::segment::write_recipe<Dim>(arguments_.recipe, segmentation, image_path());

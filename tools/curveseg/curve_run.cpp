@@ -159,6 +159,8 @@ surf::curve::CurveOptions curve_options(const CLI::App& command, const CurveArgu
   if (a.sampling == "linear") out.interpolation = surf::volume::Interpolation::kLinear;
   for (const std::string& seed : a.seeds)
     out.seeds_mm.push_back(parse_plane_point("--seed", seed, a.space, image));
+  for (const std::string& point : a.outside)
+    out.outside_mm.push_back(parse_plane_point("--outside", point, a.space, image));
   if (a.has_initial())
     out.initial = initial_curves(a, image, out.edge_length_mm.value_or(1.5 * image.pixel_size()));
   if (out.seeds_mm.empty() && !a.landmarks.empty())

@@ -125,6 +125,7 @@ class SurfaceCommand : public SegmentCommand<3> {
     if (arguments_.keep == "seeded" && arguments_.seeds.empty() && !arguments_.initial.is_body())
       throw surf::UsageError("--keep seeded: a --seed in each component to keep is needed");
     for (const std::string& seed : arguments_.seeds) parse_point("--seed", seed);
+    for (const std::string& point : arguments_.outside) parse_point("--outside", point);
     arguments_.initial.check();
     if (arguments_.seeds.empty() && !arguments_.initial.any())
       throw surf::UsageError(
@@ -138,6 +139,9 @@ class SurfaceCommand : public SegmentCommand<3> {
     for (const std::string& seed : arguments_.seeds)
       out.seeds_mm.push_back(
           to_ras_mm(parse_point("--seed", seed), space, volume.index_to_world()));
+    for (const std::string& point : arguments_.outside)
+      out.outside_mm.push_back(
+          to_ras_mm(parse_point("--outside", point), space, volume.index_to_world()));
     set_run_options<3>(command(), arguments_, volume.voxel_size(), out);
     if (arguments_.initial.any()) set_initial_surface(out, space, volume);
     return out;

@@ -1,5 +1,7 @@
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "libsurf/segment/nucleation.h"
 #include "libsurf/segment/stages/stages.h"
 
@@ -16,7 +18,8 @@ class Cavities : public Stage<Dim> {
       const auto model = work.fields.model(field_options(work.options, work.sigma_mm));
       const auto energy = make_energy<Dim>(work.energies, context(work, *model));
       energy->reset({work.shape.points, work.shape.elements});
-      const auto holes = find_holes<Dim>(work.setting(), work.shape, *energy);
+      auto holes = find_holes<Dim>(work.setting(), work.shape, *energy);
+      std::erase_if(holes, [&](const Hole<Dim>& hole) { return holds_a_seed(work, hole); });
       if (open_holes<Dim>(work.setting(), work.shape, holes, work.edge_length_mm, *energy) == 0)
         return true;
       Minimisation<Dim> out;
@@ -28,6 +31,14 @@ class Cavities : public Stage<Dim> {
       if (!minimise(work, out)) return false;
     }
     return true;
+  }
+
+ private:
+  static bool holds_a_seed(const Work<Dim>& work, const Hole<Dim>& hole) {
+    const double least = hole.radius_mm + held_distance_mm(work.cell_mm());
+    return std::any_of(work.seeds_mm.begin(), work.seeds_mm.end(), [&](const Vector<Dim>& seed) {
+      return (seed - hole.center).norm() < least;
+    });
   }
 };
 

@@ -15,6 +15,7 @@ constexpr double kStepPerBlur = 1.2;
 // that a node would jump over are looked for. Twelve noisy discs with chan-vese and area take 96
 // steps, not 160; the blob of docs/curves-program.md with minimal-surface 39, not 120.
 constexpr double kLongSteps = 4;
+constexpr double kHeldCells = 0.51;  // round a click: half a cell, whatever is rounded
 // Statistics of a start are fitted again to what was found from it, until the shape hardly moves.
 constexpr int kMostFits = 3;
 constexpr double kAtRest = 0.02;  // cells: no vertex moved further in any step of the window
@@ -88,8 +89,20 @@ mesh::MovingShapeOptions<Dim> shape_options(const Work<Dim>& work, double edge_l
   out.topology_resolution_mm = options.topology_resolution_mm.value_or(0);
   if (options.sheet_distance_mm) out.sheet_distance = *options.sheet_distance_mm / edge_length_mm;
   out.max_displacement_mm = kStepPerBlur * blur_mm(sigma_mm, work.cell_mm());
+  out.held_points = held_points<Dim>(work.clicks);
+  out.held_distance_mm = held_distance_mm(work.cell_mm());
   return out;
 }
+
+template <int Dim>
+std::vector<mesh::HeldPoint<Dim>> held_points(const std::vector<Click<Dim>>& clicks) {
+  std::vector<mesh::HeldPoint<Dim>> out;
+  for (const Click<Dim>& click : clicks)
+    out.push_back({click.point_mm, click.side == Side::kInside});
+  return out;
+}
+
+double held_distance_mm(double cell_mm) { return kHeldCells * cell_mm; }
 
 template <int Dim>
 Simplices<Dim> in_file_order(const Simplices<Dim>& shape) {
@@ -166,6 +179,8 @@ template FieldOptions field_options<2>(const Options<2>&, double);
 template FieldOptions field_options<3>(const Options<3>&, double);
 template KindContext<2> context<2>(const Work<2>&, EnergyModel<2>&);
 template KindContext<3> context<3>(const Work<3>&, EnergyModel<3>&);
+template std::vector<mesh::HeldPoint<2>> held_points<2>(const std::vector<Click<2>>&);
+template std::vector<mesh::HeldPoint<3>> held_points<3>(const std::vector<Click<3>>&);
 template mesh::MovingShapeOptions<2> shape_options<2>(const Work<2>&, double, double);
 template mesh::MovingShapeOptions<3> shape_options<3>(const Work<3>&, double, double);
 template Segments in_file_order<2>(const Segments&);

@@ -45,6 +45,13 @@ KindContext<Dim> context(const Work<Dim>& work, EnergyModel<Dim>& model);
 /// Standard deviation of the fields' blur [mm]: the Gaussian's and the spline's.
 double blur_mm(double sigma_mm, double cell_mm);
 
+/// The clicks, as obstacles.
+template <int Dim>
+std::vector<mesh::HeldPoint<Dim>> held_points(const std::vector<Click<Dim>>& clicks);
+
+/// How near a shape may come to a click [mm]: half a cell, and a little for rounding.
+double held_distance_mm(double cell_mm);
+
 /// Of the shape of a stage with these fields.
 template <int Dim>
 mesh::MovingShapeOptions<Dim> shape_options(const Work<Dim>& work, double edge_length_mm,

@@ -1,6 +1,7 @@
 #include "libcurve/mesh/moving_curve.h"
 
 #include <map>
+#include <random>
 
 #include "libcurve/mesh/hierarchy.h"
 #include "libcurve/mesh/primitives.h"
@@ -165,23 +166,6 @@ TEST(MovingCurve, IsCoarseWhereItIsStraight) {
   EXPECT_LE(fem::geometric_variation(shape).maxCoeff(), 0.02 * 1.001);
 }
 
-/// Alg. 10: a large step of one disc into three others at once (Fig. 4.6).
-TEST(MovingCurve, AdjustsItsStepsToOneEventAsAlgorithm10) {
-  const std::vector<Segments> parts = {circle({0, 0}, 1, kEdge), circle({1.62, 0}, 0.5, kEdge),
-                                       circle({-1.66, 0}, 0.5, kEdge),
-                                       circle({0, 1.7}, 0.5, kEdge)};
-  const auto events = [&](StepAdjustment adjustment) {
-    MovingCurveOptions options = options_with(kEdge);
-    options.topology_resolution_mm = 1e-3;
-    options.step_adjustment = adjustment;
-    MovingCurve curve(joined(parts), options);
-    return grow(curve, 0.2, 1);
-  };
-  EXPECT_EQ(events(StepAdjustment::kNone).at("merging"), 3);
-  EXPECT_EQ(events(StepAdjustment::kCatchFirst).at("merging"), 1);
-  EXPECT_EQ(events(StepAdjustment::kResolveFirst).at("merging"), 1);
-}
-
 TEST(MovingCurve, ResolvesInitialCurvesThatOverlap) {
   const MovingCurve curve(joined({circle({0, 0}, 1, kEdge), circle({1, 0}, 1, kEdge)}),
                           options_with(kEdge));
@@ -242,6 +226,67 @@ TEST(MovingCurve, InAFlowFindsTwoObjectsFromOneCurveRoundBoth) {
   EXPECT_EQ(kinds["splitting"], 1);
   EXPECT_EQ(n_components(curve), 2);
   EXPECT_NEAR(curve.geometry().enclosed(), 2 * M_PI, 0.01 * 2 * M_PI);
+}
+
+/// Points on both sides of curves in a random flow stay on their side, with mending and surgery.
+TEST(MovingCurve, StaysAwayFromHeldPointsInRandomFlows) {
+  constexpr double kRadius = 0.03;
+  int n_near = 0, n_events = 0;
+  for (const Topology topology : {Topology::kFree, Topology::kFixed}) {
+    for (unsigned seed = 1; seed <= 20; ++seed) {
+      std::mt19937 random(seed);
+      std::uniform_real_distribution<double> uniform(-1, 1);
+      MovingCurveOptions options = options_with(kEdge);
+      options.topology = topology;
+      options.coarseness = 4;
+      options.adaptivity.geometry_tolerance_mm = 0.05;
+      options.held_distance_mm = kRadius;
+      const Segments discs = grid_of_circles({0, 0}, {2, 2}, 1, 0.4, kEdge);
+      for (int n = 0; n < 60; ++n) {
+        const Vector<2> point(0.5 + uniform(random), 0.5 + uniform(random));
+        const Winding at = winding_round(discs, point);
+        if (at.distance > 2 * kRadius) options.held_points.push_back({point, at.number > 0});
+      }
+      Eigen::Matrix2d waves;
+      for (double& x : waves.reshaped()) x = 4 * uniform(random);
+      MovingCurve curve(discs, options);
+      for (int k = 0; k < 15; ++k) {
+        Points<2> to = grown(curve, seed % 2 ? 0.03 : -0.02);
+        for (auto row : to.rowwise())
+          row += 0.05 * (waves * row.transpose()).array().sin().matrix().transpose();
+        curve.restrict_move(to);
+        curve.move_to(to);
+        curve.mend();
+        const Segments now = curve.simplices();
+        expect_valid(now);
+        for (const auto& held : options.held_points) {
+          const Winding at = winding_round(now, held.point);
+          ASSERT_EQ(at.number > 0, held.is_inside)
+              << int(topology) << ", seed " << seed << ", step " << k;
+          ASSERT_GE(at.distance, (1 - 1e-6) * kRadius) << seed << ", step " << k;
+          n_near += at.distance < 1.5 * kRadius;
+        }
+        n_events += int(curve.take_events().size());
+      }
+    }
+  }
+  EXPECT_GT(n_near, 500);  // else nothing was tried
+  EXPECT_GT(n_events, 10);
+}
+
+TEST(MovingCurve, BringsItsStartToWhereItHasPointsNearItsEdge) {
+  MovingCurveOptions options = options_with(0.2);
+  options.coarseness = 4;
+  options.adaptivity.geometry_tolerance_mm = 0.1;
+  options.held_distance_mm = 0.07;
+  options.held_points = {{{0.8, 0}, false},  // 0.2 deep
+                         {{0, 1.2}, true},
+                         {{0, -1.03}, false},  // outside, but too near
+                         {{0, 0.2}, false}};   // too deep
+  const MovingCurve curve(circle({0, 0}, 1, 0.2), options);
+  expect_valid(curve.simplices());
+  EXPECT_EQ(mesh::are_held<2>(curve.simplices(), options.held_points, 0.07, {}),
+            (std::vector<char>{1, 1, 1, 0}));
 }
 
 TEST(MovingCurve, StartsInsideItsBox) {

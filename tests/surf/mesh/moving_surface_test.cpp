@@ -296,24 +296,6 @@ TEST(MovingSurface, HoldsApartWhatWouldBeAHandle) {
   }
 }
 
-TEST(MovingSurface, CatchesOrResolvesTheFirstEventOfAStep) {
-  for (const StepAdjustment adjustment :
-       {StepAdjustment::kCatchFirst, StepAdjustment::kResolveFirst}) {
-    MovingSurface surface(two_balls(), {.edge_length_mm = 0.2,
-                                        .topology = Topology::kFree,
-                                        .step_adjustment = adjustment,
-                                        .box = {}});
-    step(surface, 0.3 * normals(surface));  // they would overlap by 0.4
-    expect_sound(surface);
-    const bool is_caught = adjustment == StepAdjustment::kCatchFirst;
-    EXPECT_EQ(measure_components(surface.simplices()).size(), is_caught ? 2u : 1u);
-    // The first event is that of sheets 0.9 of the resolution apart, 0.7 of the edges.
-    const double gap = 0.9 * 0.7 * 0.2, moved = (0.2 - gap) / 2;
-    const double radius = std::cbrt(surface.geometry().enclosed() / 2 * 3 / (4 * std::numbers::pi));
-    EXPECT_NEAR(radius, 1 + moved, 0.02);
-  }
-}
-
 TEST(MovingSurface, BeginsWithTheUnionOfBallsThatOverlap) {
   Triangles both = two_balls();
   for (auto row : both.points.rowwise()) row[0] -= std::copysign(0.3, row[0]);
