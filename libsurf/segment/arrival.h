@@ -19,8 +19,8 @@ template <int Dim>
 std::vector<float> arrival_times(const NodeBox<Dim>& box, const std::vector<float>& cost,
                                  std::span<const std::size_t> starts, std::size_t max_nodes);
 
-/// The same for ways along which each step costs the difference of its ends' values and `length` per
-/// node.
+/// The same for ways along which each step costs the difference of its ends' values and `length`
+/// per node.
 template <int Dim>
 std::vector<float> geodesic_distances(const NodeBox<Dim>& box, const std::vector<float>& values,
                                       std::span<const std::size_t> starts, float length);

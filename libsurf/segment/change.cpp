@@ -7,8 +7,8 @@
 namespace surf::segment {
 namespace {
 
-constexpr int kShell = 2;          // nodes beyond the new boundary: what the piece is compared with
-constexpr double kSlack = 0.7;     // nodes
+constexpr int kShell = 2;       // nodes beyond the new boundary: what the piece is compared with
+constexpr double kSlack = 0.7;  // nodes
 constexpr double kSeparation = 1.3, kLeastSeparation = 0.6;
 constexpr int kLevels = SearchGrid<3>::kLevels;
 
@@ -118,13 +118,12 @@ Depths depths_of(const NodeBox<Dim>& grid, const NodeBox<Dim>& box, const Flags&
   return out;
 }
 
-#define SURF_INSTANTIATE(Dim)                                                              \
-  template ChangeFeatures measure_change<Dim>(const NodeBox<Dim>&, const Flags&,           \
-                                              const Flags&, Side,                          \
-                                              const std::vector<std::uint16_t>&,           \
-                                              const Flags&);                               \
-  template std::size_t largest_component<Dim>(const NodeBox<Dim>&, const Flags&);          \
-  template Depths depths_of<Dim>(const NodeBox<Dim>&, const NodeBox<Dim>&, const Flags&,   \
+#define SURF_INSTANTIATE(Dim)                                                                  \
+  template ChangeFeatures measure_change<Dim>(const NodeBox<Dim>&, const Flags&, const Flags&, \
+                                              Side, const std::vector<std::uint16_t>&,         \
+                                              const Flags&);                                   \
+  template std::size_t largest_component<Dim>(const NodeBox<Dim>&, const Flags&);              \
+  template Depths depths_of<Dim>(const NodeBox<Dim>&, const NodeBox<Dim>&, const Flags&,       \
                                  std::span<const NodeBox<Dim>::Index>);
 SURF_INSTANTIATE(2)
 SURF_INSTANTIATE(3)

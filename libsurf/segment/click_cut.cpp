@@ -1,6 +1,7 @@
 #include "libsurf/segment/click_cut.h"
 
 #include <maxflow/graph.h>
+#include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <array>
@@ -56,26 +57,46 @@ class ClickCut {
     sample();
   }
 
-  Flags run() {
-    if (!(high_ > low_)) return scene_.before;
+  std::vector<Flags> run(std::span<const double> object) {
+    std::vector<Flags> out(object.size(), scene_.before);
+    if (!(high_ > low_)) return out;
     paint();
     estimate_steps();
+    weigh();
+    tbb::parallel_for(std::size_t(0), out.size(), [&](std::size_t n) { out[n] = cut(object[n]); });
+    return out;
+  }
+
+ private:
+  /// What each node costs without the object: inside, and outside.
+  void weigh() {
     const Histogram inner = density_inside(), outer = density_outside();
     const auto length = float(options_.length * noise_);
-    const std::vector<float> d_in = distances_from(inside_, length),
-                             d_out = distances_from(outside_, length);
-    Graph graph(int(grid_.n()), int(Dim * grid_.n()));
-    graph.add_node(int(grid_.n()));
-    const auto whole = [](double x) { return int(std::lround(x * kUnit)); };
+    std::array<std::vector<float>, 2> distance;
+    tbb::parallel_for(0, 2, [&](int side) {
+      distance[side] = distances_from(side == 0 ? inside_ : outside_, length);
+    });
+    const auto& [d_in, d_out] = distance;
+    as_inside_.resize(grid_.n());
+    as_outside_.resize(grid_.n());
     for (std::size_t at = 0; at < value_.size(); ++at) {
       const int b = bin_of(value_[at]);
       const double p = (inner[b] + kUnseen) / (inner[b] + outer[b] + 2 * kUnseen);
       const double near = std::isfinite(d_out[at])
                               ? double(d_out[at]) / std::max(double(d_in[at]) + d_out[at], 1e-9)
                               : 1;
-      double as_inside = options_.intensity * (1 - p) + options_.nearness * (1 - near),
-             as_outside = options_.intensity * p + options_.nearness * near;
-      (object_[at] ? as_outside : as_inside) += options_.object;
+      as_inside_[at] = float(options_.intensity * (1 - p) + options_.nearness * (1 - near));
+      as_outside_[at] = float(options_.intensity * p + options_.nearness * near);
+    }
+  }
+
+  Flags cut(double of_object) const {
+    Graph graph(int(grid_.n()), int(Dim * grid_.n()));
+    graph.add_node(int(grid_.n()));
+    const auto whole = [](double x) { return int(std::lround(x * kUnit)); };
+    for (std::size_t at = 0; at < value_.size(); ++at) {
+      double as_inside = as_inside_[at], as_outside = as_outside_[at];
+      (object_[at] ? as_outside : as_inside) += of_object;
       if (inside_[at]) as_inside = 0, as_outside = kHeld;
       if (outside_[at]) as_inside = kHeld, as_outside = 0;
       graph.add_tweights(int(at), whole(as_outside), whole(as_inside));
@@ -94,7 +115,6 @@ class ClickCut {
     return at_scene(component(grid_, cut, starts(inside_)));
   }
 
- private:
   void choose_box() {
     const NodeBox<Dim>& all = scene_.box();
     Flags object = scene_.before;
@@ -103,8 +123,7 @@ class ClickCut {
         for (const auto& node : click.seed.nodes) object[all.at(node)] = 1;
     const NodeBox<Dim> tight = bounds(all, object, 0);
     for (int axis = 0; axis < Dim; ++axis) {
-      const int margin =
-                    std::max(options_.least_margin, int(options_.margin * tight.size[axis])),
+      const int margin = std::max(options_.least_margin, int(options_.margin * tight.size[axis])),
                 end = tight.lower[axis] + tight.size[axis];
       box_.lower[axis] = std::max(0, tight.lower[axis] - margin);
       box_.size[axis] = std::min(all.size[axis], end + margin) - box_.lower[axis];
@@ -159,8 +178,8 @@ class ClickCut {
       for (const auto& node : scene_.clicks[c].seed.nodes) {
         typename NodeBox<Dim>::Index center;
         for (int axis = 0; axis < Dim; ++axis)
-          center[axis] = std::clamp((node[axis] - box_.lower[axis]) / step_, 0,
-                                    grid_.size[axis] - 1);
+          center[axis] =
+              std::clamp((node[axis] - box_.lower[axis]) / step_, 0, grid_.size[axis] - 1);
         for_ball(center, radius, [&](std::size_t at, double distance) {
           if (distance > nearest[at]) return;
           nearest[at] = distance;
@@ -202,7 +221,8 @@ class ClickCut {
     std::vector<float> steps;
     for (int axis = 0; axis < Dim; ++axis)
       grid_.for_lines(axis, [&](std::size_t at, int here, std::size_t stride) {
-        if (here + 1 < grid_.size[axis]) steps.push_back(std::abs(value_[at + stride] - value_[at]));
+        if (here + 1 < grid_.size[axis])
+          steps.push_back(std::abs(value_[at + stride] - value_[at]));
       });
     double squares = 0;
     for (const float step : steps) squares += double(step) * step;
@@ -283,17 +303,21 @@ class ClickCut {
   float low_ = 0, high_ = 0;
   Flags object_, inside_, outside_;
   std::vector<std::vector<std::size_t>> balls_;  // of the clicks
+  std::vector<float> as_inside_, as_outside_;
   double noise_ = 0, mean_square_step_ = 0;
 };
 
 }  // namespace
 
 template <int Dim>
-Flags click_cut(const ClickScene<Dim>& scene, const ClickCutOptions& options) {
-  return ClickCut<Dim>(scene, options).run();
+std::vector<Flags> click_cuts(const ClickScene<Dim>& scene, std::span<const double> object,
+                              const ClickCutOptions& options) {
+  return ClickCut<Dim>(scene, options).run(object);
 }
 
-template Flags click_cut<2>(const ClickScene<2>&, const ClickCutOptions&);
-template Flags click_cut<3>(const ClickScene<3>&, const ClickCutOptions&);
+template std::vector<Flags> click_cuts<2>(const ClickScene<2>&, std::span<const double>,
+                                          const ClickCutOptions&);
+template std::vector<Flags> click_cuts<3>(const ClickScene<3>&, std::span<const double>,
+                                          const ClickCutOptions&);
 
 }  // namespace surf::segment

@@ -12,10 +12,9 @@ struct ClickCutOptions {
   /// where the object reaches the border of the grid.
   double margin = 0.15;
   int least_margin = 5;
-  double intensity = 1;    ///< what the intensities say
-  double nearness = 2;     ///< which clicks are nearer
-  double object = 0;       ///< what the object was so far
-  double length = 0.1;     ///< of a way of one node, in noises
+  double intensity = 1;     ///< what the intensities say
+  double nearness = 2;      ///< which clicks are nearer
+  double length = 0.1;      ///< of a way of one node, in noises
   double most_nodes = 4e5;  ///< a larger box is looked at with steps of two nodes
 };
 
@@ -30,8 +29,10 @@ struct ClickCutOptions {
 /// least sums of |dI| + length * noise along ways to the clicks of a side (for the outside: and the
 /// faces). Intensities between their 0.5 and 99.5 percentiles count from 0 to 1.
 ///
-/// @return  at the nodes of the scene's box
+/// @param object  weights of what the object was so far
+/// @return  one for each weight, at the nodes of the scene's box
 template <int Dim>
-Flags click_cut(const ClickScene<Dim>& scene, const ClickCutOptions& options);
+std::vector<Flags> click_cuts(const ClickScene<Dim>& scene, std::span<const double> object,
+                              const ClickCutOptions& options = {});
 
 }  // namespace surf::segment

@@ -9,9 +9,8 @@ namespace {
 template <int Dim>
 std::vector<Click<Dim>> in_order(std::span<const Click<Dim>> clicks) {
   std::vector<Click<Dim>> out(clicks.begin(), clicks.end());
-  const auto first = std::find_if(out.begin(), out.end(), [](const Click<Dim>& click) {
-    return click.side == Side::kInside;
-  });
+  const auto first = std::find_if(
+      out.begin(), out.end(), [](const Click<Dim>& click) { return click.side == Side::kInside; });
   if (first == out.end()) return {};
   std::rotate(out.begin(), first, first + 1);
   return out;
@@ -29,10 +28,10 @@ GridClick<Dim> on_grid(const SearchGrid<Dim>& grid, const Click<Dim>& click) {
 }
 
 template <int Dim>
-Flags flags_of(const SearchGrid<Dim>& grid, const Rung<Dim>& rung) {
-  Flags out(grid.box().n(), 0);
+Flags flags_of(const NodeBox<Dim>& grid, const Rung<Dim>& rung) {
+  Flags out(grid.n(), 0);
   for (std::size_t at = 0; at < rung.inside.size(); ++at)
-    if (rung.inside[at]) out[grid.box().at(rung.box.node(at))] = 1;
+    if (rung.inside[at]) out[grid.at(rung.box.node(at))] = 1;
   return out;
 }
 
@@ -59,6 +58,7 @@ ClickSearchPointer<Dim> first_search(const SearchGrid<Dim>& grid, const Click<Di
                                      const std::stop_token& stop) {
   auto out = std::make_shared<ClickSearch<Dim>>();
   const std::array seeds{click.point_mm};
+  out->box = grid.box();
   out->clicks = {click};
   out->on_grid = {on_grid(grid, click)};
   out->noise = SeedView<Dim>(grid, seeds).noise;
@@ -66,7 +66,7 @@ ClickSearchPointer<Dim> first_search(const SearchGrid<Dim>& grid, const Click<Di
   if (searched.was_stopped) return nullptr;
   out->first = std::move(searched.settled);
   out->found = std::move(searched.found);
-  if (!out->found.empty()) out->inside = flags_of(grid, out->found.front());
+  if (!out->found.empty()) out->inside = flags_of(grid.box(), out->found.front());
   return out;
 }
 
@@ -86,8 +86,8 @@ ClickSearchPointer<Dim> further_search(const SearchGrid<Dim>& grid,
         return bool(before->inside[grid.box().at(node)]) == is_inside;
       }))
     return out;
-  const auto corrected = corrections<Dim>(grid, before->inside, out->on_grid, out->first,
-                                          out->noise, stop);
+  const auto corrected =
+      corrections<Dim>(grid, before->inside, out->on_grid, out->first, out->noise, stop);
   if (stop.stop_requested()) return nullptr;
   std::vector<Rung<Dim>> rungs;
   for (const Correction<Dim>& correction : corrected)
@@ -99,7 +99,7 @@ ClickSearchPointer<Dim> further_search(const SearchGrid<Dim>& grid,
        differing(all, std::size_t(options.max_regions), SearchOptions::kMostOverlapOfCorrections))
     out->found.push_back(*rung);
   out->chosen = 0;
-  out->inside = flags_of(grid, out->found.front());
+  out->inside = flags_of(grid.box(), out->found.front());
   return out;
 }
 
@@ -109,8 +109,7 @@ template <int Dim>
 ClickSearchPointer<Dim> search_clicks(const SearchGrid<Dim>& grid,
                                       std::span<const Click<Dim>> clicks,
                                       ClickSearchPointer<Dim> known, const SearchOptions& options,
-                                      const SearchProgress& progress,
-                                      const std::stop_token& stop) {
+                                      const SearchProgress& progress, const std::stop_token& stop) {
   const std::vector<Click<Dim>> ordered = in_order<Dim>(clicks);
   if (ordered.empty()) return nullptr;
   const auto is_start = [&](const ClickSearch<Dim>& search) {
@@ -125,11 +124,10 @@ ClickSearchPointer<Dim> search_clicks(const SearchGrid<Dim>& grid,
 }
 
 template <int Dim>
-ClickSearchPointer<Dim> with_choice(const SearchGrid<Dim>& grid, const ClickSearch<Dim>& search,
-                                    std::size_t chosen) {
+ClickSearchPointer<Dim> with_choice(const ClickSearch<Dim>& search, std::size_t chosen) {
   auto out = std::make_shared<ClickSearch<Dim>>(search);
   out->chosen = chosen;
-  out->inside = flags_of(grid, out->found[chosen]);
+  out->inside = flags_of(out->box, out->found[chosen]);
   return out;
 }
 
@@ -141,13 +139,12 @@ std::vector<Region<Dim>> regions(const SearchGrid<Dim>& grid, const ClickSearch<
   return out;
 }
 
-#define SURF_INSTANTIATE(Dim)                                                                     \
-  template struct ClickSearch<Dim>;                                                               \
-  template ClickSearchPointer<Dim> search_clicks<Dim>(                                            \
-      const SearchGrid<Dim>&, std::span<const Click<Dim>>, ClickSearchPointer<Dim>,               \
-      const SearchOptions&, const SearchProgress&, const std::stop_token&);                       \
-  template ClickSearchPointer<Dim> with_choice<Dim>(const SearchGrid<Dim>&,                       \
-                                                    const ClickSearch<Dim>&, std::size_t);        \
+#define SURF_INSTANTIATE(Dim)                                                              \
+  template struct ClickSearch<Dim>;                                                        \
+  template ClickSearchPointer<Dim> search_clicks<Dim>(                                     \
+      const SearchGrid<Dim>&, std::span<const Click<Dim>>, ClickSearchPointer<Dim>,        \
+      const SearchOptions&, const SearchProgress&, const std::stop_token&);                \
+  template ClickSearchPointer<Dim> with_choice<Dim>(const ClickSearch<Dim>&, std::size_t); \
   template std::vector<Region<Dim>> regions<Dim>(const SearchGrid<Dim>&, const ClickSearch<Dim>&);
 SURF_INSTANTIATE(2)
 SURF_INSTANTIATE(3)

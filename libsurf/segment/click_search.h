@@ -18,11 +18,12 @@ template <int Dim>
 struct ClickSearch {
   std::vector<Click<Dim>> clicks;
   std::vector<GridClick<Dim>> on_grid;
-  std::vector<SettledRegion<Dim>> first;  ///< of the first inside click, best first
-  double noise = 0;                     ///< [intensity per node]
-  std::vector<Rung<Dim>> found;         ///< by the last click, best first; few
-  std::size_t chosen = 0;               ///< of them
-  Flags inside;                         ///< of the chosen one, at all nodes of the grid
+  std::vector<SettledRegion<Dim>> first;      ///< of the first inside click, best first
+  double noise = 0;                           ///< [intensity per node]
+  NodeBox<Dim> box;                           ///< of the grid
+  std::vector<Rung<Dim>> found;               ///< by the last click, best first; few
+  std::size_t chosen = 0;                     ///< of them
+  Flags inside;                               ///< of the chosen one, at all nodes of the grid
   std::shared_ptr<const ClickSearch> before;  ///< one click less; null at the first
 };
 
@@ -47,8 +48,7 @@ ClickSearchPointer<Dim> search_clicks(const SearchGrid<Dim>& grid,
 
 /// The same with another of those that were found; further clicks start from it.
 template <int Dim>
-ClickSearchPointer<Dim> with_choice(const SearchGrid<Dim>& grid, const ClickSearch<Dim>& search,
-                                    std::size_t chosen);
+ClickSearchPointer<Dim> with_choice(const ClickSearch<Dim>& search, std::size_t chosen);
 
 /// Those that were found, best first.
 template <int Dim>

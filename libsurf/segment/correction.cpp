@@ -3,6 +3,7 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <optional>
@@ -14,19 +15,17 @@
 namespace surf::segment {
 namespace {
 
-constexpr int kLeastMargin = 14;         // nodes round the object and the clicks
-constexpr double kMargin = 0.5;          // of their extent
+constexpr int kLeastMargin = 14;          // nodes round the object and the clicks
+constexpr double kMargin = 0.5;           // of their extent
 constexpr std::size_t kLeastObject = 50;  // nodes
 constexpr std::size_t kMostPieces = 10, kMostWhole = 8;
 constexpr double kMostSame = 0.9;  // Dice of two changes
 constexpr double kFree = 3.5;      // nodes from the change: what may settle
 constexpr int kSettleMargin = 14;  // nodes, for the means
 constexpr double kWhole = 1.25, kGrowthOfCut = 1;
-constexpr double kFarMargin = 0.4, kHold = 0.5;
-constexpr int kLeastFarMargin = 8;
+constexpr std::array kObjectWeights = {0.0, 0.5};
 constexpr double kLeastDepth = 0.55, kDepth = 2;
-constexpr double kShare = 0.5, kFirstDepth = 0.3, kCalmDepth = 0.75, kSize = 1.05,
-                 kAgreement = 0.25;
+constexpr double kShare = 0.5, kSize = 1.05, kAgreement = 0.25;
 constexpr double kLeastGrowth = 0.1;
 
 /// A candidate in the box of the scene.
@@ -36,9 +35,12 @@ struct Candidate {
   Family family = Family::kBall;
   bool is_whole = false;
   double growth = 1;
-  double score = 0;                   // without the agreement
+  double score = 0;                        // without the agreement
   std::vector<std::uint64_t> change = {};  // a bit for each node
   double n_changed = 0;
+
+  Candidate(Flags object, Family from, bool whole, double of_growth)
+      : after(std::move(object)), family(from), is_whole(whole), growth(of_growth) {}
 };
 
 double growth_of(const RungFeatures& f) {
@@ -129,9 +131,7 @@ class Corrector {
     std::stable_sort(out.begin(), out.end(),
                      [](const auto& a, const auto& b) { return a.score > b.score; });
     if (out.empty()) {
-      Candidate<Dim> as_held;
-      as_held.after = scene_.before;
-      out.push_back(std::move(as_held));
+      out.emplace_back(scene_.before, Family::kBall, false, 1);
     }
     for (Candidate<Dim>& candidate : out) obey(candidate.after);
     return out;
@@ -160,29 +160,22 @@ class Corrector {
     const auto best = differing(std::move(all), kMostPieces, kMostSame);
     std::vector<Candidate<Dim>> out;
     for (const Rung<Dim>* rung : best) {
-      Candidate<Dim> candidate{scene_.before, rung->family, false, growth_of(rung->features)};
+      Candidate<Dim> candidate(scene_.before, rung->family, false, growth_of(rung->features));
       for (std::size_t at = 0; at < rung->inside.size(); ++at)
         if (rung->inside[at]) candidate.after[box_.at(rung->box.node(at))] = adds();
-      if (std::size_t(std::count(candidate.after.begin(), candidate.after.end(), 1)) >= kLeastObject)
+      if (std::size_t(std::count(candidate.after.begin(), candidate.after.end(), 1)) >=
+          kLeastObject)
         out.push_back(std::move(candidate));
     }
     return out;
   }
 
-  /// Cuts between all clicks, in boxes that are near and far, and one near the object.
+  /// Cuts between all clicks, one of them near the object.
   std::vector<Candidate<Dim>> cuts() const {
-    ClickCutOptions far, held;
-    far.margin = kFarMargin;
-    far.least_margin = kLeastFarMargin;
-    held.object = kHold;
-    const std::array<ClickCutOptions, 3> options = {ClickCutOptions{}, far, held};
-    std::vector<Candidate<Dim>> out(options.size());
-    tbb::parallel_for(std::size_t(0), out.size(), [&](std::size_t n) {
-      if (stop_.stop_requested()) return;
-      out[n].after = click_cut(scene_, options[n]);
-      out[n].family = Family::kCut;
-      out[n].growth = kGrowthOfCut;
-    });
+    std::vector<Candidate<Dim>> out;
+    for (Flags& after : click_cuts(scene_, kObjectWeights)) {
+      out.emplace_back(std::move(after), Family::kCut, false, kGrowthOfCut);
+    }
     return out;
   }
 
@@ -191,8 +184,8 @@ class Corrector {
     std::vector<Candidate<Dim>> out;
     for (const SettledRegion<Dim>& region : first_) {
       if (out.size() == kMostWhole) break;
-      Candidate<Dim> candidate{Flags(box_.n(), 0), region.rung.family, true,
-                               kWhole * region.besides};
+      Candidate<Dim> candidate(Flags(box_.n(), 0), region.rung.family, true,
+                               kWhole * region.besides);
       bool fits = true;
       for (std::size_t at = 0; fits && at < region.rung.inside.size(); ++at) {
         if (!region.rung.inside[at]) continue;
@@ -229,8 +222,8 @@ class Corrector {
       if (held[at] == Held::kFree && to_change[at] > kFree * kFree)
         held[at] = inside[at] ? Held::kInside : Held::kOutside;
     }
-    const Flags settled_part = settled(part, inside, cropped(box_, scene_.grid.intensity(), part),
-                                       held, scene_.noise);
+    const Flags settled_part =
+        settled(part, inside, cropped(box_, scene_.grid.intensity(), part), held, scene_.noise);
     for (std::size_t at = 0; at < settled_part.size(); ++at)
       after[box_.at(part.node(at))] = settled_part[at];
     keep_clicked(after);
@@ -266,8 +259,7 @@ class Corrector {
     const NodeBox<Dim> part = bounds(box_, piece, 3);
     if (part.n() == 0) return;
     const Flags of_piece = cropped(box_, piece, part);
-    const Depths depths =
-        depths_of<Dim>(box_, part, of_piece, scene_.click().seed.nodes);
+    const Depths depths = depths_of<Dim>(box_, part, of_piece, scene_.click().seed.nodes);
     if (depths.share() < kLeastDepth) return;
     const ChangeFeatures change =
         measure_change(part, of_piece, cropped(box_, scene_.before, part), side_,
@@ -275,23 +267,15 @@ class Corrector {
     Rung<Dim> whole;
     whole.box = bounds(box_, candidate.after, 3);
     const Flags inside = cropped(box_, candidate.after, whole.box);
-    measure(inside, cropped(box_, scene_.grid.level(), whole.box),
-            cropped(box_, edge_, whole.box), whole);
+    measure(inside, cropped(box_, scene_.grid.level(), whole.box), cropped(box_, edge_, whole.box),
+            whole);
     if (whole.n_nodes == 0) return;
-    const auto largest = double(
-        std::max(largest_component(box_, changed), largest_component(box_, back)));
+    const auto largest =
+        double(std::max(largest_component(box_, changed), largest_component(box_, back)));
     candidate.score =
         std::sqrt(std::max(change.score(side_), 1e-6) * std::max(boundary_score(whole), 1e-6)) *
         std::pow(depths.share(), kDepth) * std::pow(change.n_nodes / largest, kShare) *
-        std::pow(depths_of<Dim>(box_, whole.box, inside, first_nodes()).share(kCalmDepth),
-                 kFirstDepth) *
         candidate.growth * std::pow(double(whole.n_nodes), kSize / Dim);
-  }
-
-  const std::vector<typename NodeBox<Dim>::Index>& first_nodes() const {
-    for (const GridClick<Dim>& click : scene_.clicks)
-      if (click.side == Side::kInside) return click.seed.nodes;
-    return scene_.click().seed.nodes;
   }
 
   static void agree(std::vector<Candidate<Dim>>& candidates) {
@@ -355,14 +339,14 @@ std::vector<Correction<Dim>> corrections(const SearchGrid<Dim>& grid, const Flag
       for (int axis = 0; axis < Dim; ++axis) node[axis] -= box.lower[axis];
   std::vector<Correction<Dim>> out;
   for (Candidate<Dim>& candidate : Corrector<Dim>(scene, first, box.lower, stop).all())
-    out.push_back({box, std::move(candidate.after), candidate.family, candidate.is_whole,
-                   candidate.score});
+    out.push_back(
+        {box, std::move(candidate.after), candidate.family, candidate.is_whole, candidate.score});
   return out;
 }
 
-#define SURF_INSTANTIATE(Dim)                                                         \
-  template std::vector<Correction<Dim>> corrections<Dim>(                             \
-      const SearchGrid<Dim>&, const Flags&, std::span<const GridClick<Dim>>,          \
+#define SURF_INSTANTIATE(Dim)                                                \
+  template std::vector<Correction<Dim>> corrections<Dim>(                    \
+      const SearchGrid<Dim>&, const Flags&, std::span<const GridClick<Dim>>, \
       std::span<const SettledRegion<Dim>>, double, const std::stop_token&);
 SURF_INSTANTIATE(2)
 SURF_INSTANTIATE(3)

@@ -13,11 +13,11 @@ namespace surf::segment {
 /// An object after a click.
 template <int Dim>
 struct Correction {
-  NodeBox<Dim> box;     ///< of the grid; outside it nothing has changed
-  Flags inside;         ///< at the nodes of the box
-  Family family;        ///< of the piece, or of the region of the first click
+  NodeBox<Dim> box;       ///< of the grid; outside it nothing has changed
+  Flags inside;           ///< at the nodes of the box
+  Family family;          ///< of the piece, or of the region of the first click
   bool is_whole = false;  ///< a region of the first click in place of the object
-  double score = 0;     ///< to compare corrections by one click
+  double score = 0;       ///< to compare corrections by one click
 };
 
 /// Of the pieces (pieces.h) the ten that differ and score best by
@@ -26,16 +26,15 @@ struct Correction {
 ///   C = (depth of the click in the piece + 0.7) / greatest depth of the piece
 ///
 /// are added to the object (closed by a node, holes filled) or taken away, and settle on the edges
-/// within 3.5 nodes of the change (settle_cut.h); all else stays. With three cuts between all clicks
+/// within 3.5 nodes of the change (settle_cut.h); all else stays. With two cuts between all clicks
 /// (click_cut.h), settled as well, and up to eight regions of the first click that obey all clicks
 /// they are scored by the change that they really make, P being its part with the click:
 ///
 ///   sqrt(change.score(P) * boundary_score(T)) * C(P)^2 * (share of P in the change)^0.5
-///     * c(T)^0.3 * growth * n(T)^(1.05 / Dim) * agreement^0.25
+///     * growth * n(T)^(1.05 / Dim) * agreement^0.25
 ///
-/// where C(P) >= 0.55, c is the depth of the first click in T over 0.75 of the greatest one, n the
-/// number of nodes, growth that of the piece's ladder, and agreement the mean Dice of this change
-/// and the others. See docs/clicks.md for what was tried.
+/// where C(P) >= 0.55, n is the number of nodes, growth that of the piece's ladder, and agreement
+/// the mean Dice of this change and the others. See docs/clicks.md for what was tried.
 ///
 /// O(ladders) as in search_regions, in the surroundings of object and clicks alone.
 ///

@@ -79,7 +79,7 @@ double slope_of_edge(const SeedView<Dim>& view) {
 template <int Dim>
 Ladder front_ladder(const SeedView<Dim>& view, const LadderLimits& limits) {
   const NodeBox<Dim>& grid = view.grid.box();
-  Ladder out{Family::kFront, {}, {}, {kFrontNeck}};
+  Ladder out{Family::kFront, {}, {}, {kFrontNeck}, limits.most_nodes};
   std::vector<float> cost = front_cost(view, kCalm);
   if (cost.empty()) return out;
   double n_domain = double(grid.n());
@@ -95,7 +95,7 @@ Ladder front_ladder(const SeedView<Dim>& view, const LadderLimits& limits) {
   for (const SeedNodes<Dim>& seed : view.seeds)
     for (const auto& node : seed.nodes) starts.push_back(grid.at(node));
   out.distance = arrival_times(grid, cost, std::span<const std::size_t>(starts),
-                               std::size_t(kLargestFront * n_domain));
+                               std::size_t(std::min(kLargestFront * n_domain, limits.most_nodes)));
   std::vector<float> times;
   for (const float time : out.distance)
     if (std::isfinite(time)) times.push_back(time);
@@ -243,7 +243,7 @@ template <int Dim>
 Ladder make_ladder(const SeedView<Dim>& view, Family family, std::span<const double> neck_radii,
                    const LadderLimits& limits) {
   if (family == Family::kFront) return front_ladder(view, limits);
-  Ladder out{family, distances(view, family), {}, {}};
+  Ladder out{family, distances(view, family), {}, {}, limits.most_nodes};
   for (const double r : neck_radii)
     if (limits.domain || family == Family::kAlike || r <= kWidestOneSided)
       out.neck_radii.push_back(r);
@@ -275,7 +275,10 @@ std::vector<Windows<Dim>> climb(const SeedView<Dim>& view, std::span<const Ladde
                      std::vector<Rung<Dim>>(ladders[l].neck_radii.size()));
     for (std::size_t w = 0; w < out[l].size(); ++w) tasks.push_back({l, w});
   }
-  const auto most = std::size_t(kLargestShare * double(view.grid.box().n()));
+  const auto most_of = [&](std::size_t l) {
+    return std::size_t(
+        std::min(kLargestShare * double(view.grid.box().n()), ladders[l].most_nodes));
+  };
   std::vector<std::atomic<std::size_t>> last(ladders.size());  // windows that count
   for (std::size_t l = 0; l < last.size(); ++l) last[l] = out[l].size();
   tbb::parallel_for(std::size_t(0), tasks.size(), [&](std::size_t t) {
@@ -285,7 +288,7 @@ std::vector<Windows<Dim>> climb(const SeedView<Dim>& view, std::span<const Ladde
       std::size_t n = 0;
       out[l][w] = open_window(view, ladders[l], ladders[l].levels[w], n, stop);
       std::size_t least = last[l];
-      while (n > most && w + 1 < least && !last[l].compare_exchange_weak(least, w + 1)) {
+      while (n > most_of(l) && w + 1 < least && !last[l].compare_exchange_weak(least, w + 1)) {
       }
     }
     done();
@@ -296,7 +299,7 @@ std::vector<Windows<Dim>> climb(const SeedView<Dim>& view, std::span<const Ladde
       judge(out[l], n, view.grid.box().n());
     for (auto& window : out[l])
       for (Rung<Dim>& rung : window)
-        if (rung.n_nodes > most) rung.score = 0;
+        if (rung.n_nodes > most_of(l)) rung.score = 0;
   }
   return out;
 }

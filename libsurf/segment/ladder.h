@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <limits>
 #include <span>
 #include <stop_token>
 #include <vector>
@@ -20,12 +21,15 @@ struct Ladder {
   std::vector<float> distance;     ///< infinity where no window may go
   std::vector<double> levels;      ///< rising
   std::vector<double> neck_radii;  ///< r [nodes]: what hangs on by a thinner neck is cut off
+  /// A window of more is the last one, and of its rungs those are left out that have more.
+  double most_nodes = std::numeric_limits<double>::infinity();
 };
 
 /// Where the windows of a ladder may go, and how large the first one is that is worth a look.
 struct LadderLimits {
   const Flags* domain = nullptr;  ///< null = everywhere
   double least_nodes = 113;       ///< of a ball of 3 nodes
+  double most_nodes = std::numeric_limits<double>::infinity();
 };
 
 /// Windows of rising half-widths a = deviation 2^(q/2), q = 2, 3, ..., up to one that holds 80 % of
@@ -53,7 +57,8 @@ using Windows = std::vector<std::vector<Rung<Dim>>>;
 /// {x in M: distance to the outside > r} that holds the seeds or is within 8 nodes of them, and
 /// what lies within r of it in M, its holes filled. Each rung is scored by what its boundary looks
 /// like, and by its growth from the window before and to the next. A window that holds more than
-/// kLargestShare of the grid is the last one, and those of its rungs are left out that do.
+/// kLargestShare of the grid, or most_nodes, is the last one, and those of its rungs are left out
+/// that do.
 ///
 /// O(windows (1 + neck radii) nodes in the component's box); one thread per window.
 ///

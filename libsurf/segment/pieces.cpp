@@ -18,13 +18,16 @@ constexpr std::array kFamilies = {Family::kAlike, Family::kBrighter, Family::kDa
 constexpr std::array kJointFamilies = {Family::kAlike, Family::kBetween, Family::kBrighter};
 constexpr std::array kNeckRadii = {0.0, 1.0, 2.0, 3.5, 6.0};  // nodes
 constexpr std::array kJointRadii = {1.0, 2.0, 4.0};
-constexpr double kLeast = 15, kLeastJoint = 113;  // nodes of a window
+constexpr double kLeast = 15, kLeastJoint = 113;                // nodes of a window
 constexpr std::array kShares = {0.2, 0.3, 0.4, 0.5, 0.6, 0.7};  // of a competition
 constexpr double kCompetitionNeck = 1;                          // node
-constexpr std::array kCalm = {0.02, 1.0};  // cost per node: fronts that edges hold, and near circles
+constexpr std::array kCalm = {0.02,
+                              1.0};  // cost per node: fronts that edges hold, and near circles
 constexpr std::array kNecks = {1.0, 2.0, 3.0, 4.5, 6.0, 9.0};
 constexpr double kBall = 0.5, kLeastBall = 1.5, kToOthers = 0.6;
 constexpr std::size_t kLeastNodes = 8;
+// Of the nodes of the object: larger pieces are not looked at.
+constexpr double kMostAdded = 3, kMostTaken = 0.9, kLeastMost = 2e4;
 // Growth of what has no ladder: of middling ones.
 constexpr double kGrowthIn = 0.7, kGrowthOut = 0.6;
 
@@ -70,7 +73,10 @@ template <int Dim>
 class Pieces {
  public:
   Pieces(const ClickScene<Dim>& scene, const std::stop_token& stop)
-      : scene_(scene), box_(scene.box()), stop_(stop), domain_(scene.domain()) {}
+      : scene_(scene), box_(scene.box()), stop_(stop), domain_(scene.domain()) {
+    const auto n_object = double(std::count(scene.before.begin(), scene.before.end(), 1));
+    most_ = std::max(kLeastMost, adds() ? kMostAdded * n_object : kMostTaken * n_object);
+  }
 
   std::vector<Rung<Dim>> all() {
     climb_at_click();
@@ -88,7 +94,7 @@ class Pieces {
     const SeedView<Dim> view(scene_.grid, {scene_.click().seed}, scene_.noise);
     std::vector<Ladder> ladders;
     for (const Family family : kFamilies)
-      ladders.push_back(make_ladder(view, family, kNeckRadii, {&domain_, kLeast}));
+      ladders.push_back(make_ladder(view, family, kNeckRadii, {&domain_, kLeast, most_}));
     keep(view, ladders, kLeast);
   }
 
@@ -102,7 +108,7 @@ class Pieces {
     for (std::size_t at = 0; at < held.size(); ++at) allowed[at] = held[at] != Held::kOutside;
     std::vector<Ladder> ladders;
     for (const Family family : kJointFamilies)
-      ladders.push_back(make_ladder(view, family, kJointRadii, {&allowed, kLeastJoint}));
+      ladders.push_back(make_ladder(view, family, kJointRadii, {&allowed, kLeastJoint, most_}));
     keep(view, ladders, kLeastJoint);
   }
 
@@ -121,13 +127,13 @@ class Pieces {
         return arrival_times(box_, cost, std::span<const std::size_t>(from), box_.n());
       };
       const std::vector<float> own = times(starts), others = times(rivals);
-      Ladder ladder{Family::kCompetition, std::vector<float>(box_.n()), {}, {kCompetitionNeck}};
+      Ladder ladder{
+          Family::kCompetition, std::vector<float>(box_.n()), {}, {kCompetitionNeck}, most_};
       for (std::size_t at = 0; at < own.size(); ++at)
-        ladder.distance[at] = !domain_[at] || !std::isfinite(own[at])
-                                  ? std::numeric_limits<float>::infinity()
-                              : std::isfinite(others[at])
-                                  ? own[at] / std::max(own[at] + others[at], 1e-9f)
-                                  : 0.f;
+        ladder.distance[at] =
+            !domain_[at] || !std::isfinite(own[at]) ? std::numeric_limits<float>::infinity()
+            : std::isfinite(others[at]) ? own[at] / std::max(own[at] + others[at], 1e-9f)
+                                        : 0.f;
       ladder.levels.assign(kShares.begin(), kShares.end());
       ladders.push_back(std::move(ladder));
     }
@@ -196,11 +202,13 @@ class Pieces {
   }
 
   void keep(const SeedView<Dim>& view, std::span<const Ladder> ladders, double least) {
-    for (Windows<Dim>& windows : climb(view, ladders, [] {}, stop_))
+    for (Windows<Dim>& windows : climb(
+             view, ladders, [] {}, stop_))
       for (std::size_t w = 0; w < windows.size(); ++w)
         for (std::size_t n = 0; n < windows[w].size(); ++n) {
           Rung<Dim>& rung = windows[w][n];
-          if (double(rung.n_nodes) < least || rung.n_nodes > kLargestShare * double(box_.n()) ||
+          if (double(rung.n_nodes) < least ||
+              double(rung.n_nodes) > kLargestShare * double(box_.n()) ||
               (w > 0 && windows[w - 1][n].n_nodes == rung.n_nodes))
             continue;
           add(rung, kLeastNodes);
@@ -219,10 +227,9 @@ class Pieces {
     }
     if (piece.n_nodes < least) return;
     const auto holds = [&](const GridClick<Dim>& click) {
-      return std::any_of(
-          click.seed.nodes.begin(), click.seed.nodes.end(), [&](const auto& node) {
-            return piece.box.contains(node) && piece.inside[piece.box.at(node)];
-          });
+      return std::any_of(click.seed.nodes.begin(), click.seed.nodes.end(), [&](const auto& node) {
+        return piece.box.contains(node) && piece.inside[piece.box.at(node)];
+      });
     };
     for (const GridClick<Dim>& click : scene_.clicks)
       if (click.side != scene_.click().side && holds(click)) return;
@@ -236,6 +243,7 @@ class Pieces {
   const NodeBox<Dim>& box_;
   const std::stop_token& stop_;
   Flags domain_;
+  double most_ = 0;  // nodes of a piece
   std::vector<Rung<Dim>> found_;
 };
 
@@ -277,10 +285,9 @@ std::vector<Rung<Dim>> pieces(const ClickScene<Dim>& scene, const std::stop_toke
   return Pieces<Dim>(scene, stop).all();
 }
 
-#define SURF_INSTANTIATE(Dim)             \
-  template struct ClickScene<Dim>;        \
-  template std::vector<Rung<Dim>> pieces( \
-      const ClickScene<Dim>&, const std::stop_token&);
+#define SURF_INSTANTIATE(Dim)      \
+  template struct ClickScene<Dim>; \
+  template std::vector<Rung<Dim>> pieces(const ClickScene<Dim>&, const std::stop_token&);
 SURF_INSTANTIATE(2)
 SURF_INSTANTIATE(3)
 #undef SURF_INSTANTIATE

@@ -77,6 +77,31 @@ std::optional<Simplices<Dim>> boundary(const Setting<Dim>& setting, const Region
   return std::nullopt;
 }
 
+/// What a further click has changed.
+const char* change_words(Family family) {
+  switch (family) {
+    case Family::kAlike:
+      return "what is alike";
+    case Family::kBrighter:
+      return "what is brighter";
+    case Family::kDarker:
+      return "what is darker";
+    case Family::kBetween:
+      return "what lies between the clicks' intensities";
+    case Family::kFront:
+      return "what is reached before an edge";
+    case Family::kCompetition:
+      return "what is nearer to it than to the others";
+    case Family::kNeck:
+      return "what a neck parts from the others";
+    case Family::kBall:
+      return "what is close to it";
+    case Family::kCut:
+      return "a least cut between all";
+  }
+  return "";
+}
+
 }  // namespace
 
 template <int Dim>
@@ -88,17 +113,19 @@ SearchGrid<Dim> search_grid(const Setting<Dim>& setting, FieldOptions options,
 }
 
 template <int Dim>
-std::vector<Proposal<Dim>> propose(const Setting<Dim>& setting, const SearchGrid<Dim>& grid,
-                                   std::span<const Vector<Dim>> seeds, const SearchOptions& options,
-                                   const SearchProgress& progress, const std::stop_token& stop) {
+std::vector<Proposal<Dim>> proposals(const Setting<Dim>& setting, const SearchGrid<Dim>& grid,
+                                     const ClickSearch<Dim>& search) {
   std::vector<Proposal<Dim>> out;
-  for (const Region<Dim>& region : search_regions<Dim>(grid, seeds, options, progress, stop)) {
+  const std::vector<Region<Dim>> found = regions(grid, search);
+  for (std::size_t n = 0; n < found.size(); ++n) {
+    const Region<Dim>& region = found[n];
     std::optional<Simplices<Dim>> shape = boundary<Dim>(setting, region);
     if (!shape) continue;
     const double enclosed = fem::Geometry<Dim>(shape->points, shape->elements).enclosed();
     out.push_back({std::move(*shape), region.score, enclosed, region.family,
                    0.5 * (region.low + region.high), 0.5 * (region.high - region.low),
-                   region.neck_radius_mm, region.node_mm, region.features});
+                   region.neck_radius_mm, region.node_mm, region.features, n,
+                   search.clicks.size()});
   }
   return out;
 }
@@ -107,6 +134,11 @@ template <int Dim>
 std::string to_string(const Proposal<Dim>& proposal) {
   const double low = proposal.mean - proposal.half_width,
                high = proposal.mean + proposal.half_width;
+  if (proposal.n_clicks > 1)
+    return fmt::format(
+        "what {} clicks leave, by the last of them {}, nearly all intensities between {:.4g} and "
+        "{:.4g}, settled on the edges near by; score {:.2f}",
+        proposal.n_clicks, change_words(proposal.family), low, high, proposal.score);
   std::string what;
   switch (proposal.family) {
     case Family::kAlike:
@@ -115,7 +147,7 @@ std::string to_string(const Proposal<Dim>& proposal) {
     case Family::kBrighter:
       what = fmt::format("intensities above {:.4g}, nearly all below {:.4g}", low, high);
       break;
-    case Family::kFront:
+    default:
       what = fmt::format(
           "what is reached before an edge, nearly all intensities between {:.4g} and {:.4g}", low,
           high);
@@ -127,13 +159,12 @@ std::string to_string(const Proposal<Dim>& proposal) {
       what, 2 * proposal.neck_radius_mm, proposal.score);
 }
 
-#define SURF_INSTANTIATE(Dim)                                                    \
-  template std::string to_string<Dim>(const Proposal<Dim>&);                     \
-  template SearchGrid<Dim> search_grid<Dim>(const Setting<Dim>&, FieldOptions,   \
-                                            std::optional<double>, double);      \
-  template std::vector<Proposal<Dim>> propose<Dim>(                              \
-      const Setting<Dim>&, const SearchGrid<Dim>&, std::span<const Vector<Dim>>, \
-      const SearchOptions&, const SearchProgress&, const std::stop_token&);
+#define SURF_INSTANTIATE(Dim)                                                                     \
+  template std::string to_string<Dim>(const Proposal<Dim>&);                                      \
+  template SearchGrid<Dim> search_grid<Dim>(const Setting<Dim>&, FieldOptions,                    \
+                                            std::optional<double>, double);                       \
+  template std::vector<Proposal<Dim>> proposals<Dim>(const Setting<Dim>&, const SearchGrid<Dim>&, \
+                                                     const ClickSearch<Dim>&);
 SURF_INSTANTIATE(2)
 SURF_INSTANTIATE(3)
 #undef SURF_INSTANTIATE

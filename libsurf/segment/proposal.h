@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "libsurf/segment/region_search.h"
+#include "libsurf/segment/click_search.h"
 #include "libsurf/segment/setting.h"
 
 namespace surf::segment {
@@ -20,6 +20,8 @@ struct Proposal {
   double neck_radius_mm;    ///< of the opening
   double node_mm;           ///< of the grid: how far off its boundary may be
   RungFeatures features;    ///< what the boundary looks like
+  std::size_t place = 0;    ///< in ClickSearch::found
+  std::size_t n_clicks = 1;
 };
 
 /// "intensities between 12 and 250, cut off where a neck is thinner than 3 mm, settled on the edges
@@ -33,13 +35,10 @@ template <int Dim>
 SearchGrid<Dim> search_grid(const Setting<Dim>& setting, FieldOptions options,
                             std::optional<double> sigma_mm = {}, double max_nodes = 1.5e6);
 
-/// The best regions (search_regions) as shapes, best first; those whose boundary cannot be made a
-/// sound shape are left out. Empty: no object stands out round the seeds.
+/// What clicks have found, as shapes, best first; those whose boundary cannot be made a sound shape
+/// are left out. Empty: no object stands out round the first click.
 template <int Dim>
-std::vector<Proposal<Dim>> propose(const Setting<Dim>& setting, const SearchGrid<Dim>& grid,
-                                   std::span<const Vector<Dim>> seeds,
-                                   const SearchOptions& options = {},
-                                   const SearchProgress& progress = {},
-                                   const std::stop_token& stop = {});
+std::vector<Proposal<Dim>> proposals(const Setting<Dim>& setting, const SearchGrid<Dim>& grid,
+                                     const ClickSearch<Dim>& search);
 
 }  // namespace surf::segment

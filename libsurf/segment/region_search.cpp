@@ -16,11 +16,11 @@ namespace surf::segment {
 namespace {
 
 constexpr Family kFamilies[] = {Family::kAlike, Family::kBrighter, Family::kFront};
-constexpr double kLeastRadius = 3;  // of a ball [nodes]: smaller is not judged
-constexpr std::size_t kMostSettled = 10;    // after 8 nothing more is found, after 22 neither
-constexpr double kMostSame = 0.9;   // Dice of two that are settled
-constexpr int kMargin = 6;          // nodes, for the band and what lies beyond it
-constexpr int kSeedReach = 2;       // nodes from a seed to the settled region
+constexpr double kLeastRadius = 3;        // of a ball [nodes]: smaller is not judged
+constexpr std::size_t kMostSettled = 10;  // after 8 nothing more is found, after 22 neither
+constexpr double kMostSame = 0.9;         // Dice of two that are settled
+constexpr int kMargin = 6;                // nodes, for the band and what lies beyond it
+constexpr int kSeedReach = 2;             // nodes from a seed to the settled region
 // Depth of the seeds below that share of the greatest one counts against a region: a leak has its
 // deepest place elsewhere.
 constexpr double kCalmDepth = 0.75;
@@ -216,9 +216,8 @@ SearchedRegions<Dim> search_rungs(const SearchGrid<Dim>& grid, std::span<const V
     const double boundary = boundary_score(rung);
     if (boundary > 0) out.settled.push_back({std::move(rung), rung.score / boundary});
   }
-  std::stable_sort(out.settled.begin(), out.settled.end(), [](const auto& a, const auto& b) {
-    return a.rung.score > b.rung.score;
-  });
+  std::stable_sort(out.settled.begin(), out.settled.end(),
+                   [](const auto& a, const auto& b) { return a.rung.score > b.rung.score; });
   return out;
 }
 

@@ -12,6 +12,7 @@ struct Result {
   Outcome outcome = Outcome::kEmpty;
   std::string message;                   ///< one sentence for a person: how that stage ended
   Simplices<Dim> start;                  ///< that the evolution began with
+  ClickSearchPointer<Dim> search;        ///< what the proposals come from; null if none were made
   std::vector<Proposal<Dim>> proposals;  ///< best first
   std::size_t chosen = 0;
   std::vector<StageReport> stages;

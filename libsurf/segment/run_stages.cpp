@@ -114,6 +114,7 @@ Result<Dim> to_result(Work<Dim> work) {
       note_disobeyed<Dim>(out.shape, work.setting(), work.clicks, work.notes);
   }
   out.start = std::move(work.start);
+  out.search = std::move(work.search);
   out.proposals = std::move(work.proposals);
   out.chosen = work.chosen;
   out.energies = std::move(work.energies);

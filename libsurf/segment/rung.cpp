@@ -71,9 +71,8 @@ double settled_score(const Rung<Dim>& rung, double depth_share) {
   const double of_family = rung.family == Family::kAlike      ? 1
                            : rung.family == Family::kBrighter ? 0.9
                                                               : 0.55;
-  return boundary_score(rung) * of_family *
-         std::pow(std::max(f.growth_out, kLeastGrowth), 0.75) * std::exp(-f.growth_in / 5) *
-         std::pow(depth_share, 0.6);
+  return boundary_score(rung) * of_family * std::pow(std::max(f.growth_out, kLeastGrowth), 0.75) *
+         std::exp(-f.growth_in / 5) * std::pow(depth_share, 0.6);
 }
 
 template <int Dim>

@@ -8,6 +8,7 @@
 #include "libsurf/base/error.h"
 #include "libsurf/segment/energy_assembly.h"
 #include "libsurf/segment/run_stages.h"
+#include "libsurf/segment/stages/stages.h"
 
 namespace surf::segment {
 namespace {
@@ -71,6 +72,12 @@ bool contains(const Setting<Dim>& setting, const Simplices<Dim>& shape, const Ve
   const Eigen::Transform<double, Dim, Eigen::Affine> there(
       Eigen::Translation<double, Dim>(point) * Eigen::Scaling(setting.extent().cell_mm()));
   return setting.rasterized(shape, one, there).front() != 0;
+}
+
+/// Whether both look for objects on the same grid.
+template <int Dim>
+bool has_same_grid(const Options<Dim>& a, const Options<Dim>& b) {
+  return a.sigma_mm == b.sigma_mm && field_options(a, 0) == field_options(b, 0);
 }
 
 template <int Dim>
@@ -167,6 +174,11 @@ void Segmentation<Dim>::set_options(Id id, const Options<Dim>& options) {
   if (const std::string error = options.error(); !error.empty()) throw UsageError(error);
   check_terms<Dim>(options.energies);
   Object<Dim> after = object(id);
+  if (!has_same_grid(options, after.options) && after.result->search) {
+    Result<Dim> result = *after.result;
+    result.search = nullptr;
+    after.result = std::make_shared<const Result<Dim>>(std::move(result));
+  }
   after.options = options;
   record(id, SetOptions<Dim>{options}, std::move(after));
 }
@@ -195,7 +207,8 @@ Work<Dim> Segmentation<Dim>::work_for(const Object<Dim>& object, const ProgressO
           .seeds_mm = points_on<Dim>(Side::kInside, object.clicks),
           .clicks = object.clicks,
           .progress = progress,
-          .stop = stop};
+          .stop = stop,
+          .search = object.result->search};
 }
 
 template <int Dim>
@@ -221,6 +234,8 @@ const Result<Dim>& Segmentation<Dim>::choose(Id id, std::size_t proposal) {
                                  after.name, after.result->proposals.size()));
   Result<Dim> chosen;
   chosen.proposals = after.result->proposals;
+  if (after.result->search)
+    chosen.search = with_choice(*after.result->search, chosen.proposals[proposal].place);
   chosen.chosen = proposal;
   chosen.shape = chosen.proposals[proposal].shape;
   chosen.outcome = Outcome::kProposed;
@@ -246,9 +261,10 @@ Result<Dim> Segmentation<Dim>::evolved(const Object<Dim>& object, const Progress
   Work<Dim> work = work_for(object, progress, stop);
   work.proposals = before.proposals;
   work.chosen = before.chosen;
-  // What was proposed and chosen is an answer to the clicks; what was evolved has to heed them.
-  const bool goes_on =
-      before.outcome == Outcome::kProposed || (has_shape(before.outcome) && heeds_clicks(object));
+  // What was proposed for these clicks is an answer to them; what was evolved has to heed them.
+  const bool is_answer = before.outcome == Outcome::kProposed && before.search &&
+                         before.search->clicks.size() == object.clicks.size();
+  const bool goes_on = is_answer || (has_shape(before.outcome) && heeds_clicks(object));
   // Without an energy the clicks say more of the object than a body to start from does.
   const bool uses_initial =
       object.options.initial && (!object.options.energies.empty() || work.seeds_mm.empty());

@@ -55,6 +55,7 @@ struct Work {
   ProgressOf<Dim> progress;
   std::stop_token stop;
 
+  ClickSearchPointer<Dim> search = {};        ///< what earlier clicks have found
   std::vector<Proposal<Dim>> proposals = {};  ///< best first
   std::size_t chosen = 0;                     ///< of the proposals
   Simplices<Dim> start = {};    ///< that the evolution begins with; the same in all stages after it

@@ -56,6 +56,14 @@ double dice(const std::vector<std::uint8_t>& a, const std::vector<std::uint8_t>&
 }
 
 /// Sums over rows.
+template <int Dim>
+std::vector<segment::Proposal<Dim>> proposals_at(const segment::Setting<Dim>& setting,
+                                                 const segment::SearchGrid<Dim>& grid,
+                                                 const Vector<Dim>& seed) {
+  const std::array clicks{segment::Click<Dim>{seed}};
+  return segment::proposals<Dim>(setting, grid, *segment::search_clicks<Dim>(grid, clicks));
+}
+
 struct Totals {
   double dice = 0, best = 0, seconds = 0;
   int n = 0;
@@ -108,7 +116,7 @@ class Study {
 
  private:
   std::vector<segment::Proposal<Dim>> proposals(const Vector<Dim>& seed) const {
-    return segment::propose<Dim>(setting_, *grid_, std::vector<Vector<Dim>>{seed});
+    return proposals_at<Dim>(setting_, *grid_, seed);
   }
 
   std::string shifts(const Vector<Dim>& seed, double enclosed) const {
@@ -181,8 +189,7 @@ void study_balls() {
     const auto start = std::chrono::steady_clock::now();
     const auto grid = segment::search_grid<3>(setting, {});
     const double grid_seconds = seconds_since(start);
-    const auto found =
-        segment::propose<3>(setting, grid, std::vector<Vector<3>>{Vector<3>::Zero()});
+    const auto found = proposals_at<3>(setting, grid, Vector<3>::Zero());
     fmt::print("ball {} noise {}: ", size, noise);
     for (const auto& proposal : found)
       fmt::print(" {:+.1f} % ({:.2f})",

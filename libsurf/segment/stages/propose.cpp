@@ -39,14 +39,20 @@ class Propose : public Stage<Dim> {
         work.fields.search_grid(field_options(work.options, 0), work.options.sigma_mm);
     const std::string stage = "propose";
     work.chosen = 0;
-    work.proposals = segment::propose<Dim>(
-        work.setting(), grid, work.seeds_mm, {},
+    work.proposals.clear();
+    const ClickSearchPointer<Dim> found = search_clicks<Dim>(
+        grid, work.clicks, work.search, {},
         [&](int n_done) {
           flow::StepRecord record;
           record.k = n_done;
           return work.tell(stage, record, [&] { return work.shape; });
         },
         work.stop);
+    if (!found) return;
+    work.search = found;
+    work.proposals = proposals<Dim>(work.setting(), grid, *found);
+    for (std::size_t n = 0; n < work.proposals.size(); ++n)
+      if (work.proposals[n].place == found->chosen) work.chosen = n;
   }
 };
 

@@ -82,5 +82,24 @@ TYPED_TEST(Arrival, EndsWhenItHasCoveredEnoughButKeepsWhatIsEquallyFar) {
   EXPECT_EQ(n_covered, 1 + 2 * Dim);  // the start and those a node away
 }
 
+// Along a ramp the values differ by as much on every way, and the shortest one is straight.
+TYPED_TEST(Arrival, GeodesicsCostTheDifferencesAndTheLength) {
+  constexpr int Dim = TypeParam::value;
+  const auto box = this->box();
+  std::vector<float> ramp(box.n());
+  for (std::size_t at = 0; at < ramp.size(); ++at) ramp[at] = 2.f * float(box.node(at)[0]);
+  const std::vector<std::size_t> starts = {this->center(box)};
+  const auto distance = geodesic_distances<Dim>(box, ramp, starts, 0.5f);
+  const auto first = box.node(starts[0]);
+  for (const int by : {-5, 3, 6}) {
+    auto node = first;
+    node[0] += by;
+    EXPECT_NEAR(distance[box.at(node)], 2.5 * std::abs(by), 1e-4);
+    node = first;
+    node[1] += by;
+    EXPECT_NEAR(distance[box.at(node)], 0.5 * std::abs(by), 1e-4);
+  }
+}
+
 }  // namespace
 }  // namespace surf::segment

@@ -1,0 +1,102 @@
+#include "libsurf/segment/click_search.h"
+
+#include <gtest/gtest.h>
+
+#include "libsurf/base/threads.h"
+#include "tests/surf/fixtures.h"
+#include "tests/surf/segment/click_scenes.h"
+
+namespace surf::segment {
+namespace {
+
+using test::ClickImage;
+using test::inside;
+using test::outside;
+using test::point;
+
+template <class T>
+struct ClickSearches : ::testing::Test {
+  static constexpr int kDim = T::value;
+  const ClickImage<kDim> image{test::is_in_dumbbell<kDim>};
+  ClickSearchPointer<kDim> search(const std::vector<Click<kDim>>& clicks,
+                                  ClickSearchPointer<kDim> known = nullptr,
+                                  const std::stop_token& stop = {}) const {
+    return search_clicks<kDim>(image.grid, clicks, std::move(known), {}, {}, stop);
+  }
+};
+TYPED_TEST_SUITE(ClickSearches, test::Dims, test::DimName);
+
+TYPED_TEST(ClickSearches, HeedsClicksOneAfterTheOther) {
+  constexpr int Dim = TypeParam::value;
+  const auto found = this->search({inside<Dim>(14), inside<Dim>(34)});
+  ASSERT_TRUE(found && !found->found.empty());
+  const Flags both = this->image.flags(test::is_in_dumbbell<Dim>);
+  EXPECT_GT(ClickImage<Dim>::dice(found->inside, both), 0.95);
+  ASSERT_TRUE(found->before);
+  EXPECT_EQ(found->before->clicks.size(), 1u);
+  EXPECT_FALSE(found->before->before);
+}
+
+TYPED_TEST(ClickSearches, GoesOnFromWhatIsKnownToTheSame) {
+  constexpr int Dim = TypeParam::value;
+  const std::vector<Click<Dim>> clicks = {inside<Dim>(14), inside<Dim>(34), outside<Dim>(24)};
+  const auto first = this->search({clicks[0]});
+  const auto second = this->search({clicks[0], clicks[1]}, first);
+  EXPECT_EQ(second->before, first);  // taken over
+  const auto third = this->search(clicks, second);
+  const auto at_once = this->search(clicks);
+  EXPECT_EQ(third->inside, at_once->inside);
+  EXPECT_EQ(third->found.front().score, at_once->found.front().score);
+  // A click is taken back: what is left in common is the first one.
+  const auto other = this->search({clicks[0], clicks[2]}, third);
+  EXPECT_EQ(other->before, first);
+}
+
+TYPED_TEST(ClickSearches, DoesNotDependOnTheNumberOfThreads) {
+  constexpr int Dim = TypeParam::value;
+  const std::vector<Click<Dim>> clicks = {inside<Dim>(14), inside<Dim>(34), outside<Dim>(24)};
+  std::vector<Flags> found;
+  for (const int n : {1, 3}) {
+    const ThreadLimit limit(n);
+    found.push_back(this->search(clicks)->inside);
+  }
+  EXPECT_EQ(found[0], found[1]);
+}
+
+TYPED_TEST(ClickSearches, BeginsWithTheFirstInsideClick) {
+  constexpr int Dim = TypeParam::value;
+  const auto found = this->search({outside<Dim>(34), inside<Dim>(14)});
+  ASSERT_TRUE(found);
+  EXPECT_EQ(found->inside, this->search({inside<Dim>(14), outside<Dim>(34)})->inside);
+  EXPECT_FALSE(this->search({outside<Dim>(34)}));
+}
+
+TYPED_TEST(ClickSearches, AClickThatIsWhereItBelongsChangesNothing) {
+  constexpr int Dim = TypeParam::value;
+  const auto first = this->search({inside<Dim>(14)});
+  const auto second = this->search({inside<Dim>(14), inside<Dim>(16)}, first);
+  EXPECT_EQ(second->inside, first->inside);
+  EXPECT_EQ(second->clicks.size(), 2u);
+}
+
+TYPED_TEST(ClickSearches, TakesAnotherThatWasFound) {
+  constexpr int Dim = TypeParam::value;
+  const auto found = this->search({inside<Dim>(14), inside<Dim>(34)});
+  ASSERT_GT(found->found.size(), 1u);
+  const auto other = with_choice(*found, 1);
+  EXPECT_EQ(other->chosen, 1u);
+  EXPECT_NE(other->inside, found->inside);
+  EXPECT_EQ(with_choice(*other, 0)->inside, found->inside);
+}
+
+TYPED_TEST(ClickSearches, EndsWithNothingWhenItIsStopped) {
+  constexpr int Dim = TypeParam::value;
+  std::stop_source stop;
+  stop.request_stop();
+  EXPECT_FALSE(this->search({inside<Dim>(14)}, nullptr, stop.get_token()));
+  const auto first = this->search({inside<Dim>(14)});
+  EXPECT_FALSE(this->search({inside<Dim>(14), inside<Dim>(34)}, first, stop.get_token()));
+}
+
+}  // namespace
+}  // namespace surf::segment
