@@ -15,13 +15,6 @@ constexpr int kVersion = 1;
 constexpr const char* kKind = "surfseg recipe";
 
 template <int Dim>
-Json point_to_json(const Vector<Dim>& point) {
-  Json out = Json::array();
-  for (const double x : point) out.push_back(x);
-  return out;
-}
-
-template <int Dim>
 Vector<Dim> point_from_json(const Json& json) {
   const auto numbers = json.get<std::vector<double>>();
   if (numbers.size() != std::size_t(Dim))

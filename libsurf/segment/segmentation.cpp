@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "libsurf/base/error.h"
+#include "libsurf/segment/detail/point_text.h"
 #include "libsurf/segment/energy_assembly.h"
 #include "libsurf/segment/run_stages.h"
 #include "libsurf/segment/stages/stages.h"
@@ -21,13 +22,6 @@ constexpr std::array<Colour, 7> kColours = {{{230, 159, 0},
                                              {0, 114, 178},
                                              {213, 94, 0},
                                              {204, 121, 167}}};
-
-template <int Dim>
-std::string words(const Vector<Dim>& point) {
-  std::string out;
-  for (const double x : point) out += fmt::format("{}{:g}", out.empty() ? "" : ", ", x);
-  return out;
-}
 
 template <int Dim>
 std::array<long, Dim> cell_of(const ImageExtent<Dim>& extent, const Vector<Dim>& point_mm) {
@@ -46,7 +40,7 @@ void check_click(const ImageExtent<Dim>& extent, const std::vector<Click<Dim>>& 
     throw UsageError(fmt::format(
         "Click::point_mm{}: ({}) mm is {} ({:.1f}), outside the {} of {} {}s; is it in another "
         "space?",
-        click.side == Side::kInside ? "" : "[outside]", words<Dim>(click.point_mm), cell,
+        click.side == Side::kInside ? "" : "[outside]", point_text<Dim>(click.point_mm), cell,
         fmt::join(Vector<Dim>(extent.world_to_index * click.point_mm), ", "), image,
         fmt::join(extent.size, " x "), cell));
   for (const Click<Dim>& other : clicks)
@@ -54,7 +48,8 @@ void check_click(const ImageExtent<Dim>& extent, const std::vector<Click<Dim>>& 
         cell_of<Dim>(extent, other.point_mm) == cell_of<Dim>(extent, click.point_mm))
       throw UsageError(fmt::format(
           "Click::side: ({}) mm is in the same {} as an {} click; take that one back first",
-          words<Dim>(click.point_mm), cell, other.side == Side::kInside ? "inside" : "outside"));
+          point_text<Dim>(click.point_mm), cell,
+          other.side == Side::kInside ? "inside" : "outside"));
 }
 
 template <int Dim>

@@ -1,6 +1,6 @@
 #include <map>
-#include <nlohmann/json.hpp>
 
+#include "libsurf/segment/detail/options_json.h"
 #include "libsurf/segment/finish.h"
 
 namespace surf::segment {
@@ -25,13 +25,6 @@ struct Keys {
   static constexpr const char* components = Dim == 3 ? "shells" : "regions";
   static constexpr const char* cavities = Dim == 3 ? "cavities" : "holes";
 };
-
-template <int Dim>
-Json point_to_json(const Vector<Dim>& point) {
-  Json out = Json::array();
-  for (const double x : point) out.push_back(x);
-  return out;
-}
 
 template <int Dim>
 Json part_to_json(const Part<Dim>& part) {

@@ -8,10 +8,10 @@ class Signals : public Program {
  protected:
   void expect_last_good_surface(int signal, int exit_code) {
     must({"phantom", "ball", "--size", "96", "--spacing", "1", "-o", "v.nii"});
-    const Outcome outcome =
-        run({"segment", "v.nii", "--seed", "0,0,0", "--radius", "6mm", "--edge-length", "0.7mm",
-             "--energy", "minimal-surface", "-v", "-o", "s.ply", "--json", "s.json"},
-            signal, "step    3");
+    const Outcome outcome = interrupted_run(
+        {"segment", "v.nii", "--seed", "0,0,0", "--radius", "6mm", "--edge-length", "0.7mm",
+         "--energy", "minimal-surface", "-v", "-o", "s.ply", "--json", "s.json"},
+        signal, "evolve               step    3");
     EXPECT_EQ(outcome.exit_code, exit_code) << outcome.err;
     ASSERT_TRUE(exists("s.ply"));
     EXPECT_EQ(json("s.json")["exit_code"], exit_code);
@@ -29,9 +29,9 @@ TEST_F(Signals, TerminateLeavesTheLastGoodSurface) { expect_last_good_surface(SI
 
 TEST_F(Signals, InterruptOfTheAutomaticRunLeavesASurface) {
   must({"phantom", "ball", "--size", "96", "--spacing", "1", "-o", "v.nii"});
-  const Outcome outcome =
-      run({"segment", "v.nii", "--seed", "0,0,0", "--edge-length", "0.7mm", "-v", "-o", "s.stl"},
-          SIGINT, "step    1");
+  const Outcome outcome = interrupted_run(
+      {"segment", "v.nii", "--seed", "0,0,0", "--edge-length", "0.7mm", "-v", "-o", "s.stl"},
+      SIGINT, "evolve               step    1");
   EXPECT_EQ(outcome.exit_code, 130) << outcome.err;
   must({"evaluate", "s.stl", "--reference", "s.stl", "--json", "e.json"});
   EXPECT_TRUE(json("e.json")["quality"]["passed"]) << json("e.json")["quality"];

@@ -61,4 +61,17 @@ void check_outputs(const std::vector<Output>& outputs, const std::string& input)
   }
 }
 
+void add_output_space(CLI::App& command, std::string& space, const std::string& of,
+                      const std::string& group) {
+  command
+      .add_option("--output-space", space, fmt::format("Frame of {}: lps (as Slicer) or ras", of))
+      ->check(CLI::IsMember({"lps", "ras"}))
+      ->capture_default_str()
+      ->group(group);
+}
+
+surf::io::Space file_space(const std::string& word) {
+  return word == "ras" ? surf::io::Space::kRas : surf::io::Space::kLps;
+}
+
 }  // namespace surfseg

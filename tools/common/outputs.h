@@ -2,9 +2,12 @@
 // error.
 #pragma once
 
+#include <CLI/CLI.hpp>
 #include <string>
 #include <utility>
 #include <vector>
+
+#include "libsurf/io/space.h"
 
 namespace surfseg {
 
@@ -15,5 +18,13 @@ using Output = std::pair<std::string, std::string>;
 /// @throws surf::UsageError   a name given twice
 /// @throws surf::OutputError  the folder is missing or cannot be written to, the name is a folder's
 void check_outputs(const std::vector<Output>& outputs, const std::string& input = {});
+
+/// --output-space: "ras" or "lps", which `space` holds already.
+/// @param of  what has the frame, such as "the file"
+void add_output_space(CLI::App& command, std::string& space, const std::string& of,
+                      const std::string& group);
+
+/// Of "ras" or "lps".
+surf::io::Space file_space(const std::string& word);
 
 }  // namespace surfseg

@@ -122,6 +122,14 @@ void add_curve_options(CLI::App& command, CurveArguments& a) {
       ->group("Image");
 }
 
+void check_contour_output(const std::string& output) {
+  if (output.empty())
+    throw surf::UsageError("-o: an output file is missing, such as -o liver.json");
+  if (!surf::curve::is_writable_contour(output))
+    throw surf::UsageError(
+        fmt::format("-o: {}: expected a name that ends in .svg, .json, .vtp or .csv", output));
+}
+
 void check_curve_arguments(const CLI::App& command, const CurveArguments& a) {
   check_run_arguments(command, a, kWords);
   for (const std::string& text : a.circles)

@@ -28,6 +28,9 @@ void add_curve_options(CLI::App& command, CurveArguments& a);
 /// @throws surf::UsageError
 void check_curve_arguments(const CLI::App& command, const CurveArguments& a);
 
+/// @throws surf::UsageError  -o is missing, or is no name of a file of contours
+void check_contour_output(const std::string& output);
+
 /// What is given and does nothing, see tools/common/idle_options.h.
 std::vector<std::string> idle_curve_options(const CLI::App& command, const CurveArguments& a);
 

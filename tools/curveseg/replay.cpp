@@ -12,6 +12,7 @@
 #include "tools/common/outputs.h"
 #include "tools/common/segment_command.h"
 #include "tools/curveseg/commands.h"
+#include "tools/curveseg/curve_run.h"
 #include "tools/curveseg/image_arguments.h"
 
 namespace surfseg::curve_program {
@@ -31,11 +32,7 @@ class ReplayCommand : public SegmentCommand<2> {
 
  protected:
   void check() const override {
-    if (arguments_.output.empty())
-      throw surf::UsageError("-o: an output file is missing, such as -o liver.json");
-    if (!surf::curve::is_writable_contour(arguments_.output))
-      throw surf::UsageError(fmt::format(
-          "-o: {}: expected a name that ends in .svg, .json, .vtp or .csv", arguments_.output));
+    check_contour_output(arguments_.output);
     if (!arguments_.mask.empty() && surf::extension(arguments_.mask) != ".png")
       throw surf::UsageError(
           fmt::format("--mask: {}: expected a name that ends in .png", arguments_.mask));
@@ -68,9 +65,8 @@ class ReplayCommand : public SegmentCommand<2> {
 
   void write(const Input&, const Result&,
              const surf::segment::Finished<2>& finished) const override {
-    surf::curve::write_contours(
-        arguments_.output, finished.shape, *image_,
-        arguments_.output_space == "ras" ? surf::io::Space::kRas : surf::io::Space::kLps);
+    surf::curve::write_contours(arguments_.output, finished.shape, *image_,
+                                file_space(arguments_.output_space));
     if (!arguments_.mask.empty())
       surf::curve::write_mask(
           arguments_.mask, image_->size(),
@@ -93,12 +89,7 @@ void add_options(CLI::App& command, Arguments& a) {
   command.add_option("--image", a.image.path, "The image [where the recipe says that it is]");
   add_image_choice(command, a.image);
   const std::string group = "Output and running";
-  command
-      .add_option("--output-space", a.output_space,
-                  "Frame of a slice's .vtp: lps (as Slicer) or ras")
-      ->check(CLI::IsMember({"lps", "ras"}))
-      ->capture_default_str()
-      ->group(group);
+  add_output_space(command, a.output_space, "a slice's .vtp", group);
   command.add_option("--mask", a.mask, "Mask on the image's pixels: .png")->group(group);
 }
 

@@ -54,11 +54,7 @@ class CurveCommand : public SegmentCommand<2> {
 
  protected:
   void check() const override {
-    if (arguments_.output.empty())
-      throw surf::UsageError("-o: an output file is missing, such as -o liver.json");
-    if (!surf::curve::is_writable_contour(arguments_.output))
-      throw surf::UsageError(fmt::format(
-          "-o: {}: expected a name that ends in .svg, .json, .vtp or .csv", arguments_.output));
+    check_contour_output(arguments_.output);
     for (const auto& [option, path] :
          {std::pair{"--mask", arguments_.mask}, {"--picture", arguments_.overlay}})
       if (!path.empty() && surf::extension(path) != ".png")
@@ -106,9 +102,8 @@ class CurveCommand : public SegmentCommand<2> {
   void write(const Input& input, const Result& result,
              const surf::segment::Finished<2>& finished) const override {
     const Segments& curves = finished.shape;
-    surf::curve::write_contours(
-        arguments_.output, curves, *image_,
-        arguments_.output_space == "ras" ? surf::io::Space::kRas : surf::io::Space::kLps);
+    surf::curve::write_contours(arguments_.output, curves, *image_,
+                                file_space(arguments_.output_space));
     if (!arguments_.mask.empty())
       surf::curve::write_mask(
           arguments_.mask, image_->size(),
@@ -135,12 +130,7 @@ void add_options(CLI::App& command, Arguments& a) {
   command.add_option("-o,--output", a.output, "Contours to write: .svg, .json, .vtp or .csv");
   add_curve_options(command, a);
   const std::string output = "Output and running";
-  command
-      .add_option("--output-space", a.output_space,
-                  "Frame of a slice's .vtp: lps (as Slicer) or ras")
-      ->check(CLI::IsMember({"lps", "ras"}))
-      ->capture_default_str()
-      ->group(output);
+  add_output_space(command, a.output_space, "a slice's .vtp", output);
   command.add_option("--mask", a.mask, "Mask on the image's pixels: .png")->group(output);
   command
       .add_option("--picture,--overlay", a.overlay, "Picture of the contours over the image: .png")

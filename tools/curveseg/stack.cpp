@@ -102,9 +102,8 @@ class StackCommand {
   }
 
   void write(const VoxelSlices& slices) const {
-    surf::curve::write_stack(
-        arguments_.output, result_.slices,
-        arguments_.output_space == "ras" ? surf::io::Space::kRas : surf::io::Space::kLps);
+    surf::curve::write_stack(arguments_.output, result_.slices,
+                             file_space(arguments_.output_space));
     if (!arguments_.mask.empty())
       surf::volume::write_label_map(arguments_.mask, slices.volume().size(),
                                     slices.volume().index_to_world(),
@@ -160,10 +159,7 @@ void add_options(CLI::App& command, Arguments& a) {
   a.which.add_to(command, group);
   add_curve_options(command, a);
   const std::string output = "Output and running";
-  command.add_option("--output-space", a.output_space, "Frame of the file: lps (as Slicer) or ras")
-      ->check(CLI::IsMember({"lps", "ras"}))
-      ->capture_default_str()
-      ->group(output);
+  add_output_space(command, a.output_space, "the file", output);
   command
       .add_option("--mask", a.mask, "Label map on the volume's grid: .nii.gz, .nii, .mha, .nrrd")
       ->group(output);

@@ -46,8 +46,7 @@ struct Request {
   VolumeArguments which;
 
   Triangles read(const std::string& path) const {
-    return surf::io::read_surface(
-        path, {unstated_space == "ras" ? surf::io::Space::kRas : surf::io::Space::kLps});
+    return surf::io::read_surface(path, {file_space(unstated_space)});
   }
 };
 

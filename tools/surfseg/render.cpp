@@ -111,9 +111,8 @@ void check(const Request& request) {
 
 void run(const Request& request) {
   check(request);
-  const surf::Triangles surface = surf::io::read_surface(
-      request.surface,
-      {request.unstated_space == "ras" ? surf::io::Space::kRas : surf::io::Space::kLps});
+  const surf::Triangles surface =
+      surf::io::read_surface(request.surface, {file_space(request.unstated_space)});
   if (request.volume.empty())
     return surf::io::write_png(
         request.output,

@@ -71,9 +71,7 @@ class ReplayCommand : public SegmentCommand<3> {
 
   void write(const Input&, const Result&,
              const surf::segment::Finished<3>& finished) const override {
-    surf::segment::write(
-        arguments_.output, finished,
-        {arguments_.output_space == "ras" ? surf::io::Space::kRas : surf::io::Space::kLps});
+    surf::segment::write(arguments_.output, finished, {file_space(arguments_.output_space)});
     if (!arguments_.mask.empty())
       surf::volume::write_label_map(
           arguments_.mask, volume_->size(), volume_->index_to_world(),
@@ -98,10 +96,7 @@ void add_options(CLI::App& command, Arguments& a) {
   command.add_option("--volume", a.volume, "The volume [where the recipe says that it is]");
   a.which.add_to(command);
   const std::string group = "Output and running";
-  command.add_option("--output-space", a.output_space, "Frame of the file: lps (as Slicer) or ras")
-      ->check(CLI::IsMember({"lps", "ras"}))
-      ->capture_default_str()
-      ->group(group);
+  add_output_space(command, a.output_space, "the file", group);
   command
       .add_option("--mask", a.mask, "Label map on the volume's grid: .nii.gz, .nii, .mha, .nrrd")
       ->group(group);

@@ -36,9 +36,7 @@ struct Arguments : RunArguments {
   std::string output_space = "lps", mask, denoised, picture, start;
   int candidates = 0;
 
-  surf::io::WriteOptions write_options() const {
-    return {output_space == "ras" ? surf::io::Space::kRas : surf::io::Space::kLps};
-  }
+  surf::io::WriteOptions write_options() const { return {file_space(output_space)}; }
 };
 
 class SurfaceCommand : public SegmentCommand<3> {
@@ -214,10 +212,7 @@ void add_options(CLI::App& command, Arguments& a) {
   add_run_options(command, a, kWords);
 
   const std::string output = "Output and running";
-  command.add_option("--output-space", a.output_space, "Frame of the file: lps (as Slicer) or ras")
-      ->check(CLI::IsMember({"lps", "ras"}))
-      ->capture_default_str()
-      ->group(output);
+  add_output_space(command, a.output_space, "the file", output);
   command
       .add_option("--mask", a.mask, "Label map on the volume's grid: .nii.gz, .nii, .mha, .nrrd")
       ->group(output);

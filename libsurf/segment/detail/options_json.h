@@ -2,6 +2,7 @@
 #pragma once
 
 #include <nlohmann/json.hpp>
+#include <vector>
 
 #include "libsurf/segment/options.h"
 
@@ -15,6 +16,12 @@ nlohmann::ordered_json to_json(const Options<Dim>& options);
 /// @throws InputError  an unknown field, or a value of another type
 template <int Dim>
 Options<Dim> options_from_json(const nlohmann::ordered_json& json);
+
+/// Its coordinates.
+template <int Dim>
+nlohmann::ordered_json point_to_json(const Vector<Dim>& point) {
+  return std::vector<double>(point.begin(), point.end());
+}
 
 /// "points" and "elements".
 template <int Dim>

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "libsurf/fem/geometry.h"
+#include "libsurf/segment/detail/point_text.h"
 #include "libsurf/segment/edges_along.h"
 #include "libsurf/segment/seed_model.h"
 #include "libsurf/segment/stages/stages.h"
@@ -15,13 +16,6 @@ constexpr double kLeastDeviation = 1.0 / 256;
 constexpr double kSigma = 0.7, kEdgeLength = 1.5;    // cells
 constexpr double kShareOfStart = 1.0 / 3;            // of the radius of a given start
 constexpr double kLeastRadius = 2, kMostRadius = 8;  // cells, of a seed ball
-
-template <int Dim>
-std::string words(const Vector<Dim>& point) {
-  std::string out;
-  for (const double x : point) out += fmt::format("{}{:g}", out.empty() ? "" : ", ", x);
-  return out;
-}
 
 /// Seed balls as one shape of several components; where they may not merge, a ball that would
 /// touch an earlier one is left out.
@@ -36,8 +30,9 @@ Simplices<Dim> seed_balls(Work<Dim>& work) {
   for (const Vector<Dim>& seed : work.seeds_mm) {
     if (std::any_of(used.begin(), used.end(),
                     [&](const Vector<Dim>& other) { return (other - seed).norm() < least; })) {
-      work.notes.push_back(fmt::format(
-          "the ball round seed ({}) would touch another one and is left out", words<Dim>(seed)));
+      work.notes.push_back(
+          fmt::format("the ball round seed ({}) would touch another one and is left out",
+                      point_text<Dim>(seed)));
       continue;
     }
     used.push_back(seed);

@@ -44,8 +44,7 @@ TYPED_TEST(EveryEnergy, DerivativeIsTheDifferenceQuotientOfTheValue) {
 // step control sees has the derivative all the same.
 TYPED_TEST(EveryEnergy, DerivativeIsTheDifferenceQuotientWhereABorderCutsTheShapeOff) {
   constexpr int Dim = TypeParam::value;
-  // The cut leaves short elements in the plane, whose lengths are less linear in the step.
-  constexpr double kStep = Dim == 2 ? 2e-6 : 5e-5, kTolerance = 1e-7, kRounding = 1e-14 / kStep;
+  constexpr double kStep = 5e-5, kTolerance = 1e-7, kRounding = 1e-14 / kStep;
   for (unsigned seed = 1; seed <= 3; ++seed) {
     auto arrays = test::random_smooth_shape<Dim>(seed, Dim == 2 ? 4 : 3);
     const double plane = 0.4 * arrays.X.col(0).maxCoeff();
@@ -57,8 +56,8 @@ TYPED_TEST(EveryEnergy, DerivativeIsTheDifferenceQuotientWhereABorderCutsTheShap
     const fem::Geometry<Dim> shape(arrays.X, arrays.T, border);
     ASSERT_TRUE(shape.has_border());
     Points<Dim> W = test::random_smooth_vectors<Dim>(arrays.X, 100 + seed);
-    for (Eigen::Index i = 0; i < W.rows(); ++i)
-      if (border.planes[i]) W(i, 0) = 0;
+    // Not across the plane, and no jump there: its slope over short elements would be steep.
+    W.col(0).array() *= plane - arrays.X.col(0).array();
     for (auto& [name, energy] : all_energies<Dim>(seed)) {
       energy->reset(shape);
       ShapeTerms<Dim> terms(shape);

@@ -1,0 +1,92 @@
+#include "libcurve/segment/region_filter.h"
+
+#include "libcurve/mesh/primitives.h"
+#include "libsurf/base/error.h"
+#include "tests/curve/curves.h"
+
+namespace surf::curve {
+namespace {
+
+Segments disc(double x, double radius) { return circle({x, 0}, radius, 0.05); }
+Segments hole(double x, double radius) { return flipped(disc(x, radius)); }
+
+double area(const Segments& curves) {
+  double sum = 0;
+  for (const auto e : curves.elements.rowwise())
+    sum += curves.points(e[0], 0) * curves.points(e[1], 1) -
+           curves.points(e[1], 0) * curves.points(e[0], 1);
+  return sum / 2;
+}
+
+RegionFilter of_area(double least) {
+  RegionFilter filter;
+  filter.min_area_mm2 = least;
+  return filter;
+}
+RegionFilter keeping(mesh::Keep keep, std::vector<Vector<2>> seeds = {}) {
+  RegionFilter filter;
+  filter.keep = keep;
+  filter.seeds_mm = std::move(seeds);
+  return filter;
+}
+
+/// A ring from 1 to 2 with an island of 0.5 in it, and a disc of 0.4 at x = 5.
+struct RegionFilters : ::testing::Test {
+  Segments curves = joined({disc(0, 2), hole(0, 1), disc(0, 0.5), disc(5, 0.4)});
+  int n_removed = -1;
+
+  /// Filters and expects the area of a sum of discs with these signed radii.
+  void expect_areas(const RegionFilter& filter, std::initializer_list<double> radii) {
+    const Segments out = filtered(curves, filter, n_removed);
+    double expected = 0;
+    for (const double r : radii) expected += std::copysign(area(disc(0, std::abs(r))), r);
+    EXPECT_NEAR(area(out), expected, 1e-12);
+    if (radii.size() > 0) expect_valid(out);
+    EXPECT_EQ(n_removed, 4 - int(radii.size()));
+  }
+};
+
+TEST_F(RegionFilters, KeepAllUnlessAsked) {
+  const Segments out = filtered(curves, {}, n_removed);
+  EXPECT_EQ(out.points, curves.points);
+  EXPECT_EQ(out.elements, curves.elements);
+  EXPECT_EQ(n_removed, 0);
+}
+
+TEST_F(RegionFilters, FillHolesWithAllThatLiesInThem) {
+  RegionFilter filter;
+  filter.fill_holes = true;
+  expect_areas(filter, {2, 0.4});
+}
+
+TEST_F(RegionFilters, RemoveWhatIsSmallerThanTheLeastArea) {
+  expect_areas(of_area(0.6), {2, -1, 0.5});  // pi 0.4^2 = 0.503 goes
+  expect_areas(of_area(0.9), {2, -1});       // pi 0.5^2 = 0.785 goes too
+  expect_areas(of_area(100), {});
+}
+
+TEST_F(RegionFilters, KeepTheLargestWithItsHole) {
+  expect_areas(keeping(mesh::Keep::kLargest), {2, -1});
+}
+
+TEST_F(RegionFilters, KeepWhatHoldsASeed) {
+  expect_areas(keeping(mesh::Keep::kSeeded, {{1.5, 0}}), {2, -1});
+  expect_areas(keeping(mesh::Keep::kSeeded, {{0, 0}}), {0.5});
+  expect_areas(keeping(mesh::Keep::kSeeded, {{0, 0}, {5.1, 0.1}}), {0.5, 0.4});
+  expect_areas(keeping(mesh::Keep::kSeeded, {{0.75, 0}}), {});  // in the hole
+}
+
+TEST_F(RegionFilters, FillBeforeTheyLookForSeeds) {
+  RegionFilter filter = keeping(mesh::Keep::kSeeded, {{0.75, 0}});
+  filter.fill_holes = true;
+  expect_areas(filter, {2});
+}
+
+TEST_F(RegionFilters, RefuseWhatHasNoSense) {
+  EXPECT_THROW(filtered(curves, of_area(-1), n_removed), UsageError);
+  EXPECT_THROW(filtered(curves, of_area(NAN), n_removed), UsageError);
+  EXPECT_THROW(filtered(curves, keeping(mesh::Keep::kSeeded), n_removed), UsageError);
+}
+
+}  // namespace
+}  // namespace surf::curve

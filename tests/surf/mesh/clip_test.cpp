@@ -1,0 +1,100 @@
+#include "libsurf/mesh/clip.h"
+
+#include <gtest/gtest.h>
+
+#include "libsurf/base/error.h"
+#include "libsurf/mesh/measure.h"
+#include "libsurf/mesh/primitives.h"
+#include "libsurf/mesh/verify.h"
+
+namespace surf::mesh {
+namespace {
+
+/// Cells of these sides [mm], the outer corner of the first one at `corner`.
+ImageBox<3> box_at(const std::array<int, 3>& size, const Eigen::Matrix3d& sides,
+                   const Eigen::Vector3d& corner) {
+  Eigen::Affine3d affine;
+  affine.linear() = sides;
+  affine.translation() = corner + sides * Eigen::Vector3d::Constant(0.5);
+  affine.makeAffine();
+  return {size, affine, affine.inverse()};
+}
+
+Eigen::Matrix3d rotated() {
+  return Eigen::AngleAxisd(0.7, Eigen::Vector3d(1, 2, -1).normalized()).toRotationMatrix();
+}
+
+void expect_clipped(const Triangles& surface, const ImageBox<3>& box, double volume) {
+  const Verification verification = verify(surface);
+  EXPECT_TRUE(verification.passed()) << verification.message();
+  EXPECT_NEAR(volume_mm3(surface), volume, 1e-9);
+  for (const auto& point : surface.points.rowwise()) {
+    const Vector<3> at = point.transpose();
+    EXPECT_LT((box.clamped(at) - at).norm(), 1e-12);
+  }
+}
+
+TEST(Clip, LeavesWhatLiesInTheBox) {
+  const Triangles surface = ball({0, 0, 0}, 1, 0.4);
+  const Triangles out =
+      clipped(surface, box_at({3, 3, 3}, Eigen::Matrix3d::Identity(), {-1.5, -1.5, -1.5}));
+  EXPECT_EQ(out.points, surface.points);
+  EXPECT_EQ(out.elements, surface.elements);
+}
+
+TEST(Clip, TakesTheShareOfACube) {
+  const Triangles surface = box({0, 0, 0}, {1, 1, 1}, 0.3);
+  const auto cells = box_at({4, 4, 4}, Eigen::Vector3d(0.5, 0.5, 0.5).asDiagonal(), {0.7, -1, -1});
+  expect_clipped(clipped(surface, cells), cells, 0.3);
+  // A corner, cut by three faces.
+  const auto corner = box_at({4, 4, 4}, Eigen::Matrix3d::Identity(), {0.7, 0.6, 0.5});
+  expect_clipped(clipped(surface, corner), corner, 0.3 * 0.4 * 0.5);
+}
+
+// A ball's polyhedron has its centre as a centre of symmetry: a plane through it takes half.
+TEST(Clip, HalvesABallInObliqueAndMirroredFrames) {
+  const Eigen::Vector3d center(1, -2, 3);
+  const Triangles surface = ball(center, 1, 0.35);
+  const double half = volume_mm3(surface) / 2;
+  for (const double sign : {1.0, -1.0}) {
+    Eigen::Matrix3d sides = rotated();
+    sides.col(0) *= sign;
+    const auto cells = box_at({3, 4, 4}, sides, center - sides * Eigen::Vector3d(0, 2, 2));
+    expect_clipped(clipped(surface, cells), cells, half);
+  }
+}
+
+TEST(Clip, PutsTheCutOnTheFace) {
+  const auto cells = box_at({4, 4, 4}, rotated(), rotated() * Eigen::Vector3d(0, -2, -2));
+  const Triangles out = clipped(ball({0, 0, 0}, 1, 0.35), cells);
+  double on_face = 0;
+  for (const auto& t : out.elements.rowwise()) {
+    std::uint8_t common = 0xff;
+    for (const int i : {t[0], t[1], t[2]}) common &= cells.faces(out.points.row(i).transpose());
+    const Vector<3> a = out.points.row(t[0]), b = out.points.row(t[1]), c = out.points.row(t[2]);
+    if (common != 0) {
+      EXPECT_EQ(common, 1);
+      const Vector<3> normal = (b - a).cross(c - a) / 2;
+      EXPECT_NEAR(normal.dot(cells.normals().row(0)), normal.norm(), 1e-9);
+      on_face += normal.norm();
+    }
+  }
+  // Of the polyhedron, whose vertices lie on the sphere.
+  EXPECT_GT(on_face, 0.9 * M_PI);
+  EXPECT_LT(on_face, M_PI);
+}
+
+TEST(Clip, KeepsTheVolumeOfACavityOut) {
+  const Triangles shell =
+      joined({box({0, 0, 0}, {4, 4, 4}, 1), flipped(box({1, 1, 1}, {3, 3, 3}, 1))});
+  const auto cells = box_at({5, 5, 5}, Eigen::Matrix3d::Identity(), {2, -0.5, -0.5});
+  expect_clipped(clipped(shell, cells), cells, 2 * 16 - 4);
+}
+
+TEST(Clip, RefusesWhatHasNothingInTheBox) {
+  const auto cells = box_at({3, 3, 3}, Eigen::Matrix3d::Identity(), {5, 5, 5});
+  EXPECT_THROW(clipped(ball({0, 0, 0}, 1, 0.4), cells), InvalidMesh);
+}
+
+}  // namespace
+}  // namespace surf::mesh
