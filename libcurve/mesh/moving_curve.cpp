@@ -54,13 +54,15 @@ MovingCurve::MovingCurve(const Segments& initial, const MovingCurveOptions& opti
     mesh_.remove(is_repeated);
   }
   if (options_.topology == Topology::kFree) {
+    find_obstacles();
     SurgeryOptions surgery;
     surgery.min_area_mm2 = min_content();
+    surgery.kept_points = obstacles().points();
     if (!operate(mesh_, surgery).is_resolved)
       throw InvalidMesh("the initial curves intersect and could not be rebuilt");
   }
   if (mesh_.size() == 0) throw InvalidMesh("nothing is left of the initial curves");
-  take_up_obstacles();
+  find_obstacles();
   mend_mesh(kRoundsAtTheStart);
   approach_held_points();
 }

@@ -102,6 +102,13 @@ void MovingMesh<Dim>::take_up_obstacles() {
 }
 
 template <int Dim>
+void MovingMesh<Dim>::find_obstacles() {
+  is_obstacle_.assign(options_.held_points.size(), 0);
+  obstacles_ = waiting_ = {};
+  take_up_obstacles();
+}
+
+template <int Dim>
 void MovingMesh<Dim>::approach_held_points() {
   const auto edges = std::exchange(options_.edge_indicator, {});
   for (std::size_t k = 0; k < is_obstacle_.size(); ++k)

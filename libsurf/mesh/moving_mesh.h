@@ -112,6 +112,8 @@ class MovingMesh : public flow::MovingShape<Dim> {
   const PointObstacles<Dim>& contested() const { return contested_; }
   /// Takes held points for obstacles that the shape has come to have where they belong.
   void take_up_obstacles();
+  /// The same anew, after what may have lost some; at its start.
+  void find_obstacles();
   /// Brings the shape to where it has the held points near it, where it can; at its start.
   void approach_held_points();
   /// After surgery: numbers of the obstacles that the shape reaches into or has on the wrong side.

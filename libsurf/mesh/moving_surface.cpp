@@ -55,9 +55,10 @@ std::vector<char> faces_near(const TriMesh& mesh, const std::vector<Vector<3>>& 
 
 MovingSurface::MovingSurface(const Triangles& initial, const MovingSurfaceOptions& options)
     : MovingMesh<3>(options), mesh_(to_mesh(initial)) {
+  find_obstacles();
   if (options.topology != Topology::kFixed) resolve_initial_crossings();
   if (options.box) clip_at_start();
-  take_up_obstacles();
+  find_obstacles();
   mend(kRoundsAtTheStart);
   // A round collapses once at each place: until few are left.
   for (int round = 0; round < kRoundsAtTheStart; ++round) {

@@ -30,6 +30,9 @@ struct Options {
   std::vector<Vector<Dim>> seeds_mm;
   /// Outside clicks, likewise.
   std::vector<Vector<Dim>> outside_mm = {};
+  /// Where the image is looked at for parameters if there is no inside click, such as the middle of
+  /// an initial shape; the object need not have these points.
+  std::vector<Vector<Dim>> samples_mm = {};
   /// Radius of the seed circles or balls [mm]; none = from the image round the seed.
   std::optional<double> seed_radius_mm;
   /// The shape to start from, in place of seed balls or of what would be proposed.

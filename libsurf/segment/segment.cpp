@@ -9,18 +9,25 @@ std::shared_ptr<const Setting<3>> make_setting(const volume::Volume& volume) {
 }
 
 template <int Dim>
+std::vector<Click<Dim>> clicks_of(const Options<Dim>& options) {
+  std::vector<Click<Dim>> out;
+  for (const Vector<Dim>& seed : options.seeds_mm) out.push_back({seed, Side::kInside});
+  for (const Vector<Dim>& point : options.outside_mm) out.push_back({point, Side::kOutside});
+  return out;
+}
+
+template <int Dim>
 Result<Dim> segment(std::shared_ptr<const Setting<Dim>> setting, const Options<Dim>& options,
                     const ProgressOf<Dim>& progress, const std::stop_token& stop) {
   Segmentation<Dim> segmentation(std::move(setting));
   const int object = segmentation.add_object();
   segmentation.set_options(object, options);
-  for (const Vector<Dim>& seed : options.seeds_mm)
-    segmentation.add_click(object, {seed, Side::kInside});
-  for (const Vector<Dim>& point : options.outside_mm)
-    segmentation.add_click(object, {point, Side::kOutside});
+  for (const Click<Dim>& click : clicks_of(options)) segmentation.add_click(object, click);
   return segmentation.evolve(object, progress, stop);
 }
 
+template std::vector<Click<2>> clicks_of<2>(const Options<2>&);
+template std::vector<Click<3>> clicks_of<3>(const Options<3>&);
 template Result<2> segment<2>(std::shared_ptr<const Setting<2>>, const Options<2>&,
                               const ProgressOf<2>&, const std::stop_token&);
 template Result<3> segment<3>(std::shared_ptr<const Setting<3>>, const Options<3>&,

@@ -12,6 +12,10 @@ using SegmentResult = Result<3>;
 /// Surfaces in a volume. The volume is shared, not copied.
 std::shared_ptr<const Setting<3>> make_setting(const volume::Volume& volume);
 
+/// The clicks of the short way: the seeds of the options, then their outside points.
+template <int Dim>
+std::vector<Click<Dim>> clicks_of(const Options<Dim>& options);
+
 /// One object, from the seeds of the options or its initial shape, that obeys their outside points.
 /// @throws UsageError  options.error() is not empty, there is neither a seed nor an initial shape,
 /// a

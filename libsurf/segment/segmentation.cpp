@@ -168,6 +168,8 @@ template <int Dim>
 void Segmentation<Dim>::set_options(Id id, const Options<Dim>& options) {
   if (const std::string error = options.error(); !error.empty()) throw UsageError(error);
   check_terms<Dim>(options.energies);
+  for (const Vector<Dim>& point : options.samples_mm)
+    check_click<Dim>(setting().extent(), {}, {point, Side::kInside});
   Object<Dim> after = object(id);
   if (!has_same_grid(options, after.options) && after.result->search) {
     Result<Dim> result = *after.result;
@@ -197,9 +199,11 @@ void Segmentation<Dim>::recolour(Id id, const Colour& colour) {
 template <int Dim>
 Work<Dim> Segmentation<Dim>::work_for(const Object<Dim>& object, const ProgressOf<Dim>& progress,
                                       const std::stop_token& stop) {
+  std::vector<Vector<Dim>> seeds = points_on<Dim>(Side::kInside, object.clicks);
+  if (seeds.empty()) seeds = object.options.samples_mm;
   return {.fields = fields_,
           .options = object.options,
-          .seeds_mm = points_on<Dim>(Side::kInside, object.clicks),
+          .seeds_mm = std::move(seeds),
           .clicks = object.clicks,
           .progress = progress,
           .stop = stop,

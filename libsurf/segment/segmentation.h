@@ -68,7 +68,9 @@ class Segmentation {
   void add_click(Id id, const Click<Dim>& click);
   /// @throws UsageError  there is no such click
   void take_back_click(Id id, std::size_t index);
-  /// @throws UsageError  options.error() is not empty, an energy or a parameter is unknown
+  /// @throws UsageError  options.error() is not empty, an energy or a parameter is unknown, a
+  /// sample
+  ///                     is outside the image
   void set_options(Id id, const Options<Dim>& options);
   void rename(Id id, const std::string& name);
   void recolour(Id id, const Colour& colour);

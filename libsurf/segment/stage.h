@@ -50,7 +50,7 @@ template <int Dim>
 struct Work {
   Fields<Dim>& fields;
   const Options<Dim>& options;
-  std::vector<Vector<Dim>> seeds_mm;  ///< inside clicks
+  std::vector<Vector<Dim>> seeds_mm;  ///< inside clicks; without one the options' samples
   std::vector<Click<Dim>> clicks;     ///< all of them: what the shape has to obey
   ProgressOf<Dim> progress;
   std::stop_token stop;

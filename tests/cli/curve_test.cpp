@@ -39,6 +39,26 @@ TEST_F(Curveseg, FindsABlobFromLandmarksByEveryFlow) {
   }
 }
 
+// 5 pixels inside the blob, whose radius is 54 to 74.
+TEST_F(Curveseg, HasAnOutsidePointOutside) {
+  make("blob");
+  must({"segment", "blob.tif", "--seed", "128,128", "--outside", "196,127.5", "-o", "o.json",
+        "--json", "s.json", "-q"});
+  double nearest = 1e9, winding = 0;
+  for (const auto& feature : json("o.json")["features"])
+    for (const auto& ring : feature["geometry"]["coordinates"])
+      for (std::size_t i = 0; i + 1 < ring.size(); ++i) {
+        const Eigen::Vector2d a(double(ring[i][0]) - 196, double(ring[i][1]) - 127.5),
+            b(double(ring[i + 1][0]) - 196, double(ring[i + 1][1]) - 127.5), side = b - a;
+        const double at = std::clamp(-a.dot(side) / side.squaredNorm(), 0.0, 1.0);
+        nearest = std::min(nearest, (a + at * side).norm());
+        winding += std::atan2(a[0] * b[1] - a[1] * b[0], a.dot(b));
+      }
+  EXPECT_GE(nearest, 0.5);
+  EXPECT_LT(nearest, 1);
+  EXPECT_NEAR(winding, 0, 1e-6);
+}
+
 TEST_F(Curveseg, KeepsTheAreaThatIsAskedFor) {
   make("blob");
   must({"segment", "blob.tif", "--circle", "128,128,30px", "--energy", "area", "--area", "5000mm2",

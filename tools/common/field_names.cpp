@@ -10,6 +10,7 @@ const std::map<std::string, std::string>& option_names() {
   static const std::map<std::string, std::string> names = {
       {"Options::seeds_mm", "--seed"},
       {"Options::outside_mm", "--outside"},
+      {"Options::samples_mm", "--initial"},
       {"Options::seed_radius_mm", "--radius"},
       {"Options::initial", "--initial"},
       {"Options::energies", "--energy"},

@@ -8,6 +8,7 @@
 #include "libsurf/base/file.h"
 #include "libsurf/base/threads.h"
 #include "libsurf/segment/recipe.h"
+#include "libsurf/segment/segment.h"
 #include "tools/common/config.h"
 #include "tools/common/report.h"
 #include "tools/common/signals.h"
@@ -70,10 +71,8 @@ surf::segment::Result<Dim> SegmentCommand<Dim>::segment(const Input& input) {
   surf::segment::Segmentation<Dim> segmentation(input.setting);
   const int object = segmentation.add_object();
   segmentation.set_options(object, input.options);
-  for (const surf::Vector<Dim>& seed : input.options.seeds_mm)
-    segmentation.add_click(object, {seed, surf::segment::Side::kInside});
-  for (const surf::Vector<Dim>& point : input.options.outside_mm)
-    segmentation.add_click(object, {point, surf::segment::Side::kOutside});
+  for (const auto& click : surf::segment::clicks_of(input.options))
+    segmentation.add_click(object, click);
   Result result = segmentation.evolve(object, on_step());
   if (!arguments_.recipe.empty())
     surf::segment::write_recipe<Dim>(arguments_.recipe, segmentation, image_path());

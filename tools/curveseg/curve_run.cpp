@@ -172,10 +172,10 @@ surf::curve::CurveOptions curve_options(const CLI::App& command, const CurveArgu
   if (a.has_initial())
     out.initial = initial_curves(a, image, out.edge_length_mm.value_or(1.5 * image.pixel_size()));
   if (out.seeds_mm.empty() && !a.landmarks.empty())
-    out.seeds_mm.push_back(ellipse_at(a, image).center);
-  // The centre of a circle serves as seed, to choose parameters, if there is no other.
+    out.samples_mm.push_back(ellipse_at(a, image).center);
+  // Parameters are chosen at the centre of a circle if there is no seed.
   if (out.seeds_mm.empty() && a.circles.size() == 1)
-    out.seeds_mm.push_back(
+    out.samples_mm.push_back(
         parse_plane_point("--circle", split_circle(a.circles[0]).first, a.space, image));
   return out;
 }

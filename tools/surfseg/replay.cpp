@@ -60,7 +60,7 @@ class ReplayCommand : public SegmentCommand<3> {
 
   Result segment(const Input& input) override {
     const auto object = replayed<3>(arguments_, recipe_, input.setting, on_step());
-    for (const auto& click : object.clicks) clicks_mm_.push_back(click.point_mm);
+    clicks_ = object.clicks;
     return *object.result;
   }
 
@@ -76,7 +76,7 @@ class ReplayCommand : public SegmentCommand<3> {
       surf::volume::write_label_map(
           arguments_.mask, volume_->size(), volume_->index_to_world(),
           surf::mesh::rasterize(finished.shape, volume_->size(), volume_->index_to_world()));
-    write_picture(arguments_.picture, finished.shape, *volume_, clicks_mm_);
+    write_picture(arguments_.picture, finished.shape, *volume_, clicks_);
   }
 
   std::string describe(const surf::segment::Measures<3>& measures) const override {
@@ -87,7 +87,7 @@ class ReplayCommand : public SegmentCommand<3> {
   const Arguments& arguments_;
   std::string recipe_, path_;
   std::optional<surf::volume::Volume> volume_;
-  std::vector<Eigen::Vector3d> clicks_mm_;
+  std::vector<surf::segment::Click<3>> clicks_;
 };
 
 void add_options(CLI::App& command, Arguments& a) {

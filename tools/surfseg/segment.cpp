@@ -1,4 +1,6 @@
 // surfseg segment: a volume and seeds in, a verified surface out.
+#include "libsurf/segment/segment.h"
+
 #include <fmt/format.h>
 
 #include <filesystem>
@@ -83,7 +85,8 @@ class SurfaceCommand : public SegmentCommand<3> {
         model && !arguments_.denoised.empty())
       surf::volume::write_volume(arguments_.denoised,
                                  surf::segment::denoised(*volume_, finished.shape, model->mu));
-    write_picture(arguments_.picture, finished.shape, *volume_, input.options.seeds_mm);
+    write_picture(arguments_.picture, finished.shape, *volume_,
+                  surf::segment::clicks_of(input.options));
     if (!arguments_.start.empty())
       surf::io::write_surface(arguments_.start, result.start, arguments_.write_options());
     write_candidates(result);
@@ -145,14 +148,14 @@ class SurfaceCommand : public SegmentCommand<3> {
     return out;
   }
 
-  /// The centre of a body serves as seed, to choose parameters, if there is no other.
+  /// Parameters are chosen at the centre of a body if there is no seed.
   void set_initial_surface(surf::segment::Options<3>& out, Space space,
                            const surf::volume::Volume& volume) const {
     InitialSurface initial = make_initial_surface(
         arguments_.initial, space, volume, out.edge_length_mm.value_or(1.5 * volume.voxel_size()));
     out.initial = std::move(initial.surface);
     if (out.seeds_mm.empty() && initial.center_ras_mm)
-      out.seeds_mm.push_back(*initial.center_ras_mm);
+      out.samples_mm.push_back(*initial.center_ras_mm);
   }
 
   /// NAME-2.stl, NAME-3.stl, ...: what was proposed besides.

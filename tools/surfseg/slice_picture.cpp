@@ -48,7 +48,7 @@ SheetSize parse_sheet(const std::string& option, const std::string& text) {
 void add_picture_option(CLI::App& command, std::string& picture, const std::string& group) {
   command
       .add_option("--picture", picture,
-                  "Picture of three slices with the surface's outline and the seeds: .png")
+                  "Picture of three slices with the surface's outline and the clicks: .png")
       ->group(group);
 }
 
@@ -60,10 +60,11 @@ void check_picture(const std::string& option, const std::string& picture) {
 
 void write_picture(const std::string& picture, const surf::Triangles& surface,
                    const surf::volume::Volume& volume,
-                   const std::vector<surf::Vector<3>>& seeds_ras_mm) {
+                   const std::vector<surf::segment::Click<3>>& clicks) {
   if (picture.empty()) return;
   surf::io::SliceOptions options;
-  for (const auto& seed : seeds_ras_mm) options.marks.push_back({seed, true});
+  for (const auto& click : clicks)
+    options.marks.push_back({click.point_mm, click.side == surf::segment::Side::kInside});
   surf::io::write_png(picture, surf::io::draw_slices(surface, volume, options));
 }
 

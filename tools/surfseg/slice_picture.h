@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "libsurf/io/slices.h"
+#include "libsurf/segment/click.h"
 
 namespace surfseg {
 
@@ -26,10 +27,10 @@ void add_picture_option(CLI::App& command, std::string& picture, const std::stri
 /// @throws surf::UsageError  a name that does not end in .png
 void check_picture(const std::string& option, const std::string& picture);
 
-/// Writes draw_slices() of the surface with the seeds; nothing if `picture` is empty.
+/// Writes draw_slices() of the surface with the clicks; nothing if `picture` is empty.
 /// @throws surf::OutputError
 void write_picture(const std::string& picture, const surf::Triangles& surface,
                    const surf::volume::Volume& volume,
-                   const std::vector<surf::Vector<3>>& seeds_ras_mm);
+                   const std::vector<surf::segment::Click<3>>& clicks);
 
 }  // namespace surfseg

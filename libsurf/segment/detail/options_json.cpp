@@ -47,7 +47,7 @@ struct Names<flow::StepRule> {
   static constexpr std::array kAll = {"backtracking", "line-search", "fixed"};
 };
 
-/// Calls visit(name, field) for each field but the points and the initial shape.
+/// Calls visit(name, field) for each field but points and the initial shape.
 template <class OptionsType, class Visit>
 void for_each_field(OptionsType& o, const Visit& visit) {
   visit("seed_radius_mm", o.seed_radius_mm);
@@ -143,6 +143,12 @@ Json to_json(const Options<Dim>& options) {
     Json value = value_to_json(field);
     if (value != defaults[name]) out[name] = std::move(value);
   });
+  if (!options.samples_mm.empty()) {
+    Json samples = Json::array();
+    for (const Vector<Dim>& point : options.samples_mm)
+      samples.push_back(std::vector<double>(point.begin(), point.end()));
+    out["samples_mm"] = std::move(samples);
+  }
   if (options.initial) out["initial"] = shape_to_json<Dim>(*options.initial);
   return out;
 }
@@ -150,7 +156,7 @@ Json to_json(const Options<Dim>& options) {
 template <int Dim>
 Options<Dim> options_from_json(const Json& json) {
   Options<Dim> out;
-  std::set<std::string> known = {"initial"};
+  std::set<std::string> known = {"initial", "samples_mm"};
   for_each_field(out, [&](const std::string& name, auto& field) {
     known.insert(name);
     if (!json.contains(name)) return;
@@ -162,6 +168,13 @@ Options<Dim> options_from_json(const Json& json) {
   });
   for (const auto& [name, value] : json.items())
     if (!known.contains(name)) throw InputError(fmt::format("options: '{}' is unknown", name));
+  if (json.contains("samples_mm"))
+    for (const auto& numbers : json["samples_mm"].get<std::vector<std::vector<double>>>()) {
+      if (numbers.size() != std::size_t(Dim))
+        throw InputError(fmt::format("options: samples_mm: a point has {} numbers; expected {}",
+                                     numbers.size(), Dim));
+      out.samples_mm.push_back(Eigen::Map<const Vector<Dim>>(numbers.data()));
+    }
   if (json.contains("initial")) out.initial = shape_from_json<Dim>(json["initial"]);
   return out;
 }

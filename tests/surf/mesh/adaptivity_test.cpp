@@ -177,6 +177,32 @@ TEST(Adaptivity, KeepsTheLimitsOnLengths) {
   EXPECT_GT(sizes(mesh).minCoeff(), 0.1 / 4);  // closure and two bisections at once
 }
 
+TEST(Adaptivity, IsFineWhereItIsToldToBe) {
+  TriMesh mesh = to_mesh(box({0, 0, 0}, {4, 4, 4}, 2));
+  AdaptivityOptions options;
+  options.max_length_mm = 3;
+  options.min_length_mm = 0.4;
+  const auto is_fine = [](const Eigen::Matrix3d& corners) {
+    return corners.col(0).maxCoeff() > 3.5 && corners.col(1).maxCoeff() > 3.5;
+  };
+  options.is_fine = is_fine;
+  EXPECT_TRUE(adapt(mesh, options).is_settled);
+  check_mesh(mesh);
+  const Points<3> X = points(mesh);
+  const Eigen::VectorXd size = sizes(mesh);
+  double longest = 0;
+  for (const auto face : mesh.faces()) {
+    Eigen::Matrix3d corners;
+    int i = 0;
+    for (const auto vertex : mesh.fv_range(face)) corners.row(i++) = X.row(vertex.idx());
+    if (is_fine(corners))
+      EXPECT_LE(size[face.idx()], 0.4);
+    else
+      longest = std::max(longest, size[face.idx()]);
+  }
+  EXPECT_GT(longest, 2);
+}
+
 TEST(Adaptivity, KeepsTheLimitOnElements) {
   TriMesh mesh = to_mesh(ball({0, 0, 0}, 1, 0.35));
   AdaptivityOptions options = by_geometry(1e-3);

@@ -145,5 +145,31 @@ TEST(MovingSurface, BringsItsStartToWhereItHasPointsNearItsEdge) {
   EXPECT_NEAR(surface.geometry().enclosed(), 4.0 / 3 * M_PI, 0.15);
 }
 
+// What is too deep in the start is no obstacle until the surface has passed it.
+TEST(MovingSurface, HoldsAPointFromWhenItHasPassedIt) {
+  MovingSurfaceOptions options{.edge_length_mm = 0.2, .topology = Topology::kFree, .box = {}};
+  options.held_distance_mm = 0.07;
+  options.held_points = {{{1, 0, 0}, false}};
+  MovingSurface surface(ball({0, 0, 0}, 2, 0.2), options);
+  const auto move = [&](double step) {
+    Points<3> to = surface.geometry().points();
+    to += step * surface.geometry().nodal_normals().rowwise().normalized();
+    surface.restrict_move(to);
+    surface.move_to(to);
+    surface.mend();
+  };
+  const auto is_held = [&] {
+    return are_held<3>(surface.simplices(), options.held_points, 0.07, {}).front() != 0;
+  };
+  while (surface.geometry().radius() > 0.75) move(-0.1);
+  EXPECT_TRUE(is_held());
+  for (int k = 0; k < 4; ++k) {
+    move(0.1);
+    EXPECT_TRUE(is_held()) << k;
+  }
+  EXPECT_TRUE(verify(surface.simplices()).passed());
+  EXPECT_GT(surface.geometry().radius(), 1.05);  // beyond the point
+}
+
 }  // namespace
 }  // namespace surf::mesh

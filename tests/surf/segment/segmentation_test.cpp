@@ -230,6 +230,28 @@ TEST(Recipe, RepeatsADialogueToTheByte) {
   EXPECT_EQ(to_recipe<3>(again, "balls.nii.gz"), recipe);
 }
 
+// A sample is no click: the shape need not have it, and the recipe keeps it.
+TEST(Recipe, RepeatsARunFromASampleOfTheImage) {
+  Segmentation<3> s(make_setting(phantom(volume::PhantomKind::kShell)));
+  const int object = s.add_object("shell");
+  Options<3> options;
+  options.samples_mm = {{0.45, 0, 0}};
+  options.initial =
+      s.setting().joined({s.setting().ball({0, 0, 0}, 0.62, 0.08),
+                          s.setting().flipped(s.setting().ball({0, 0, 0}, 0.28, 0.08))});
+  options.energies = {{"chan-vese", 1, {}}, {"area", 0.01, {}}};
+  s.set_options(object, options);
+  const Result<3>& result = s.evolve(object);
+  EXPECT_TRUE(s.object(object).clicks.empty());
+  const std::string recipe = to_recipe<3>(s);
+  Segmentation<3> again(make_setting(phantom(volume::PhantomKind::kShell)));
+  replay<3>(recipe, again);
+  EXPECT_EQ(again.object(again.objects()[0]).result->shape.points, result.shape.points);
+  EXPECT_EQ(to_recipe<3>(again), recipe);
+  options.samples_mm = {{99, 0, 0}};
+  EXPECT_THROW(s.set_options(object, options), UsageError);
+}
+
 TEST(Recipe, IsRefusedWhereItDoesNotBelong) {
   Segmentation<3> s = ball();
   const int object = s.add_object("ball");
