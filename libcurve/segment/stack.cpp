@@ -24,6 +24,7 @@ Segments carried(const Segments& curves, const Eigen::Affine3d& from, const Eige
 CurveOptions continued(CurveOptions options, const StackResult& result, const Image& image) {
   options.seeds_mm.clear();
   options.outside_mm.clear();
+  options.click_order.clear();
   options.samples_mm.clear();
   if (options.components.keep == mesh::Keep::kSeeded) options.components.keep = mesh::Keep::kAll;
   const SliceContours& before = result.slices.back();

@@ -22,7 +22,7 @@ constexpr std::size_t kMostPieces = 10, kMostWhole = 8;
 constexpr double kMostSame = 0.9;  // Dice of two changes
 constexpr double kFree = 3.5;      // nodes from the change: what may settle
 constexpr int kSettleMargin = 14;  // nodes, for the means
-constexpr double kWhole = 1.25, kGrowthOfCut = 1;
+constexpr double kWhole = 1.25, kGrowthOfCut = 1.4;
 constexpr std::array kObjectWeights = {0.0, 0.5};
 constexpr double kLeastDepth = 0.55, kDepth = 2;
 constexpr double kShare = 0.5, kSize = 1.05, kAgreement = 0.25;

@@ -8,6 +8,7 @@
 #include "libsurf/flow/evolution.h"
 #include "libsurf/mesh/hierarchy.h"
 #include "libsurf/mesh/topology.h"
+#include "libsurf/segment/click.h"
 #include "libsurf/segment/energy_term.h"
 #include "libsurf/volume/image_fields.h"
 
@@ -30,6 +31,8 @@ struct Options {
   std::vector<Vector<Dim>> seeds_mm;
   /// Outside clicks, likewise.
   std::vector<Vector<Dim>> outside_mm = {};
+  /// Sides of both in the order in which they were clicked; empty = the seeds first.
+  std::vector<Side> click_order = {};
   /// Where the image is looked at for parameters if there is no inside click, such as the middle of
   /// an initial shape; the object need not have these points.
   std::vector<Vector<Dim>> samples_mm = {};

@@ -11,8 +11,14 @@ std::shared_ptr<const Setting<3>> make_setting(const volume::Volume& volume) {
 template <int Dim>
 std::vector<Click<Dim>> clicks_of(const Options<Dim>& options) {
   std::vector<Click<Dim>> out;
-  for (const Vector<Dim>& seed : options.seeds_mm) out.push_back({seed, Side::kInside});
-  for (const Vector<Dim>& point : options.outside_mm) out.push_back({point, Side::kOutside});
+  auto seed = options.seeds_mm.begin(), point = options.outside_mm.begin();
+  for (const Side side : options.click_order) {
+    auto& next = side == Side::kInside ? seed : point;
+    if (next != (side == Side::kInside ? options.seeds_mm : options.outside_mm).end())
+      out.push_back({*next++, side});
+  }
+  for (; seed != options.seeds_mm.end(); ++seed) out.push_back({*seed, Side::kInside});
+  for (; point != options.outside_mm.end(); ++point) out.push_back({*point, Side::kOutside});
   return out;
 }
 

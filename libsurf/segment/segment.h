@@ -12,7 +12,7 @@ using SegmentResult = Result<3>;
 /// Surfaces in a volume. The volume is shared, not copied.
 std::shared_ptr<const Setting<3>> make_setting(const volume::Volume& volume);
 
-/// The clicks of the short way: the seeds of the options, then their outside points.
+/// The clicks of the short way: the seeds of the options and their outside points, in their order.
 template <int Dim>
 std::vector<Click<Dim>> clicks_of(const Options<Dim>& options);
 

@@ -400,6 +400,10 @@ void check_run_arguments(const CLI::App& command, const RunArguments& a, const R
 template <int Dim>
 void set_run_options(const CLI::App& command, const RunArguments& a, double cell_mm,
                      surf::segment::Options<Dim>& out) {
+  for (const CLI::Option* given : command.parse_order()) {
+    if (given->check_lname("seed")) out.click_order.push_back(surf::segment::Side::kInside);
+    if (given->check_lname("outside")) out.click_order.push_back(surf::segment::Side::kOutside);
+  }
   const auto length = [&](const char* option, const std::string& text) -> std::optional<double> {
     if (text.empty()) return std::nullopt;
     return parse_length(option, text).mm(cell_mm);
