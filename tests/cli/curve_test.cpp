@@ -45,7 +45,8 @@ TEST_F(Curveseg, HasAnOutsidePointOutside) {
   must({"segment", "blob.tif", "--seed", "128,128", "--outside", "196,127.5", "-o", "o.json",
         "--json", "s.json", "-q"});
   double nearest = 1e9, winding = 0;
-  for (const auto& feature : json("o.json")["features"])
+  const nlohmann::json contours = json("o.json");
+  for (const auto& feature : contours["features"])
     for (const auto& ring : feature["geometry"]["coordinates"])
       for (std::size_t i = 0; i + 1 < ring.size(); ++i) {
         const Eigen::Vector2d a(double(ring[i][0]) - 196, double(ring[i][1]) - 127.5),
