@@ -96,9 +96,10 @@ TYPED_TEST(EveryStepper, DescendsAndSaysWhatItDid) {
   }
 }
 
+// L-BFGS cannot: FlowOptions::error().
 TYPED_TEST(EveryStepper, KeepsTheContent) {
   constexpr int Dim = TypeParam::value;
-  for (const Method method : kMethods) {
+  for (const Method method : {Method::kGradientFlow, Method::kNewton}) {
     Run<Dim> run(method, /*keeps_content=*/true);
     const double content = run.moving.geometry().enclosed();
     for (int k = 0; k < 3; ++k) {
