@@ -19,7 +19,7 @@ class Cavities : public Stage<Dim> {
       const auto energy = make_energy<Dim>(work.energies, context(work, *model));
       energy->reset({work.shape.points, work.shape.elements});
       auto holes = find_holes<Dim>(work.setting(), work.shape, *energy);
-      std::erase_if(holes, [&](const Hole<Dim>& hole) { return holds_a_seed(work, hole); });
+      std::erase_if(holes, [&](const Hole<Dim>& hole) { return holds_a_click(work, hole); });
       if (open_holes<Dim>(work.setting(), work.shape, holes, work.edge_length_mm, *energy) == 0)
         return true;
       Minimisation<Dim> out;
@@ -34,10 +34,10 @@ class Cavities : public Stage<Dim> {
   }
 
  private:
-  static bool holds_a_seed(const Work<Dim>& work, const Hole<Dim>& hole) {
+  static bool holds_a_click(const Work<Dim>& work, const Hole<Dim>& hole) {
     const double least = hole.radius_mm + held_distance_mm(work.cell_mm());
-    return std::any_of(work.seeds_mm.begin(), work.seeds_mm.end(), [&](const Vector<Dim>& seed) {
-      return (seed - hole.center).norm() < least;
+    return std::any_of(work.clicks.begin(), work.clicks.end(), [&](const Click<Dim>& click) {
+      return click.side == Side::kInside && (click.point_mm - hole.center).norm() < least;
     });
   }
 };

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <chrono>
 
 #include "libsurf/segment/stages/stages.h"
@@ -34,6 +35,15 @@ class Propose : public Stage<Dim> {
   }
 
  private:
+  /// All, or if none is inside the places where the image is looked at before them.
+  static std::vector<Click<Dim>> clicks_of(const Work<Dim>& work) {
+    std::vector<Click<Dim>> out = work.clicks;
+    if (std::none_of(out.begin(), out.end(),
+                     [](const Click<Dim>& click) { return click.side == Side::kInside; }))
+      for (const Vector<Dim>& seed : work.seeds_mm) out.push_back({seed, Side::kInside});
+    return out;
+  }
+
   static void search(Work<Dim>& work) {
     const SearchGrid<Dim>& grid =
         work.fields.search_grid(field_options(work.options, 0), work.options.sigma_mm);
@@ -41,7 +51,7 @@ class Propose : public Stage<Dim> {
     work.chosen = 0;
     work.proposals.clear();
     const ClickSearchPointer<Dim> found = search_clicks<Dim>(
-        grid, work.clicks, work.search, {},
+        grid, clicks_of(work), work.search, {},
         [&](int n_done) {
           flow::StepRecord record;
           record.k = n_done;
