@@ -21,12 +21,17 @@ struct EdgesAlong {
 ///   s^2 = (sigma_2^2 - rho sigma_1^2) / (rho - 1).
 ///
 /// Edges are the steepest places at sigma_2 = 2 sigma_1, g their median slope with its sign, so
-/// that noise does not count as slope; sigma_1 is the least of 0.4, 0.8, ... cells at which g is
-/// kClear times the lower quartile of all slopes. It does not depend on how finely the image is
-/// sampled, as long as its edges are no sharper than its cells.
+/// that noise counts as slope only as far as it chose the places: by about its deviation n. The
+/// wider the edges, the less two narrow blurs flatten them, and the more of rho is noise. So
+/// sigma_1 is the least of 0.4, 0.8, ... cells at which g > kClear n and 2 n / g is at most
+/// kCertain times rho - 1, or the one where it is the least share. n is taken from the slopes, or
+/// from their differences to those at sigma_2 where these say less, as along edges wider than the
+/// profiles. The blur does not depend on how finely the image is sampled, as long as its edges are
+/// no sharper than its cells.
 ///
 /// *Smoothing.* The least of these sigma at which the noise moves an edge by no more than kPlace
-/// times its whole blur, at most s, or 0.8 cells if that is more.
+/// times its whole blur, at most s, or 0.8 cells if that is more. The noise is that of the slopes
+/// further than kBeside deviations of the blur from the edges.
 ///
 /// @return  blur between 0.3 and 8 cells; 0.5 cells where no edge stands out
 template <int Dim>

@@ -36,6 +36,34 @@ TEST(EdgesAlong, AskForMoreSmoothingUnderNoise) {
   EXPECT_GT(noisy.noise, 100 * clean.noise);
 }
 
+/// A ball whose edge is that of a step blurred by 0.1 mm, 3.2 voxels.
+Fields<3> wide_edges(double noise) {
+  volume::PhantomOptions options;
+  options.size = {64, 64, 64};
+  options.edge_width_mm = 0.25;
+  options.noise = noise;
+  return Fields<3>(make_setting(volume::make_phantom(options)));
+}
+constexpr double kWideBlur = 0.1;
+
+// At narrow smoothing the steepest places are those where noise adds to the slope.
+TEST(EdgesAlong, AreNoNarrowerForNoise) {
+  EXPECT_NEAR(edges_of(160, 0.1).blur_mm, kBlur, 0.15 * kBlur);
+  Fields<3> fields = wide_edges(0.1);
+  const Triangles shape = mesh::ball(Vector<3>::Zero(), 0.6, 0.06);
+  EXPECT_NEAR(edges_along<3>(fields, {}, shape, 0.1).blur_mm, kWideBlur, 0.1 * kWideBlur);
+  EXPECT_NEAR(edges_round<3>(fields, {}, {Vector<3>::Zero()}).blur_mm, kWideBlur, 0.1 * kWideBlur);
+}
+
+// Profiles that reach no further than the edge would take its slopes for noise.
+TEST(EdgesAlong, AreNoNoiseHoweverWide) {
+  Fields<3> fields = wide_edges(0);
+  const EdgesAlong edges =
+      edges_along<3>(fields, {}, mesh::ball(Vector<3>::Zero(), 0.6, 0.06), 0.1);
+  EXPECT_NEAR(edges.blur_mm, kWideBlur, 0.1 * kWideBlur);
+  EXPECT_LT(edges.noise, 1e-3);
+}
+
 // Rays from the ball's centre, whose slopes but for the edge are rounding.
 TEST(EdgesRound, AreFoundInAnImageWithoutNoise) {
   for (const int size : {64, 128}) {
