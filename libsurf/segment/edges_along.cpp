@@ -20,7 +20,14 @@ constexpr int kMostScales = 5;
 constexpr double kClear = 3;  // deviations of the noise's slopes
 // How much of the flattening may be noise: where less is the blur is certain, where more is no
 // scale tells it.
-constexpr double kCertain = 0.2, kUncertain = 1;
+constexpr double kUncertain = 1;
+struct BlurRule {
+  double certain;  ///< that share
+  double wider;    ///< smoothing at which the edge is looked for, by that of the wider slope
+};
+// Few rays tell less of noise, and what they meet depends on how far the image reaches: the first
+// scale that tells anything, at edges that are seen under more smoothing.
+constexpr BlurRule kOfNormals = {0.2, 1}, kOfRays = {0.9, 2};
 constexpr int kRays = 24;
 constexpr double kPronounced = 5;        // times the median slope of a ray
 constexpr double kFirstSeedSigma = 0.7;  // cells
@@ -204,17 +211,19 @@ class RayProfiles : public Profiles<Dim> {
 /// does so least. [mm]
 /// @param first_sigma_mm  the least smoothing
 template <int Dim>
-double blur_of(Profiles<Dim>& profiles, const ImageExtent<Dim>& extent, double first_sigma_mm) {
+double blur_of(Profiles<Dim>& profiles, const ImageExtent<Dim>& extent, double first_sigma_mm,
+               const BlurRule& rule) {
   const double cell = extent.cell_mm();
   const auto variance = [&](double sigma) { return std::pow(blur_mm(sigma, cell), 2); };
   double out = kUnknownBlur * cell, least_doubt = kUncertain, sigma = first_sigma_mm;
   double noise = std::numeric_limits<double>::infinity();
-  for (int scale = 0; scale < kMostScales && least_doubt > kCertain; ++scale, sigma *= 2) {
+  for (int scale = 0; scale < kMostScales && least_doubt > rule.certain; ++scale, sigma *= 2) {
     if (profiles.is_constant(sigma)) break;  // nor is there an edge at wider ones
     const double g = profiles.slope(sigma, 2 * sigma);
     noise = std::min(noise, profiles.noise(sigma));  // more blur leaves no more of it
     if (!(g > kClear * noise)) continue;
-    const double rho = std::pow(g / std::max(profiles.slope(2 * sigma, 2 * sigma), 1e-300), 2);
+    const double rho =
+        std::pow(g / std::max(profiles.slope(2 * sigma, rule.wider * 2 * sigma), 1e-300), 2);
     if (!(rho > 1)) continue;  // blurred further an edge is flatter: this is noise
     const double doubt = 2 * noise / g / (rho - 1);
     if (!(doubt < least_doubt)) continue;
@@ -265,7 +274,7 @@ EdgesAlong edges_along(Fields<Dim>& fields, const Options<Dim>& options,
   const int reach = std::max(2, int(std::ceil(2 * reach_mm / extent.cell_mm())));
   const double cell = extent.cell_mm(), first = kFirstSigma * cell;
   NormalProfiles<Dim> profiles(fields, options, places, normals, reach, 2 * reach);
-  const double blur = blur_of<Dim>(profiles, extent, first);
+  const double blur = blur_of<Dim>(profiles, extent, first, kOfNormals);
   const int beside = int(std::ceil(2 * kBeside * std::hypot(blur, blur_mm(first, cell)) / cell));
   if (beside <= reach || blur <= kWide * cell)
     return edges_of<Dim>(profiles, extent, blur, first, options.sigma_mm);
@@ -288,7 +297,7 @@ EdgesAlong edges_round(Fields<Dim>& fields, const Options<Dim>& options,
   const int longest = *std::max_element(extent.size.begin(), extent.size.end());
   RayProfiles<Dim> profiles(fields, options, origins, along, 0, 2 * longest);
   const double first = kFirstSeedSigma * extent.cell_mm();
-  return edges_of<Dim>(profiles, extent, blur_of<Dim>(profiles, extent, first), first,
+  return edges_of<Dim>(profiles, extent, blur_of<Dim>(profiles, extent, first, kOfRays), first,
                        options.sigma_mm);
 }
 
