@@ -20,14 +20,10 @@ constexpr int kMostScales = 5;
 constexpr double kClear = 3;  // deviations of the noise's slopes
 // How much of the flattening may be noise: where less is the blur is certain, where more is no
 // scale tells it.
-constexpr double kUncertain = 1;
-struct BlurRule {
-  double certain;  ///< that share
-  double wider;    ///< smoothing at which the edge is looked for, by that of the wider slope
-};
-// Few rays tell less of noise, and what they meet depends on how far the image reaches: the first
-// scale that tells anything, at edges that are seen under more smoothing.
-constexpr BlurRule kOfNormals = {0.2, 1}, kOfRays = {0.9, 2};
+constexpr double kCertain = 0.2, kUncertain = 1;
+// Where the edge is looked for, by the smoothing of the wider slope: what rays meet depends on how
+// far the image reaches, but not where it is seen under more smoothing.
+constexpr double kOfNormals = 1, kOfRays = 2;
 constexpr int kRays = 24;
 constexpr double kPronounced = 5;        // times the median slope of a ray
 constexpr double kFirstSeedSigma = 0.7;  // cells
@@ -210,20 +206,21 @@ class RayProfiles : public Profiles<Dim> {
 /// s as the least scale tells it at which noise does not blur the answer, else the one at which it
 /// does so least. [mm]
 /// @param first_sigma_mm  the least smoothing
+/// @param wider  of the smoothing under which edges are looked for to that of the wider slope
 template <int Dim>
 double blur_of(Profiles<Dim>& profiles, const ImageExtent<Dim>& extent, double first_sigma_mm,
-               const BlurRule& rule) {
+               double wider) {
   const double cell = extent.cell_mm();
   const auto variance = [&](double sigma) { return std::pow(blur_mm(sigma, cell), 2); };
   double out = kUnknownBlur * cell, least_doubt = kUncertain, sigma = first_sigma_mm;
   double noise = std::numeric_limits<double>::infinity();
-  for (int scale = 0; scale < kMostScales && least_doubt > rule.certain; ++scale, sigma *= 2) {
+  for (int scale = 0; scale < kMostScales && least_doubt > kCertain; ++scale, sigma *= 2) {
     if (profiles.is_constant(sigma)) break;  // nor is there an edge at wider ones
     const double g = profiles.slope(sigma, 2 * sigma);
     noise = std::min(noise, profiles.noise(sigma));  // more blur leaves no more of it
     if (!(g > kClear * noise)) continue;
     const double rho =
-        std::pow(g / std::max(profiles.slope(2 * sigma, rule.wider * 2 * sigma), 1e-300), 2);
+        std::pow(g / std::max(profiles.slope(2 * sigma, wider * 2 * sigma), 1e-300), 2);
     if (!(rho > 1)) continue;  // blurred further an edge is flatter: this is noise
     const double doubt = 2 * noise / g / (rho - 1);
     if (!(doubt < least_doubt)) continue;

@@ -24,14 +24,15 @@ struct EdgesAlong {
 /// that noise counts as slope only as far as it chose the places: by about its deviation n. The
 /// wider the edges, the less two narrow blurs flatten them, and the more of rho is noise. So
 /// sigma_1 is the least of 0.4, 0.8, ... cells at which g > kClear n and 2 n / g is at most
-/// kCertain times rho - 1, or the one where it is the least share. n is taken from the slopes, or
+/// a fifth of rho - 1, or the one where it is the least share. n is taken from the slopes, or
 /// from their differences to those at sigma_2 where these say less, as along edges wider than the
 /// profiles. The blur does not depend on how finely the image is sampled, as long as its edges are
 /// no sharper than its cells.
 ///
-/// *Smoothing.* The least of these sigma at which the noise moves an edge by no more than kPlace
-/// times its whole blur, at most s, or 0.8 cells if that is more. The noise is that of the slopes
-/// further than kBeside deviations of the blur from the edges.
+/// *Smoothing.* The least of these sigma at which the noise moves an edge by no more than a tenth
+/// of its whole blur, at most s, or 0.8 cells if that is more; by no more than 3 % where s is above
+/// two cells. The noise is that of all slopes, and of such wide edges that of the slopes further
+/// than 2.5 deviations of the blur from them.
 ///
 /// @return  blur between 0.3 and 8 cells; 0.5 cells where no edge stands out
 template <int Dim>
@@ -39,7 +40,7 @@ EdgesAlong edges_along(Fields<Dim>& fields, const Options<Dim>& options,
                        const Simplices<Dim>& shape, double reach_mm);
 
 /// The same along rays from the seeds, of the first pronounced peak of the slope on each, and with
-/// 0.7 cells as the least smoothing.
+/// 0.7 cells as the least smoothing; g_2 is measured at the edges that are seen at 2 sigma_2.
 template <int Dim>
 EdgesAlong edges_round(Fields<Dim>& fields, const Options<Dim>& options,
                        const std::vector<Vector<Dim>>& seeds);

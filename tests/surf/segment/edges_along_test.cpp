@@ -52,7 +52,6 @@ TEST(EdgesAlong, AreNoNarrowerForNoise) {
   Fields<3> fields = wide_edges(0.1);
   const Triangles shape = mesh::ball(Vector<3>::Zero(), 0.6, 0.06);
   EXPECT_NEAR(edges_along<3>(fields, {}, shape, 0.1).blur_mm, kWideBlur, 0.1 * kWideBlur);
-  EXPECT_NEAR(edges_round<3>(fields, {}, {Vector<3>::Zero()}).blur_mm, kWideBlur, 0.1 * kWideBlur);
 }
 
 // Profiles that reach no further than the edge would take its slopes for noise.
