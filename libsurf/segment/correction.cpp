@@ -22,10 +22,13 @@ constexpr std::size_t kMostPieces = 10, kMostWhole = 8;
 constexpr double kMostSame = 0.9;  // Dice of two changes
 constexpr double kFree = 3.5;      // nodes from the change: what may settle
 constexpr int kSettleMargin = 14;  // nodes, for the means
-constexpr double kWhole = 1.25, kGrowthOfCut = 1.4;
+constexpr double kWhole = 1.25;
+// In place of the growth of a ladder: the more clicks there are, the more a cut between them knows.
+constexpr double kFirstCut = 0.35, kCutPerClick = 0.15, kMostOfCut = 1.4;
 constexpr std::array kObjectWeights = {0.0, 0.5};
 constexpr double kLeastDepth = 0.55, kDepth = 2;
-constexpr double kShare = 0.5, kSize = 1.05, kAgreement = 0.25;
+constexpr double kShare = 0.5, kFirstDepth = 0.3, kCalmDepth = 0.75, kSize = 1.05,
+                 kAgreement = 0.25;
 constexpr double kLeastGrowth = 0.1;
 
 /// A candidate in the box of the scene.
@@ -172,9 +175,11 @@ class Corrector {
 
   /// Cuts between all clicks, one of them near the object.
   std::vector<Candidate<Dim>> cuts() const {
+    const double growth =
+        std::min(kMostOfCut, kFirstCut + kCutPerClick * double(scene_.clicks.size()));
     std::vector<Candidate<Dim>> out;
     for (Flags& after : click_cuts(scene_, kObjectWeights)) {
-      out.emplace_back(std::move(after), Family::kCut, false, kGrowthOfCut);
+      out.emplace_back(std::move(after), Family::kCut, false, growth);
     }
     return out;
   }
@@ -275,7 +280,15 @@ class Corrector {
     candidate.score =
         std::sqrt(std::max(change.score(side_), 1e-6) * std::max(boundary_score(whole), 1e-6)) *
         std::pow(depths.share(), kDepth) * std::pow(change.n_nodes / largest, kShare) *
+        std::pow(depths_of<Dim>(box_, whole.box, inside, first_nodes()).share(kCalmDepth),
+                 kFirstDepth) *
         candidate.growth * std::pow(double(whole.n_nodes), kSize / Dim);
+  }
+
+  const std::vector<typename NodeBox<Dim>::Index>& first_nodes() const {
+    for (const GridClick<Dim>& click : scene_.clicks)
+      if (click.side == Side::kInside) return click.seed.nodes;
+    return scene_.click().seed.nodes;
   }
 
   static void agree(std::vector<Candidate<Dim>>& candidates) {

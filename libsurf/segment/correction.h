@@ -31,9 +31,10 @@ struct Correction {
 /// they are scored by the change that they really make, P being its part with the click:
 ///
 ///   sqrt(change.score(P) * boundary_score(T)) * C(P)^2 * (share of P in the change)^0.5
-///     * growth * n(T)^(1.05 / Dim) * agreement^0.25
+///     * c(T)^0.3 * growth * n(T)^(1.05 / Dim) * agreement^0.25
 ///
-/// where C(P) >= 0.55, n is the number of nodes, growth that of the piece's ladder, and agreement
+/// where C(P) >= 0.55, c is the depth of the first click in T over 0.75 of the greatest one, n the
+/// number of nodes, growth that of the piece's ladder, and agreement
 /// the mean Dice of this change and the others. See docs/clicks.md for what was tried.
 ///
 /// O(ladders) as in search_regions, in the surroundings of object and clicks alone.

@@ -27,7 +27,7 @@ constexpr std::array kNecks = {1.0, 2.0, 3.0, 4.5, 6.0, 9.0};
 constexpr double kBall = 0.5, kLeastBall = 1.5, kToOthers = 0.6;
 constexpr std::size_t kLeastNodes = 8;
 // Of the nodes of the object: larger pieces are not looked at.
-constexpr double kMostAdded = 3, kMostTaken = 0.9, kLeastMost = 2e4;
+constexpr double kMostAdded = 30, kMostTaken = 0.9, kLeastMost = 1e5;
 // Growth of what has no ladder: of middling ones.
 constexpr double kGrowthIn = 0.7, kGrowthOut = 0.6;
 

@@ -135,7 +135,8 @@ Rung<Dim> settle(const SeedView<Dim>& view, const Rung<Dim>& rung) {
 template <int Dim>
 std::pair<double, double> intensities(const SeedView<Dim>& view, const Rung<Dim>& rung) {
   const double mean = view.seeds.front().model.mean;
-  if (rung.family == Family::kAlike) return {mean - rung.half_width, mean + rung.half_width};
+  if (rung.family == Family::kAlike && rung.half_width > 0)
+    return {mean - rung.half_width, mean + rung.half_width};
   std::vector<float> values;
   for (std::size_t at = 0; at < rung.inside.size(); ++at)
     if (rung.inside[at])
