@@ -26,6 +26,7 @@ CurveOptions continued(CurveOptions options, const StackResult& result, const Im
   options.outside_mm.clear();
   options.click_order.clear();
   options.samples_mm.clear();
+  options.box_mm.reset();
   if (options.components.keep == mesh::Keep::kSeeded) options.components.keep = mesh::Keep::kAll;
   const SliceContours& before = result.slices.back();
   options.initial = carried(before.curves, before.plane_to_ras, *image.plane_to_ras());

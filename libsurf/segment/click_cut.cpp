@@ -117,6 +117,14 @@ class ClickCut {
 
   void choose_box() {
     const NodeBox<Dim>& all = scene_.box();
+    if (scene_.grid.has_outside_faces()) {
+      box_ = all;
+      for (int axis = 0; axis < Dim; ++axis)
+        is_outside_[axis] = {scene_.grid.is_outside_beyond(axis, false),
+                             scene_.grid.is_outside_beyond(axis, true)};
+      choose_nodes();
+      return;
+    }
     Flags object = scene_.before;
     for (const GridClick<Dim>& click : scene_.clicks)
       if (click.side == Side::kInside)
@@ -129,6 +137,10 @@ class ClickCut {
       box_.size[axis] = std::min(all.size[axis], end + margin) - box_.lower[axis];
       is_outside_[axis] = {tight.lower[axis] > 0, end < all.size[axis]};
     }
+    choose_nodes();
+  }
+
+  void choose_nodes() {
     step_ = double(box_.n()) > options_.most_nodes ? 2 : 1;
     grid_.lower.fill(0);
     for (int axis = 0; axis < Dim; ++axis) grid_.size[axis] = (box_.size[axis] + step_ - 1) / step_;

@@ -9,7 +9,7 @@ namespace surf::segment {
 struct ClickCutOptions {
   double brush = 2;  ///< radius [nodes]
   /// Of the object's extent, at least `least_margin` nodes: to the box whose faces are outside, but
-  /// where the object reaches the border of the grid.
+  /// where the object reaches the border of the grid. With a box round the object it is that box.
   double margin = 0.15;
   int least_margin = 5;
   double intensity = 1;     ///< what the intensities say

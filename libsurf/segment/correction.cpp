@@ -10,6 +10,7 @@
 
 #include "libsurf/segment/change.h"
 #include "libsurf/segment/click_cut.h"
+#include "libsurf/segment/object_box.h"
 #include "libsurf/segment/settle_cut.h"
 
 namespace surf::segment {
@@ -63,9 +64,12 @@ double n_bits(const std::vector<std::uint64_t>& bits) {
   return out;
 }
 
+/// With a box round the object all of it.
 template <int Dim>
-NodeBox<Dim> surroundings(const NodeBox<Dim>& grid, const Flags& before,
+NodeBox<Dim> surroundings(const SearchGrid<Dim>& whole, const Flags& before,
                           std::span<const GridClick<Dim>> clicks) {
+  const NodeBox<Dim>& grid = whole.box();
+  if (whole.has_outside_faces()) return grid;
   NodeBox<Dim> out = bounds(grid, before, 0);
   for (const GridClick<Dim>& click : clicks)
     for (const auto& node : click.seed.nodes)
@@ -282,7 +286,8 @@ class Corrector {
         std::pow(depths.share(), kDepth) * std::pow(change.n_nodes / largest, kShare) *
         std::pow(depths_of<Dim>(box_, whole.box, inside, first_nodes()).share(kCalmDepth),
                  kFirstDepth) *
-        candidate.growth * std::pow(double(whole.n_nodes), kSize / Dim);
+        candidate.growth * std::pow(double(whole.n_nodes), kSize / Dim) *
+        box_fit(scene_.grid, bounds(box_, candidate.after, 0));
   }
 
   const std::vector<typename NodeBox<Dim>::Index>& first_nodes() const {
@@ -343,7 +348,7 @@ std::vector<Correction<Dim>> corrections(const SearchGrid<Dim>& grid, const Flag
                                          std::span<const GridClick<Dim>> clicks,
                                          std::span<const SettledRegion<Dim>> first, double noise,
                                          const std::stop_token& stop) {
-  const NodeBox<Dim> box = surroundings(grid.box(), before, clicks);
+  const NodeBox<Dim> box = surroundings(grid, before, clicks);
   const SearchGrid<Dim> part(grid, box);
   const Flags object = cropped(grid.box(), before, box);
   ClickScene<Dim> scene{part, object, {clicks.begin(), clicks.end()}, noise};

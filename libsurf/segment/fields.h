@@ -5,7 +5,7 @@
 #include <memory>
 #include <optional>
 
-#include "libsurf/segment/search_grid.h"
+#include "libsurf/segment/object_box.h"
 #include "libsurf/segment/setting.h"
 
 namespace surf::segment {
@@ -23,7 +23,8 @@ class Fields {
   const Setting<Dim>& setting() const { return *setting_; }
   std::shared_ptr<EnergyModel<Dim>> model(const FieldOptions& options);
   /// For the search; `options` as given by the user, sigma only if it was.
-  const SearchGrid<Dim>& search_grid(const FieldOptions& options, std::optional<double> sigma_mm);
+  const SearchGrid<Dim>& search_grid(const FieldOptions& options, std::optional<double> sigma_mm,
+                                     const std::optional<BoxCorners<Dim>>& box_mm = {});
   std::size_t memory_bytes() const;
   /// Drops what the bound asks for.
   void shrink();
@@ -36,6 +37,7 @@ class Fields {
   struct SearchEntry {
     FieldOptions options;
     std::optional<double> sigma_mm;
+    std::optional<BoxCorners<Dim>> box_mm;
     SearchGrid<Dim> grid;
   };
 

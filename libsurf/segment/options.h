@@ -33,6 +33,9 @@ struct Options {
   std::vector<Vector<Dim>> outside_mm = {};
   /// Sides of both in the order in which they were clicked; empty = the seeds first.
   std::vector<Side> click_order = {};
+  /// A box that the object lies in, a centimetre or two larger than it; what is looked for without
+  /// an energy lies in it.
+  std::optional<BoxCorners<Dim>> box_mm = {};
   /// Where the image is looked at for parameters if there is no inside click, such as the middle of
   /// an initial shape; the object need not have these points.
   std::vector<Vector<Dim>> samples_mm = {};

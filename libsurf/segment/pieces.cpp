@@ -9,6 +9,7 @@
 
 #include "libsurf/segment/arrival.h"
 #include "libsurf/segment/ladder.h"
+#include "libsurf/segment/object_box.h"
 
 namespace surf::segment {
 namespace {
@@ -252,6 +253,9 @@ class Pieces {
 template <int Dim>
 std::vector<Held> ClickScene<Dim>::held() const {
   std::vector<Held> out(box().n(), Held::kFree);
+  const Flags faces = outside_faces(grid);
+  for (std::size_t at = 0; at < faces.size(); ++at)
+    if (faces[at]) out[at] = Held::kOutside;
   const auto side_of = [](const GridClick<Dim>& click) {
     return click.side == Side::kInside ? Held::kInside : Held::kOutside;
   };
@@ -270,6 +274,9 @@ Flags ClickScene<Dim>::domain() const {
   const bool adds = click().side == Side::kInside;
   Flags out(box().n());
   for (std::size_t at = 0; at < out.size(); ++at) out[at] = adds != bool(before[at]);
+  const Flags faces = outside_faces(grid);
+  for (std::size_t at = 0; at < faces.size(); ++at)
+    if (faces[at]) out[at] = 0;
   for (std::size_t c = 0; c + 1 < clicks.size(); ++c)
     if (clicks[c].side != click().side)
       for (const auto& center : clicks[c].seed.nodes)

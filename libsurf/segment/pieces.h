@@ -29,7 +29,8 @@ struct ClickScene {
   const GridClick<Dim>& click() const { return clicks.back(); }
   const NodeBox<Dim>& box() const { return grid.box(); }
   /// The nodes round each click (3 along each axis) are held to its side, the clicks' own nodes
-  /// before all, later clicks before earlier ones.
+  /// before all, later clicks before earlier ones; faces beyond which the object cannot be are
+  /// outside.
   std::vector<Held> held() const;
   /// Where the click may change something: off the object (an inside click) or in it, but not where
   /// clicks of the other side hold a node.

@@ -7,6 +7,7 @@
 
 #include "libsurf/fem/geometry.h"
 #include "libsurf/mesh/verify.h"
+#include "libsurf/segment/object_box.h"
 
 namespace surf::segment {
 namespace {
@@ -106,8 +107,11 @@ const char* change_words(Family family) {
 
 template <int Dim>
 SearchGrid<Dim> search_grid(const Setting<Dim>& setting, FieldOptions options,
-                            std::optional<double> sigma_mm, double max_nodes) {
-  const SearchLattice<Dim> lattice(setting.extent(), max_nodes);
+                            std::optional<double> sigma_mm,
+                            const std::optional<BoxCorners<Dim>>& box_mm, double max_nodes) {
+  std::optional<NodeBox<Dim>> cells;
+  if (box_mm) cells = cells_of_box(setting.extent(), *box_mm);
+  const SearchLattice<Dim> lattice(setting.extent(), max_nodes, cells);
   options.smoothing.sigma_mm = sigma_mm.value_or(lattice.sigma_mm);
   return {*setting.make_model(options)->intensity(), setting.extent(), lattice};
 }
@@ -162,7 +166,8 @@ std::string to_string(const Proposal<Dim>& proposal) {
 #define SURF_INSTANTIATE(Dim)                                                                     \
   template std::string to_string<Dim>(const Proposal<Dim>&);                                      \
   template SearchGrid<Dim> search_grid<Dim>(const Setting<Dim>&, FieldOptions,                    \
-                                            std::optional<double>, double);                       \
+                                            std::optional<double>,                                \
+                                            const std::optional<BoxCorners<Dim>>&, double);       \
   template std::vector<Proposal<Dim>> proposals<Dim>(const Setting<Dim>&, const SearchGrid<Dim>&, \
                                                      const ClickSearch<Dim>&);
 SURF_INSTANTIATE(2)

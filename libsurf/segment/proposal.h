@@ -31,9 +31,13 @@ std::string to_string(const Proposal<Dim>& proposal);
 
 /// What the search looks at, made once for an image.
 /// @param options  their Gaussian is replaced by that of the grid unless `sigma_mm` is given
+/// @param box_mm   that the object lies in: nothing beyond it is looked at
+/// @throws UsageError  see cells_of_box
 template <int Dim>
 SearchGrid<Dim> search_grid(const Setting<Dim>& setting, FieldOptions options,
-                            std::optional<double> sigma_mm = {}, double max_nodes = 1.5e6);
+                            std::optional<double> sigma_mm = {},
+                            const std::optional<BoxCorners<Dim>>& box_mm = {},
+                            double max_nodes = SearchOptions().max_nodes);
 
 /// What clicks have found, as shapes, best first; those whose boundary cannot be made a sound shape
 /// are left out. Empty: no object stands out round the first click.

@@ -3,6 +3,7 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <iterator>
 #include <numbers>
@@ -10,6 +11,8 @@
 #include <thread>
 
 #include "libsurf/segment/change.h"
+#include "libsurf/segment/click_cut.h"
+#include "libsurf/segment/object_box.h"
 #include "libsurf/segment/settle_cut.h"
 
 namespace surf::segment {
@@ -31,6 +34,10 @@ constexpr double kLeastScore = Dim == 2 ? 0.55 : 0.5;
 // Separation times edge share above which a region stands out however windows grow there: through
 // an edge that is many nodes wide they grow evenly (ball of 512^3 voxels: score 0.26).
 constexpr double kClearBoundary = 0.9;
+// With a box round the object.
+constexpr std::size_t kMostInBox = 16;
+constexpr std::array kNearness = {0.5, 1.0, 2.0, 4.0};  // of the cuts
+constexpr double kCutGrowth = 0.4;                      // in place of the growth of a ladder
 constexpr double kTail = 0.02;  // of the intensities of a front's region, on either side
 
 /// Tells on the caller's own thread of what is done on any.
@@ -90,10 +97,15 @@ NodeBox<Dim> box_round(const NodeBox<Dim>& grid, const Rung<Dim>& rung) {
   return out;
 }
 
-/// The seeds' nodes and those round them are inside.
+/// The seeds' nodes and those round them are inside, faces beyond which the object cannot be are
+/// not.
 template <int Dim>
 std::vector<Held> held_at_seeds(const SeedView<Dim>& view, const NodeBox<Dim>& box) {
   std::vector<Held> out(box.n(), Held::kFree);
+  Flags faces = outside_faces(view.grid);
+  if (!faces.empty()) faces = cropped(view.grid.box(), faces, box);
+  for (std::size_t at = 0; at < faces.size(); ++at)
+    if (faces[at]) out[at] = Held::kOutside;
   NodeBox<Dim> around;
   around.lower.fill(-1);
   around.size.fill(3);
@@ -104,6 +116,49 @@ std::vector<Held> held_at_seeds(const SeedView<Dim>& view, const NodeBox<Dim>& b
         for (int axis = 0; axis < Dim; ++axis) node[axis] += center[axis];
         if (box.contains(node)) out[box.at(node)] = Held::kInside;
       }
+  return out;
+}
+
+/// Where windows may go if the object cannot be on all of the grid's border; else empty.
+template <int Dim>
+Flags domain_of(const SearchGrid<Dim>& grid) {
+  Flags out = outside_faces(grid);
+  for (std::uint8_t& flag : out) flag = !flag;
+  return out;
+}
+
+template <int Dim>
+void weigh_by_fit(const SearchGrid<Dim>& grid, std::vector<Windows<Dim>>& ladders) {
+  for (Windows<Dim>& windows : ladders)
+    for (auto& window : windows)
+      for (Rung<Dim>& rung : window)
+        rung.score *=
+            box_fit(grid, bounds(rung.box, Flags(rung.inside.begin(), rung.inside.end()), 0));
+}
+
+/// With a box round the object: what a least cut parts from its faces.
+template <int Dim>
+std::vector<Rung<Dim>> cuts(const SeedView<Dim>& view) {
+  std::vector<Rung<Dim>> out;
+  if (!view.grid.has_outside_faces()) return out;
+  const Flags nothing(view.grid.box().n(), 0);
+  ClickScene<Dim> scene{view.grid, nothing, {}, view.noise};
+  for (const SeedNodes<Dim>& seed : view.seeds) scene.clicks.push_back({seed, Side::kInside});
+  for (const double nearness : kNearness) {
+    ClickCutOptions of_cut;
+    of_cut.nearness = nearness;
+    for (const Flags& inside : click_cuts<Dim>(scene, std::array{0.0}, of_cut)) {
+      Rung<Dim> rung;
+      rung.family = Family::kCut;
+      rung.box = bounds(view.grid.box(), inside, kMargin);
+      const Flags part = cropped(view.grid.box(), inside, rung.box);
+      rung.inside.assign(part.begin(), part.end());
+      rung.n_nodes = std::size_t(std::count(part.begin(), part.end(), 1));
+      rung.features.growth_in = 0;
+      rung.features.growth_out = kCutGrowth;
+      if (is_large_enough(rung)) out.push_back(std::move(rung));
+    }
+  }
   return out;
 }
 
@@ -127,7 +182,8 @@ Rung<Dim> settle(const SeedView<Dim>& view, const Rung<Dim>& rung) {
   for (const SeedNodes<Dim>& seed : view.seeds)
     nodes.insert(nodes.end(), seed.nodes.begin(), seed.nodes.end());
   const Depths depths = depths_of<Dim>(grid, out.box, inside, nodes);
-  out.score = settled_score(out, depths.share(kCalmDepth));
+  out.score =
+      settled_score(out, depths.share(kCalmDepth)) * box_fit(view.grid, bounds(out.box, inside, 0));
   return out;
 }
 
@@ -193,13 +249,21 @@ SearchedRegions<Dim> search_rungs(const SearchGrid<Dim>& grid, std::span<const V
   std::stop_source stop;
   const std::stop_callback forwarded(outer_stop, [&] { stop.request_stop(); });
   Teller teller(progress, stop);
+  const Flags domain = domain_of(grid);
+  LadderLimits limits;
+  if (!domain.empty()) limits.domain = &domain;
   std::vector<Ladder> ladders(std::size(kFamilies));
   tbb::parallel_for(std::size_t(0), ladders.size(), [&](std::size_t l) {
-    if (!stop.stop_requested()) ladders[l] = make_ladder(view, kFamilies[l], options.neck_radii);
+    if (!stop.stop_requested())
+      ladders[l] = make_ladder(view, kFamilies[l], options.neck_radii, limits);
   });
-  const auto climbed = climb(
+  auto climbed = climb(
       view, std::span<const Ladder>(ladders), [&] { teller.done(); }, stop.get_token());
-  const auto best = differing(candidates(climbed), kMostSettled, kMostSame);
+  if (grid.has_outside_faces()) weigh_by_fit(grid, climbed);
+  auto best = differing(candidates(climbed), grid.has_outside_faces() ? kMostInBox : kMostSettled,
+                        kMostSame);
+  const std::vector<Rung<Dim>> cut = cuts(view);
+  for (const Rung<Dim>& rung : cut) best.push_back(&rung);
   std::vector<Rung<Dim>> settled(best.size());
   tbb::parallel_for(std::size_t(0), best.size(), [&](std::size_t n) {
     settled[n] = stop.stop_requested() ? *best[n] : settle(view, *best[n]);
@@ -209,7 +273,7 @@ SearchedRegions<Dim> search_rungs(const SearchGrid<Dim>& grid, std::span<const V
   out.was_stopped = stop.stop_requested();
   std::vector<const Rung<Dim>*> found;
   for (const Rung<Dim>& rung : settled)
-    if (stands_out(rung)) found.push_back(&rung);
+    if (grid.has_outside_faces() ? is_large_enough(rung) : stands_out(rung)) found.push_back(&rung);
   for (const Rung<Dim>* rung :
        differing(std::move(found), std::size_t(options.max_regions), SearchOptions::kMostOverlap))
     out.found.push_back(*rung);

@@ -70,6 +70,7 @@ double settled_score(const Rung<Dim>& rung, double depth_share) {
   const RungFeatures& f = rung.features;
   const double of_family = rung.family == Family::kAlike      ? 1
                            : rung.family == Family::kBrighter ? 0.9
+                           : rung.family == Family::kCut      ? 1
                                                               : 0.55;
   return boundary_score(rung) * of_family * std::pow(std::max(f.growth_out, kLeastGrowth), 0.75) *
          std::exp(-f.growth_in / 5) * std::pow(depth_share, 0.6);

@@ -50,10 +50,12 @@ double interpolated(const NodeBox<Dim>& box, const std::vector<float>& values,
 }  // namespace
 
 template <int Dim>
-SearchLattice<Dim>::SearchLattice(const ImageExtent<Dim>& extent, double max_nodes) {
+SearchLattice<Dim>::SearchLattice(const ImageExtent<Dim>& extent, double max_nodes,
+                                  const std::optional<NodeBox<Dim>>& cells) {
+  const NodeBox<Dim> part = cells.value_or(NodeBox<Dim>{{}, extent.size});
   const Vector<Dim> spacing = extent.index_to_world.linear().colwise().norm().transpose();
   double content = 1;
-  for (int axis = 0; axis < Dim; ++axis) content *= spacing[axis] * extent.size[axis];
+  for (int axis = 0; axis < Dim; ++axis) content *= spacing[axis] * part.size[axis];
   const double cell = extent.cell_mm();
   node_mm = std::max(cell, std::pow(content / max_nodes, 1.0 / Dim));
   sigma_mm =
@@ -61,11 +63,14 @@ SearchLattice<Dim>::SearchLattice(const ImageExtent<Dim>& extent, double max_nod
   Vector<Dim> step;  // cells, so that the last node is the last cell
   for (int axis = 0; axis < Dim; ++axis) {
     const int n_steps =
-        std::max(1, int(std::ceil((extent.size[axis] - 1) * spacing[axis] / node_mm - kSlack)));
-    step[axis] = double(extent.size[axis] - 1) / n_steps;
+        std::max(1, int(std::ceil((part.size[axis] - 1) * spacing[axis] / node_mm - kSlack)));
+    step[axis] = double(part.size[axis] - 1) / n_steps;
     box.size[axis] = n_steps + 1;
+    is_outside_beyond[axis] = {part.lower[axis] > 0,
+                               part.lower[axis] + part.size[axis] < extent.size[axis]};
   }
-  node_to_world = extent.index_to_world * Eigen::Scaling(step);
+  node_to_world = extent.index_to_world *
+                  Eigen::Translation<double, Dim>(point_of<Dim>(part.lower)) * Eigen::Scaling(step);
 }
 
 template <int Dim>
@@ -110,8 +115,19 @@ SearchGrid<Dim>::SearchGrid(const SearchGrid& whole, const NodeBox<Dim>& part)
       edge_slope_(cropped(whole.box(), whole.edge_slope_, part)),
       level_(cropped(whole.box(), whole.level_, part)) {
   lattice_.box.size = part.size;
+  for (int axis = 0; axis < Dim; ++axis) {
+    lattice_.is_outside_beyond[axis][0] &= part.lower[axis] == 0;
+    lattice_.is_outside_beyond[axis][1] &=
+        part.lower[axis] + part.size[axis] == whole.box().size[axis];
+  }
   lattice_.node_to_world =
       whole.node_to_world() * Eigen::Translation<double, Dim>(point_of<Dim>(part.lower));
+}
+
+template <int Dim>
+bool SearchGrid<Dim>::has_outside_faces() const {
+  return std::any_of(lattice_.is_outside_beyond.begin(), lattice_.is_outside_beyond.end(),
+                     [](const auto& faces) { return faces[0] || faces[1]; });
 }
 
 /// Not at the border, where the gradient is the spline's own, but where there are few slices all

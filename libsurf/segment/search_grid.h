@@ -1,6 +1,7 @@
 // What an image shows at the nodes of a grid: made once for an image, kept for every further click.
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "libsurf/base/field.h"
@@ -18,11 +19,16 @@ struct SearchLattice {
   /// Standard deviation [mm] of the Gaussian blur before the C^2 spline that make 0.55 nodes in
   /// all: less would be aliased, more would hide thin walls.
   double sigma_mm = 0;
+  /// The faces, the first and the last one of each axis, beyond which the object cannot be, since a
+  /// box was drawn round it: not those of the image.
+  std::array<std::array<bool, 2>, Dim> is_outside_beyond{};
 
   /// @param max_nodes  the grid is as fine as cells of the image's content, or as about so many
   ///                   nodes allow. Then what is found depends on the field of view, by a fraction
   ///                   of a node.
-  SearchLattice(const ImageExtent<Dim>& extent, double max_nodes);
+  /// @param cells  the box round the object; none = the whole image
+  SearchLattice(const ImageExtent<Dim>& extent, double max_nodes,
+                const std::optional<NodeBox<Dim>>& cells = {});
 };
 
 template <int Dim>
@@ -31,7 +37,8 @@ class SearchGrid {
   /// @param I  intensities, blurred by about 0.55 nodes
   SearchGrid(const Field<Dim>& I, const ImageExtent<Dim>& extent,
              const SearchLattice<Dim>& lattice);
-  /// A part of another one, whose own nodes count from 0. Its levels are those of the whole.
+  /// A part of another one, whose own nodes count from 0. Its levels are those of the whole, and
+  /// the faces that they share are the same.
   SearchGrid(const SearchGrid& whole, const NodeBox<Dim>& part);
 
   const NodeBox<Dim>& box() const { return lattice_.box; }
@@ -39,6 +46,10 @@ class SearchGrid {
     return lattice_.node_to_world;
   }
   double node_mm() const { return lattice_.node_mm; }
+  bool is_outside_beyond(int axis, bool is_last) const {
+    return lattice_.is_outside_beyond[axis][is_last];
+  }
+  bool has_outside_faces() const;
   /// Highest less lowest intensity of the image.
   double range() const { return range_; }
   const std::vector<float>& intensity() const { return intensity_; }

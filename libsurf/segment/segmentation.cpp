@@ -8,6 +8,7 @@
 #include "libsurf/base/error.h"
 #include "libsurf/segment/detail/point_text.h"
 #include "libsurf/segment/energy_assembly.h"
+#include "libsurf/segment/object_box.h"
 #include "libsurf/segment/run_stages.h"
 #include "libsurf/segment/stages/stages.h"
 
@@ -52,6 +53,18 @@ void check_click(const ImageExtent<Dim>& extent, const std::vector<Click<Dim>>& 
           other.side == Side::kInside ? "inside" : "outside"));
 }
 
+/// That inside clicks are in the box.
+template <int Dim>
+void check_box(const ImageExtent<Dim>& extent, const std::optional<BoxCorners<Dim>>& box_mm,
+               const std::vector<Click<Dim>>& clicks) {
+  if (!box_mm) return;
+  const NodeBox<Dim> cells = cells_of_box(extent, *box_mm);
+  for (const Click<Dim>& click : clicks)
+    if (click.side == Side::kInside && !is_in_cells(extent, cells, click.point_mm))
+      throw UsageError(fmt::format("Options::box_mm: the inside click ({}) mm is outside the box",
+                                   point_text<Dim>(click.point_mm)));
+}
+
 template <int Dim>
 std::vector<Vector<Dim>> points_on(Side side, const std::vector<Click<Dim>>& clicks) {
   std::vector<Vector<Dim>> out;
@@ -72,7 +85,8 @@ bool contains(const Setting<Dim>& setting, const Simplices<Dim>& shape, const Ve
 /// Whether both look for objects on the same grid.
 template <int Dim>
 bool has_same_grid(const Options<Dim>& a, const Options<Dim>& b) {
-  return a.sigma_mm == b.sigma_mm && field_options(a, 0) == field_options(b, 0);
+  return a.sigma_mm == b.sigma_mm && a.box_mm == b.box_mm &&
+         field_options(a, 0) == field_options(b, 0);
 }
 
 template <int Dim>
@@ -150,6 +164,7 @@ template <int Dim>
 void Segmentation<Dim>::add_click(Id id, const Click<Dim>& click) {
   Object<Dim> after = object(id);
   check_click<Dim>(setting().extent(), after.clicks, click);
+  check_box<Dim>(setting().extent(), after.options.box_mm, {click});
   after.clicks.push_back(click);
   record(id, AddClick<Dim>{click}, std::move(after));
 }
@@ -171,6 +186,7 @@ void Segmentation<Dim>::set_options(Id id, const Options<Dim>& options) {
   for (const Vector<Dim>& point : options.samples_mm)
     check_click<Dim>(setting().extent(), {}, {point, Side::kInside});
   Object<Dim> after = object(id);
+  check_box<Dim>(setting().extent(), options.box_mm, after.clicks);
   if (!has_same_grid(options, after.options) && after.result->search) {
     Result<Dim> result = *after.result;
     result.search = nullptr;

@@ -62,9 +62,8 @@ class Segmentation {
   /// Valid until the object is changed. Here and below: @throws UsageError  there is no such object
   const Object<Dim>& object(Id id) const;
 
-  /// @throws UsageError  the point is outside the image, or in the same cell as a click of the
-  /// other
-  ///                     side
+  /// @throws UsageError  the point is outside the image, an inside click outside the box of the
+  ///                     options, or in the same cell as a click of the other side
   void add_click(Id id, const Click<Dim>& click);
   /// @throws UsageError  there is no such click
   void take_back_click(Id id, std::size_t index);

@@ -84,6 +84,16 @@ Eigen::Vector3d parse_point(const std::string& option, const std::string& text) 
   return {numbers[0], numbers[1], numbers[2]};
 }
 
+std::array<std::string, 2> split_box(const std::string& option, const std::string& text,
+                                     int dimension) {
+  const std::string point = dimension == 3 ? "X,Y,Z" : "X,Y";
+  parse_numbers(option, text, 2 * dimension,
+                fmt::format("{} numbers {},{}", 2 * dimension, point, point));
+  std::size_t middle = std::string::npos;
+  for (int n = 0; n < dimension; ++n) middle = text.find(',', middle + 1);
+  return {text.substr(0, middle), text.substr(middle + 1)};
+}
+
 Eigen::Vector3d to_ras_mm(const Eigen::Vector3d& point, Space space,
                           const Eigen::Affine3d& index_to_world) {
   switch (space) {

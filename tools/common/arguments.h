@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <array>
 #include <string>
 #include <vector>
 
@@ -37,6 +38,11 @@ double parse_number(const std::string& option, const std::string& text);
 /// @throws surf::UsageError
 std::vector<double> parse_numbers(const std::string& option, const std::string& text, int n,
                                   const std::string& expected);
+
+/// The two corners of X,Y,Z,X,Y,Z (or X,Y,X,Y), each as the text of a point.
+/// @throws surf::UsageError  not so many numbers, apart by commas
+std::array<std::string, 2> split_box(const std::string& option, const std::string& text,
+                                     int dimension);
 
 /// Three comma-separated finite numbers.
 /// @throws surf::UsageError

@@ -10,6 +10,7 @@ const std::map<std::string, std::string>& option_names() {
   static const std::map<std::string, std::string> names = {
       {"Options::seeds_mm", "--seed"},
       {"Options::outside_mm", "--outside"},
+      {"Options::box_mm", "--box"},
       {"Options::samples_mm", "--initial"},
       {"Options::seed_radius_mm", "--radius"},
       {"Options::initial", "--initial"},
@@ -103,7 +104,8 @@ std::string with_option_names(const std::string& message, const std::string& pro
   }
   // Where points are given in a space of choice.
   const std::string other_space = "is it in another space?";
-  if ((out.starts_with("--seed") || out.starts_with("--outside")) && out.ends_with(other_space))
+  if ((out.starts_with("--seed") || out.starts_with("--outside") || out.starts_with("--box")) &&
+      out.ends_with(other_space))
     out.insert(out.size() - 1, " (--space)");
   return out;
 }

@@ -41,6 +41,8 @@ std::vector<std::string> idle_options(const CLI::App& command, const RunArgument
                     "without an energy",
                     fmt::join(given, ", "), given.size() == 1 ? "means" : "mean"));
   note(!a.radius.empty() && is_automatic, "--radius", "without --energy");
+  note(!a.box.empty() && !is_automatic, "--box",
+       "with an energy, whose minimum is not looked for in it");
   note(a.selective_threshold != 0 && a.selective_sigma.empty(), "--selective-threshold",
        "without --selective-sigma");
   note(

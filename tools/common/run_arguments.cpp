@@ -324,6 +324,13 @@ void add_start_options(CLI::App& command, RunArguments& a, const RunWords& words
       ->allow_extra_args(false)
       ->group(group);
   command
+      .add_option("--box", a.box,
+                  fmt::format("Box {0},{0} that the object lies in: two opposite corners, the box "
+                              "being along the {1}'s axes, a centimetre or two larger than the "
+                              "object; with --seed",
+                              words.point, words.image))
+      ->group(group);
+  command
       .add_option("--radius", a.radius,
                   fmt::format("Radius of the seed {} of an evolution, such as 10mm or 5{} [auto]",
                               words.balls, words.cell))

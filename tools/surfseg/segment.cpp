@@ -127,6 +127,7 @@ class SurfaceCommand : public SegmentCommand<3> {
       throw surf::UsageError("--keep seeded: a --seed in each component to keep is needed");
     for (const std::string& seed : arguments_.seeds) parse_point("--seed", seed);
     for (const std::string& point : arguments_.outside) parse_point("--outside", point);
+    if (!arguments_.box.empty()) split_box("--box", arguments_.box, 3);
     arguments_.initial.check();
     if (arguments_.seeds.empty() && !arguments_.initial.any())
       throw surf::UsageError(
@@ -143,6 +144,13 @@ class SurfaceCommand : public SegmentCommand<3> {
     for (const std::string& point : arguments_.outside)
       out.outside_mm.push_back(
           to_ras_mm(parse_point("--outside", point), space, volume.index_to_world()));
+    if (!arguments_.box.empty()) {
+      const auto corners = split_box("--box", arguments_.box, 3);
+      const auto at = [&](const std::string& corner) {
+        return to_ras_mm(parse_point("--box", corner), space, volume.index_to_world());
+      };
+      out.box_mm = {at(corners[0]), at(corners[1])};
+    }
     set_run_options<3>(command(), arguments_, volume.voxel_size(), out);
     if (arguments_.initial.any()) set_initial_surface(out, space, volume);
     return out;

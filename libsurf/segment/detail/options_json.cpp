@@ -149,14 +149,32 @@ Json to_json(const Options<Dim>& options) {
       samples.push_back(std::vector<double>(point.begin(), point.end()));
     out["samples_mm"] = std::move(samples);
   }
+  if (options.box_mm) {
+    Json box = Json::array();
+    for (const Vector<Dim>& corner : *options.box_mm)
+      box.push_back(std::vector<double>(corner.begin(), corner.end()));
+    out["box_mm"] = std::move(box);
+  }
   if (options.initial) out["initial"] = shape_to_json<Dim>(*options.initial);
+  return out;
+}
+
+template <int Dim>
+std::vector<Vector<Dim>> points_from_json(const Json& json, const std::string& name) {
+  std::vector<Vector<Dim>> out;
+  for (const auto& numbers : json[name].get<std::vector<std::vector<double>>>()) {
+    if (numbers.size() != std::size_t(Dim))
+      throw InputError(fmt::format("options: {}: a point has {} numbers; expected {}", name,
+                                   numbers.size(), Dim));
+    out.push_back(Eigen::Map<const Vector<Dim>>(numbers.data()));
+  }
   return out;
 }
 
 template <int Dim>
 Options<Dim> options_from_json(const Json& json) {
   Options<Dim> out;
-  std::set<std::string> known = {"initial", "samples_mm"};
+  std::set<std::string> known = {"box_mm", "initial", "samples_mm"};
   for_each_field(out, [&](const std::string& name, auto& field) {
     known.insert(name);
     if (!json.contains(name)) return;
@@ -168,13 +186,14 @@ Options<Dim> options_from_json(const Json& json) {
   });
   for (const auto& [name, value] : json.items())
     if (!known.contains(name)) throw InputError(fmt::format("options: '{}' is unknown", name));
-  if (json.contains("samples_mm"))
-    for (const auto& numbers : json["samples_mm"].get<std::vector<std::vector<double>>>()) {
-      if (numbers.size() != std::size_t(Dim))
-        throw InputError(fmt::format("options: samples_mm: a point has {} numbers; expected {}",
-                                     numbers.size(), Dim));
-      out.samples_mm.push_back(Eigen::Map<const Vector<Dim>>(numbers.data()));
-    }
+  if (json.contains("samples_mm")) out.samples_mm = points_from_json<Dim>(json, "samples_mm");
+  if (json.contains("box_mm")) {
+    const std::vector<Vector<Dim>> corners = points_from_json<Dim>(json, "box_mm");
+    if (corners.size() != 2)
+      throw InputError(
+          fmt::format("options: box_mm: {} corners; expected two opposite ones", corners.size()));
+    out.box_mm = {corners[0], corners[1]};
+  }
   if (json.contains("initial")) out.initial = shape_from_json<Dim>(json["initial"]);
   return out;
 }

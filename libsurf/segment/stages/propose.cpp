@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <chrono>
 
+#include "libsurf/segment/object_box.h"
 #include "libsurf/segment/stages/stages.h"
 
 namespace surf::segment {
@@ -41,12 +42,19 @@ class Propose : public Stage<Dim> {
     if (std::none_of(out.begin(), out.end(),
                      [](const Click<Dim>& click) { return click.side == Side::kInside; }))
       for (const Vector<Dim>& seed : work.seeds_mm) out.push_back({seed, Side::kInside});
+    // Beyond the box there is nothing of the object anyway.
+    if (work.options.box_mm) {
+      const NodeBox<Dim> box = cells_of_box(work.setting().extent(), *work.options.box_mm);
+      std::erase_if(out, [&](const Click<Dim>& click) {
+        return !is_in_cells(work.setting().extent(), box, click.point_mm);
+      });
+    }
     return out;
   }
 
   static void search(Work<Dim>& work) {
-    const SearchGrid<Dim>& grid =
-        work.fields.search_grid(field_options(work.options, 0), work.options.sigma_mm);
+    const SearchGrid<Dim>& grid = work.fields.search_grid(
+        field_options(work.options, 0), work.options.sigma_mm, work.options.box_mm);
     const std::string stage = "propose";
     work.chosen = 0;
     work.proposals.clear();

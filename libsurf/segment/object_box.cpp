@@ -1,0 +1,103 @@
+#include "libsurf/segment/object_box.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "libsurf/base/error.h"
+#include "libsurf/segment/detail/point_text.h"
+
+namespace surf::segment {
+namespace {
+
+constexpr double kRounding = 1e-3;  // cells: corners are written with some digits
+constexpr int kThinnest = 3;        // cells
+constexpr double kLeastGap = 8, kMostGap = 22, kNear = 4, kFar = 25;  // mm
+constexpr double kMostOfFar = 1.6;                                    // of all faces together
+
+}  // namespace
+
+template <int Dim>
+NodeBox<Dim> cells_of_box(const ImageExtent<Dim>& extent, const BoxCorners<Dim>& corners_mm) {
+  const char* cell = Dim == 3 ? "voxel" : "pixel";
+  const auto text = [&] {
+    return fmt::format("({}) to ({}) mm", point_text<Dim>(corners_mm[0]),
+                       point_text<Dim>(corners_mm[1]));
+  };
+  for (const Vector<Dim>& corner : corners_mm)
+    if (!corner.allFinite()) throw UsageError("Options::box_mm: a corner is not a finite number");
+  const auto a = extent.index(corners_mm[0]), b = extent.index(corners_mm[1]);
+  NodeBox<Dim> out;
+  for (int axis = 0; axis < Dim; ++axis) {
+    const double low = std::min(a[axis], b[axis]), high = std::max(a[axis], b[axis]);
+    const double first = std::max(0.0, std::ceil(low - 0.5 - kRounding)),
+                 last = std::min(extent.size[axis] - 1.0, std::floor(high + 0.5 + kRounding));
+    if (!(first <= last))
+      throw UsageError(fmt::format(
+          "Options::box_mm: {} holds no {} of the {} of {} {}s; is it in another space?", text(),
+          cell, Dim == 3 ? "volume" : "image", fmt::join(extent.size, " x "), cell));
+    out.lower[axis] = int(first);
+    out.size[axis] = int(last - first) + 1;
+    if (out.size[axis] < std::min(kThinnest, extent.size[axis]))
+      throw UsageError(fmt::format(
+          "Options::box_mm: {} is {} {}s thin along axis {}; the corners are to be opposite ones, "
+          "a centimetre or two beyond the object",
+          text(), out.size[axis], cell, "ijk"[axis]));
+  }
+  return out;
+}
+
+template <int Dim>
+bool is_in_cells(const ImageExtent<Dim>& extent, const NodeBox<Dim>& cells,
+                 const Vector<Dim>& point_mm) {
+  const auto index = extent.index(point_mm);
+  typename NodeBox<Dim>::Index cell;
+  for (int axis = 0; axis < Dim; ++axis) cell[axis] = int(std::lround(index[axis]));
+  return cells.contains(cell);
+}
+
+template <int Dim>
+Flags outside_faces(const SearchGrid<Dim>& grid) {
+  const NodeBox<Dim>& box = grid.box();
+  Flags out;
+  for (int axis = 0; axis < Dim; ++axis)
+    for (const bool is_last : {false, true}) {
+      if (!grid.is_outside_beyond(axis, is_last)) continue;
+      out.resize(box.n(), 0);
+      box.for_lines(axis, [&](std::size_t at, int here, std::size_t) {
+        if (here == (is_last ? box.size[axis] - 1 : 0)) out[at] = 1;
+      });
+    }
+  return out;
+}
+
+template <int Dim>
+double box_fit(const SearchGrid<Dim>& grid, const NodeBox<Dim>& object) {
+  double near = 0, far = 0;
+  for (int axis = 0; axis < Dim; ++axis)
+    for (const bool is_last : {false, true}) {
+      if (!grid.is_outside_beyond(axis, is_last)) continue;
+      const int before = object.lower[axis],
+                after = grid.box().size[axis] - object.lower[axis] - object.size[axis];
+      const double gap = grid.node_mm() * (is_last ? after : before),
+                   too_near = std::max(0.0, kLeastGap - gap) / kNear,
+                   too_far = std::max(0.0, gap - kMostGap) / kFar;
+      near += 0.5 * too_near * too_near;
+      far += 0.5 * too_far * too_far;
+    }
+  return std::exp(-near - std::min(far, kMostOfFar));
+}
+
+#define SURF_INSTANTIATE(Dim)                                                               \
+  template NodeBox<Dim> cells_of_box<Dim>(const ImageExtent<Dim>&, const BoxCorners<Dim>&); \
+  template bool is_in_cells<Dim>(const ImageExtent<Dim>&, const NodeBox<Dim>&,              \
+                                 const Vector<Dim>&);                                       \
+  template Flags outside_faces<Dim>(const SearchGrid<Dim>&);                                \
+  template double box_fit<Dim>(const SearchGrid<Dim>&, const NodeBox<Dim>&);
+SURF_INSTANTIATE(2)
+SURF_INSTANTIATE(3)
+#undef SURF_INSTANTIATE
+
+}  // namespace surf::segment
