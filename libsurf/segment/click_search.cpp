@@ -35,6 +35,15 @@ Flags flags_of(const NodeBox<Dim>& grid, const Rung<Dim>& rung) {
   return out;
 }
 
+double dice(const Flags& a, const Flags& b) {
+  double both = 0, sum = 0;
+  for (std::size_t at = 0; at < a.size(); ++at) {
+    both += a[at] & b[at];
+    sum += a[at] + b[at];
+  }
+  return sum > 0 ? 2 * both / sum : 1;
+}
+
 /// The object after a correction, on the whole grid, as a rung.
 template <int Dim>
 Rung<Dim> rung_of(const SearchGrid<Dim>& grid, const Flags& before,
@@ -64,6 +73,14 @@ ClickSearchPointer<Dim> first_search(const SearchGrid<Dim>& grid, const Click<Di
   out->noise = SeedView<Dim>(grid, seeds).noise;
   SearchedRegions<Dim> searched = search_rungs<Dim>(grid, seeds, options, progress, stop);
   if (searched.was_stopped) return nullptr;
+  if (!searched.found.empty()) {
+    std::vector<double> scores, overlaps;
+    for (const SettledRegion<Dim>& region : searched.settled) {
+      scores.push_back(region.rung.score);
+      overlaps.push_back(overlap(region.rung, searched.found.front()));
+    }
+    out->contest = contest(scores, overlaps, searched.found.front().score);
+  }
   out->first = std::move(searched.settled);
   out->found = std::move(searched.found);
   if (!out->found.empty()) out->inside = flags_of(grid.box(), out->found.front());
@@ -89,6 +106,12 @@ ClickSearchPointer<Dim> further_search(const SearchGrid<Dim>& grid,
   const auto corrected =
       corrections<Dim>(grid, before->inside, out->on_grid, out->first, out->noise, stop);
   if (stop.stop_requested()) return nullptr;
+  std::vector<double> scores, overlaps;
+  for (const Correction<Dim>& correction : corrected) {
+    scores.push_back(correction.score);
+    overlaps.push_back(dice(correction.inside, corrected.front().inside));
+  }
+  out->contest = contest(scores, overlaps, corrected.front().score);
   std::vector<Rung<Dim>> rungs;
   for (const Correction<Dim>& correction : corrected)
     rungs.push_back(rung_of(grid, before->inside, correction));
@@ -104,6 +127,20 @@ ClickSearchPointer<Dim> further_search(const SearchGrid<Dim>& grid,
 }
 
 }  // namespace
+
+Contest contest(std::span<const double> scores, std::span<const double> overlaps,
+                double chosen_score) {
+  double weights = 0, sum = 0;
+  Contest out;
+  for (std::size_t n = 0; n < scores.size(); ++n) {
+    const double weight = scores[n] * scores[n];
+    weights += weight;
+    sum += weight * overlaps[n];
+    if (overlaps[n] < Contest::kOther) out.rival = std::max(out.rival, scores[n] / chosen_score);
+  }
+  if (weights > 0) out.consent = sum / weights;
+  return out;
+}
 
 template <int Dim>
 ClickSearchPointer<Dim> search_clicks(const SearchGrid<Dim>& grid,

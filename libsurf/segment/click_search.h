@@ -11,6 +11,18 @@
 
 namespace surf::segment {
 
+/// How the chosen region stands among all that were scored with it.
+struct Contest {
+  double consent = 1;  ///< mean Dice with all, itself included, weighted by their squared scores
+  double rival = 0;    ///< best score of those with a Dice below kOther, over its own
+  static constexpr double kOther = 0.8;
+};
+
+/// @param scores    of all
+/// @param overlaps  their Dice with the chosen one
+Contest contest(std::span<const double> scores, std::span<const double> overlaps,
+                double chosen_score);
+
 /// What the first clicks of an object have found. Immutable; a further click makes a new one from
 /// it, so that the same clicks in the same order end at the same, to the bit, whenever they were
 /// made.
@@ -24,6 +36,7 @@ struct ClickSearch {
   std::vector<Rung<Dim>> found;               ///< by the last click, best first; few
   std::size_t chosen = 0;                     ///< of them
   Flags inside;                               ///< of the chosen one, at all nodes of the grid
+  Contest contest;                            ///< of the best one, at the last click that it heeded
   std::shared_ptr<const ClickSearch> before;  ///< one click less; null at the first
 };
 

@@ -210,6 +210,8 @@ const std::vector<Row> kRows = {
       "--flow", "newton"},
      2,
      "no second derivative"},
+    {"BoxOfThree", segment({"--box", "1,2,3"}), 2, "--box: expected 4 numbers X,Y,X,Y"},
+    {"BoxOfNoPixel", segment({"--box", "90,90,99,99"}), 2, "holds no pixel"},
     {"OutsideBeyondTheImage", segment({"--outside", "99,0"}), 2, "--outside: (99, 0) mm is"},
     {"OutsideInTheSeedsPixel", segment({"--outside", "8.2,8"}), 2,
      "--outside: (8.2, 8) mm is in the same pixel as an inside click"},

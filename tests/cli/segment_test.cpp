@@ -72,6 +72,23 @@ TEST_F(Segment, HasAnOutsidePointOutside) {
   EXPECT_EQ(bytes("third.vtp"), bytes("s.vtp"));
 }
 
+// The ball in its box, whichever corners and space, and by recipe and summary again.
+TEST_F(Segment, FindsABallInItsBox) {
+  make_ball({"--spacing", "1", "--noise", "0.1"});
+  must(segment({"--box", "-16,-16,-16,16,16,16", "-o", "s.vtp", "--json", "s.json", "--recipe",
+                "r.json"}));
+  EXPECT_GT(dice("s.vtp"), 0.98);
+  must(segment({"--box", "16,16,-16,-16,-16,16", "--space", "lps", "-o", "lps.vtp", "-q"}));
+  EXPECT_EQ(bytes("lps.vtp"), bytes("s.vtp"));
+  must({"segment", "ball.nii.gz", "--config", "s.json", "-o", "again.vtp", "-q"});
+  EXPECT_EQ(bytes("again.vtp"), bytes("s.vtp"));
+  must({"replay", "r.json", "-o", "third.vtp", "-q"});
+  EXPECT_EQ(bytes("third.vtp"), bytes("s.vtp"));
+  const Outcome idle = must({"segment", "ball.nii.gz", "--seed", "0,0,0", "--box",
+                             "-16,-16,-16,16,16,16", "--energy", "minimal-surface", "-o", "e.vtp"});
+  EXPECT_NE(idle.err.find("--box has no effect"), std::string::npos) << idle.err;
+}
+
 TEST_F(Segment, SummaryHasEveryKey) {
   make_ball();
   must(segment({"-o", "s.stl", "--json", "s.json"}));

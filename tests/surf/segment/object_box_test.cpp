@@ -59,7 +59,7 @@ TYPED_TEST(ObjectBoxes, EndWhereTheImageDoes) {
 
 TYPED_TEST(ObjectBoxes, SayWhatIsWrongWithThem) {
   EXPECT_THAT(this->error_of(this->corners(60, 80)), ::testing::HasSubstr("holds no"));
-  EXPECT_THAT(this->error_of(this->corners(20, 20)), ::testing::HasSubstr("thin along axis i"));
+  EXPECT_THAT(this->error_of(this->corners(20, 20)), ::testing::HasSubstr("thick along axis i"));
   EXPECT_THAT(this->error_of(this->corners(std::nan(""), 20)), ::testing::HasSubstr("finite"));
 }
 
