@@ -41,10 +41,11 @@ NodeBox<Dim> cells_of_box(const ImageExtent<Dim>& extent, const BoxCorners<Dim>&
     out.lower[axis] = int(first);
     out.size[axis] = int(last - first) + 1;
     if (out.size[axis] < std::min(kThinnest, extent.size[axis]))
-      throw UsageError(fmt::format(
-          "Options::box_mm: {} is only {} {}s thick along axis {}; the corners are to be opposite ones, "
-          "a centimetre or two beyond the object",
-          text(), out.size[axis], cell, "ijk"[axis]));
+      throw UsageError(
+          fmt::format("Options::box_mm: {} is only {} {}s thick along axis {}; the corners are to "
+                      "be opposite ones, "
+                      "a centimetre or two beyond the object",
+                      text(), out.size[axis], cell, "ijk"[axis]));
   }
   return out;
 }
