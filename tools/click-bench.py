@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 """Interactive segmentation by simulated clicks: what Dice and surface agreement are after 1, 2, 3, ... clicks.
 
-    tools/click-bench.py CASES.json [--program build/release/bin/surfseg] [--clicks 10] [--repeats 5] [--json OUT.json] [-- MORE OPTIONS]
+    tools/click-bench.py CASES.json [--program build/release/bin/surfseg] [--clicks 10] [--repeats 5] [--box MM] [--expect K=DICE ...]
+                         [--json OUT.json] [-- MORE OPTIONS]
 
 CASES.json is a list of {"name": ..., "volume": ..., "reference": ..., "seed": [x, y, z]}: paths (relative to the list), a label map on the
 volume's grid, and the first click in RAS mm; or the word `phantoms`, which makes a few in a temporary folder.
@@ -10,8 +11,9 @@ Protocol, that of the papers on interactive segmentation. Of the voxels that are
 connected by faces is taken (of equals what is missing), and its deepest voxel (distance in mm to what is not of it, the border of the volume
 included; of equals the lowest index) is clicked, inside or outside. With --repeats above 1 the further clicks of all repeats but the first are
 drawn, by a fixed seed, from the voxels at least half as deep.
+--box gives the program the box of the reference with a margin of so many mm, as a person would draw it.
 Printed for each number of clicks: mean Dice, mean share of the surfaces that agree within 2 mm (NSD, at the voxels' faces), clicks that lost
-more than 0.005 and 0.05 of Dice, seconds per call (median, 95 %; the whole program, all clicks from the first on).
+more than 0.005 and 0.05 of Dice, seconds per call (median, 95 %; the whole program, all clicks from the first on). With --expect a mean Dice that is lower after K clicks ends in exit code 1; modules that are missing in 3.
 
 Needs Debian's python3-numpy, python3-scipy, python3-nibabel.
 """
@@ -29,7 +31,8 @@ try:
     import numpy as np
     from scipy import ndimage
 except ImportError as error:
-    sys.exit("click-bench.py: error: %s; install python3-numpy python3-scipy python3-nibabel" % error)
+    print("click-bench.py: error: %s; install python3-numpy python3-scipy python3-nibabel" % error, file=sys.stderr)
+    sys.exit(3)
 
 TOLERANCE_MM = 2.0
 
@@ -100,6 +103,12 @@ class Case:
         self.reference, self.affine = np.asarray(image.dataobj) > 0, image.affine
         self.spacing = np.sqrt((self.affine[:3, :3] ** 2).sum(axis=0))
 
+    def box(self, margin):
+        """Two opposite corners X,Y,Z,X,Y,Z of the reference's box with a margin [mm], as far as the volume goes."""
+        at, steps = np.argwhere(self.reference), np.ceil(margin / self.spacing).astype(int)
+        corners = np.maximum(0, at.min(0) - steps), np.minimum(np.array(self.reference.shape) - 1, at.max(0) + steps)
+        return ",".join("%.10g" % x for corner in corners for x in self.point(corner))
+
     def point(self, voxel):
         return self.affine[:3, :3] @ np.array(voxel) + self.affine[:3, 3]
 
@@ -114,6 +123,8 @@ def run(case, arguments, repeat):
         while len(rows) < arguments.clicks:
             command = [arguments.program, "segment", case.volume, "-o", surface, "--mask", label]
             command += ["%s=%s" % (o, ",".join("%.10g" % x for x in p)) for o, p in clicks]
+            if arguments.box is not None:
+                command.append("--box=" + case.box(arguments.box))
             begin = time.monotonic()
             code = subprocess.run(command + arguments.more, stdout=subprocess.DEVNULL,
                                   stderr=subprocess.DEVNULL).returncode
@@ -151,6 +162,8 @@ def main():
     parser.add_argument("--program", default="build/release/bin/surfseg")
     parser.add_argument("--clicks", type=int, default=10)
     parser.add_argument("--repeats", type=int, default=5)
+    parser.add_argument("--box", type=float, metavar="MM")
+    parser.add_argument("--expect", action="append", default=[], metavar="K=DICE")
     parser.add_argument("--json")
     argv, more = sys.argv[1:], []
     if "--" in argv:
@@ -159,6 +172,12 @@ def main():
     arguments.more = more
     if arguments.clicks < 1 or arguments.repeats < 1:
         parser.error("--clicks and --repeats: 1 or more")
+    expected = []
+    for text in arguments.expect:
+        k, _, least = text.partition("=")
+        if not (k.isdigit() and 1 <= int(k) <= arguments.clicks and least):
+            parser.error("--expect %s: expected K=DICE, K up to --clicks" % text)
+        expected.append((int(k), float(least)))
     with tempfile.TemporaryDirectory() as folder:
         if arguments.cases == "phantoms":
             cases = phantoms(arguments.program, folder)
@@ -176,6 +195,10 @@ def main():
     if arguments.json:
         with open(arguments.json, "w") as file:
             json.dump(results, file, indent=1)
+    for k, least in expected:
+        mean = np.mean([rows[k - 1]["dice"] for case in results for rows in case["repeats"]])
+        if not mean >= least:
+            sys.exit("click-bench.py: error: mean Dice after %d clicks: expected %g or more; got %.4f" % (k, least, mean))
 
 
 if __name__ == "__main__":

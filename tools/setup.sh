@@ -15,6 +15,7 @@ packages=(
   libgdcm-dev libteem-dev libnifti2-dev zlib1g-dev libpng-dev libtiff-dev
   libcli11-dev nlohmann-json3-dev libfmt-dev
   libgtest-dev libbenchmark-dev
+  python3-numpy python3-scipy python3-nibabel
   xvfb xauth libgl1-mesa-dri help2man
 )
 
