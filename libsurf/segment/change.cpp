@@ -1,6 +1,7 @@
 #include "libsurf/segment/change.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <limits>
 
@@ -22,6 +23,21 @@ double ChangeFeatures::score(Side side) const {
   const double off_edge = (n_free - n_free_on_edge) / n_faces;
   return (1 - off_edge) * (1 - off_edge) *
          std::pow(std::max(separation, kLeastSeparation), kSeparation);
+}
+
+ChangedNodes changed_nodes(const Flags& a, const Flags& b) {
+  ChangedNodes out;
+  out.bits.assign((a.size() + 63) / 64, 0);
+  for (std::size_t at = 0; at < a.size(); ++at)
+    out.bits[at / 64] |= std::uint64_t(a[at] != b[at]) << at % 64;
+  for (const std::uint64_t word : out.bits) out.n += std::popcount(word);
+  return out;
+}
+
+double ChangedNodes::dice(const ChangedNodes& other) const {
+  double both = 0;
+  for (std::size_t w = 0; w < bits.size(); ++w) both += std::popcount(bits[w] & other.bits[w]);
+  return 2 * both / std::max(1.0, n + other.n);
 }
 
 template <int Dim>

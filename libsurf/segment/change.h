@@ -1,6 +1,7 @@
 // What a change of an object on a search grid looks like: nodes that a click adds or takes away.
 #pragma once
 
+#include <cstdint>
 #include <vector>
 
 #include "libsurf/segment/click.h"
@@ -35,6 +36,16 @@ template <int Dim>
 ChangeFeatures measure_change(const NodeBox<Dim>& box, const Flags& piece, const Flags& before,
                               Side side, const std::vector<std::uint16_t>& level,
                               const Flags& edge);
+
+/// The nodes at which two flags differ, a bit each.
+struct ChangedNodes {
+  std::vector<std::uint64_t> bits;
+  double n = 0;
+
+  /// With another change of the same nodes; 0 if there is none in either.
+  double dice(const ChangedNodes& other) const;
+};
+ChangedNodes changed_nodes(const Flags& a, const Flags& b);
 
 /// Number of nodes of the largest part that is connected along the axes.
 template <int Dim>

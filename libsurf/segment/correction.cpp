@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
 #include <optional>
 
@@ -25,7 +24,15 @@ constexpr double kFree = 3.5;      // nodes from the change: what may settle
 constexpr int kSettleMargin = 14;  // nodes, for the means
 constexpr double kWhole = 1.25;
 // In place of the growth of a ladder: the more clicks there are, the more a cut between them knows.
-constexpr double kFirstCut = 0.35, kCutPerClick = 0.15, kMostOfCut = 1.4;
+// With a box round the object it knows more from the beginning (23 structures, mean Dice after 4
+// and 5 clicks 0.878 and 0.884 in place of 0.860 and 0.865).
+struct CutGrowth {
+  double first, per_click, most;
+  double operator()(std::size_t n_clicks) const {
+    return std::min(most, first + per_click * double(n_clicks));
+  }
+};
+constexpr CutGrowth kCutGrowth{0.35, 0.15, 1.4}, kCutGrowthInBox{0.6, 0.2, 1.7};
 constexpr std::array kObjectWeights = {0.0, 0.5};
 constexpr double kLeastDepth = 0.55, kDepth = 2;
 constexpr double kShare = 0.5, kFirstDepth = 0.3, kCalmDepth = 0.75, kSize = 1.05,
@@ -39,9 +46,8 @@ struct Candidate {
   Family family = Family::kBall;
   bool is_whole = false;
   double growth = 1;
-  double score = 0;                        // without the agreement
-  std::vector<std::uint64_t> change = {};  // a bit for each node
-  double n_changed = 0;
+  double score = 0;  // without the agreement
+  ChangedNodes change = {};
 
   Candidate(Flags object, Family from, bool whole, double of_growth)
       : after(std::move(object)), family(from), is_whole(whole), growth(of_growth) {}
@@ -49,19 +55,6 @@ struct Candidate {
 
 double growth_of(const RungFeatures& f) {
   return std::max(f.growth_out, kLeastGrowth) * std::exp(-f.growth_in / 4);
-}
-
-std::vector<std::uint64_t> bits_of_change(const Flags& a, const Flags& b) {
-  std::vector<std::uint64_t> out((a.size() + 63) / 64, 0);
-  for (std::size_t at = 0; at < a.size(); ++at)
-    out[at / 64] |= std::uint64_t(a[at] != b[at]) << at % 64;
-  return out;
-}
-
-double n_bits(const std::vector<std::uint64_t>& bits) {
-  double out = 0;
-  for (const std::uint64_t word : bits) out += std::popcount(word);
-  return out;
 }
 
 /// With a box round the object all of it.
@@ -86,27 +79,6 @@ NodeBox<Dim> surroundings(const SearchGrid<Dim>& whole, const Flags& before,
     out.lower[axis] = first;
     out.size[axis] = last - first;
   }
-  return out;
-}
-
-/// Closed by a node: grown along the axes, and shrunk again.
-template <int Dim>
-Flags closed(const NodeBox<Dim>& box, const Flags& inside) {
-  Flags grown = inside;
-  for (int axis = 0; axis < Dim; ++axis)
-    box.for_lines(axis, [&](std::size_t at, int here, std::size_t stride) {
-      if (here + 1 == box.size[axis]) return;
-      grown[at] |= inside[at + stride];
-      grown[at + stride] |= inside[at];
-    });
-  Flags out = grown;
-  for (int axis = 0; axis < Dim; ++axis)
-    box.for_lines(axis, [&](std::size_t at, int here, std::size_t stride) {
-      if (here + 1 == box.size[axis]) return;
-      out[at] &= grown[at + stride];
-      out[at + stride] &= grown[at];
-    });
-  for (std::size_t at = 0; at < out.size(); ++at) out[at] |= inside[at];
   return out;
 }
 
@@ -180,7 +152,7 @@ class Corrector {
   /// Cuts between all clicks, one of them near the object.
   std::vector<Candidate<Dim>> cuts() const {
     const double growth =
-        std::min(kMostOfCut, kFirstCut + kCutPerClick * double(scene_.clicks.size()));
+        (scene_.grid.has_outside_faces() ? kCutGrowthInBox : kCutGrowth)(scene_.clicks.size());
     std::vector<Candidate<Dim>> out;
     for (Flags& after : click_cuts(scene_, kObjectWeights)) {
       out.emplace_back(std::move(after), Family::kCut, false, growth);
@@ -262,8 +234,7 @@ class Corrector {
       changed[at] = differs && bool(candidate.after[at]) == adds();
       back[at] = differs && !changed[at];
     }
-    candidate.change = bits_of_change(candidate.after, scene_.before);
-    candidate.n_changed = n_bits(candidate.change);
+    candidate.change = changed_nodes(candidate.after, scene_.before);
     const Flags piece = component(box_, changed, starts_in(box_, changed));
     const NodeBox<Dim> part = bounds(box_, piece, 3);
     if (part.n() == 0) return;
@@ -302,11 +273,7 @@ class Corrector {
     std::vector<double> sums(n, 0);
     for (std::size_t a = 0; a < n; ++a)
       for (std::size_t b = a + 1; b < n; ++b) {
-        double both = 0;
-        for (std::size_t w = 0; w < candidates[a].change.size(); ++w)
-          both += std::popcount(candidates[a].change[w] & candidates[b].change[w]);
-        const double dice =
-            2 * both / std::max(1.0, candidates[a].n_changed + candidates[b].n_changed);
+        const double dice = candidates[a].change.dice(candidates[b].change);
         sums[a] += dice;
         sums[b] += dice;
       }

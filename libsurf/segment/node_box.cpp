@@ -177,6 +177,26 @@ void fill_holes(const NodeBox<Dim>& box, Flags& flags) {
 }
 
 template <int Dim>
+Flags closed(const NodeBox<Dim>& box, const Flags& flags) {
+  Flags grown = flags;
+  for (int axis = 0; axis < Dim; ++axis)
+    box.for_lines(axis, [&](std::size_t at, int here, std::size_t stride) {
+      if (here + 1 == box.size[axis]) return;
+      grown[at] |= flags[at + stride];
+      grown[at + stride] |= flags[at];
+    });
+  Flags out = grown;
+  for (int axis = 0; axis < Dim; ++axis)
+    box.for_lines(axis, [&](std::size_t at, int here, std::size_t stride) {
+      if (here + 1 == box.size[axis]) return;
+      out[at] &= grown[at + stride];
+      out[at + stride] &= grown[at];
+    });
+  for (std::size_t at = 0; at < out.size(); ++at) out[at] |= flags[at];
+  return out;
+}
+
+template <int Dim>
 void blur(const NodeBox<Dim>& box, std::vector<float>& values) {
   constexpr std::array<float, 5> kBinomial = {1.f / 16, 4.f / 16, 6.f / 16, 4.f / 16, 1.f / 16};
   for (int axis = 0; axis < Dim; ++axis) {
@@ -204,6 +224,7 @@ void blur(const NodeBox<Dim>& box, std::vector<float>& values) {
   template std::vector<std::int16_t> squared_distances<Dim>(const NodeBox<Dim>&, const Flags&,    \
                                                             int);                                 \
   template std::vector<float> exact_squared_distances<Dim>(const NodeBox<Dim>&, const Flags&);    \
+  template Flags closed<Dim>(const NodeBox<Dim>&, const Flags&);                                  \
   template void fill_holes<Dim>(const NodeBox<Dim>&, Flags&);                                     \
   template void blur<Dim>(const NodeBox<Dim>&, std::vector<float>&);
 SURF_INSTANTIATE(2)

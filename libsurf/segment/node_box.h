@@ -88,6 +88,10 @@ std::vector<float> exact_squared_distances(const NodeBox<Dim>& box, const Flags&
 template <int Dim>
 void fill_holes(const NodeBox<Dim>& box, Flags& flags);
 
+/// Closed by a node: grown along the axes, and shrunk again.
+template <int Dim>
+Flags closed(const NodeBox<Dim>& box, const Flags& flags);
+
 /// Blurred along each axis by a binomial filter of deviation 1; beyond the box as at its border.
 template <int Dim>
 void blur(const NodeBox<Dim>& box, std::vector<float>& values);

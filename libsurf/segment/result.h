@@ -15,6 +15,7 @@ struct Result {
   ClickSearchPointer<Dim> search;        ///< what the proposals come from; null if none were made
   std::vector<Proposal<Dim>> proposals;  ///< best first
   std::size_t chosen = 0;
+  std::optional<Verdict<Dim>> verdict;  ///< of the automatic way
   std::vector<StageReport> stages;
   std::vector<EnergyTerm> energies;   ///< that the shape minimises, every parameter filled in
   std::vector<std::string> notes;     ///< what a user should know

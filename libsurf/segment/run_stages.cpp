@@ -117,6 +117,7 @@ Result<Dim> to_result(Work<Dim> work) {
   out.search = std::move(work.search);
   out.proposals = std::move(work.proposals);
   out.chosen = work.chosen;
+  if (has_shape(out.outcome)) out.verdict = std::move(work.verdict);
   out.energies = std::move(work.energies);
   out.notes = std::move(work.notes);
   out.sigma_mm = work.sigma_mm;

@@ -295,6 +295,7 @@ Result<Dim> Segmentation<Dim>::evolved(const Object<Dim>& object, const Progress
         "'{}' has nothing to start from: no inside click and no initial shape", object.name));
   if (!goes_on) work.proposals.clear();
   work.start_is_given = goes_on || uses_initial;
+  if (is_answer && object.options.energies.empty()) work.verdict = before.verdict;
   run_stages(work);
   return to_result(std::move(work));
 }

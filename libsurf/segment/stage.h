@@ -13,6 +13,7 @@
 #include "libsurf/segment/outcome.h"
 #include "libsurf/segment/proposal.h"
 #include "libsurf/segment/seed_model.h"
+#include "libsurf/segment/verdict.h"
 
 namespace surf::segment {
 
@@ -66,6 +67,7 @@ struct Work {
   double whole_blur_mm = 0;  ///< of the edges round the seeds, smoothing included; 0 = unknown
   SeedModel seed = {};
   double border_share = 0;  ///< of the length or area on the image's border
+  std::optional<Verdict<Dim>> verdict = {};  ///< of the chosen proposal
   std::vector<StageReport> reports = {};
   std::vector<std::string> notes = {};
 

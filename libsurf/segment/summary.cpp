@@ -119,6 +119,13 @@ std::string summary_json(const Result<Dim>& result, const Measures<Dim>* measure
                               {"shells", part.n_parts},
                               {Keys<Dim>::content, part.content},
                               {Keys<Dim>::center, point_to_json<Dim>(part.center_mm)}});
+  if (result.verdict)
+    out["verdict"] = {{"trust", to_string(result.verdict->trust)},
+                      {"likelihood", result.verdict->likelihood},
+                      {"right", result.verdict->n_right},
+                      {"of", result.verdict->n_cases},
+                      {"reason", result.verdict->reason},
+                      {Keys<Dim>::place, point_to_json<Dim>(result.verdict->place_mm)}};
   out["topology_events"] = events_of(result);
   out["notes"] = result.notes;
   out["chosen"] = {{"sigma_mm", result.sigma_mm},

@@ -1,8 +1,12 @@
 #include "libsurf/segment/verdict.h"
 
+#include <fmt/format.h>
+
+#include <array>
 #include <cmath>
 
 #include "libsurf/segment/change.h"
+#include "libsurf/segment/detail/point_text.h"
 #include "libsurf/segment/object_box.h"
 
 namespace surf::segment {
@@ -11,7 +15,102 @@ namespace {
 constexpr int kMargin = 3;           // nodes, for the shell
 constexpr double kCalmDepth = 0.75;  // as of region_search.cpp
 
+/// A term of the logit, and what it means where it is low.
+struct Term {
+  double (*value)(const VerdictFeatures&);
+  double weight, usual;  ///< mean of the value among right answers
+  const char* doubt;
+};
+
+const std::array<Term, 0> kTerms = {};
+constexpr double kConstant = 0;
+constexpr double kTrusted = 0.9, kDoubtful = 0.45;
+struct Cases {
+  int n_right, n;
+};
+constexpr Cases kOfTrusted{0, 0}, kOfCheck{0, 0}, kOfDoubtful{0, 0};
+
+/// The deepest node of where two regions differ; of the region if they do not.
+template <int Dim>
+Vector<Dim> disputed_place(const SearchGrid<Dim>& grid, const ClickSearch<Dim>& search) {
+  Flags disputed = search.inside;
+  double best = -1;
+  for (std::size_t n = 0; n < search.found.size(); ++n) {
+    const Rung<Dim>& other = search.found[n];
+    if (n == search.chosen || other.score <= best) continue;
+    best = other.score;
+    disputed = search.inside;
+    for (std::size_t at = 0; at < other.inside.size(); ++at)
+      if (other.inside[at]) disputed[grid.box().at(other.box.node(at))] ^= 1;
+  }
+  for (std::uint8_t& flag : disputed) flag = !flag;
+  const std::vector<float> depth = exact_squared_distances(grid.box(), disputed);
+  std::size_t deepest = 0;
+  for (std::size_t at = 0; at < depth.size(); ++at)
+    if (std::isfinite(depth[at]) && depth[at] > depth[deepest]) deepest = at;
+  const auto node = grid.box().node(deepest);
+  Vector<Dim> index;
+  for (int axis = 0; axis < Dim; ++axis) index[axis] = node[axis];
+  return grid.node_to_world() * index;
+}
+
 }  // namespace
+
+std::string to_string(Trust trust) {
+  switch (trust) {
+    case Trust::kTrusted:
+      return "trusted";
+    case Trust::kCheck:
+      return "check";
+    case Trust::kDoubtful:
+      break;
+  }
+  return "doubtful";
+}
+
+double likelihood_of_right(const VerdictFeatures& features) {
+  double logit = kConstant;
+  for (const Term& term : kTerms) logit += term.weight * term.value(features);
+  return 1 / (1 + std::exp(-logit));
+}
+
+std::string doubt(const VerdictFeatures& features) {
+  const Term* worst = nullptr;
+  double least = 0;
+  for (const Term& term : kTerms) {
+    const double against = term.weight * (term.value(features) - term.usual);
+    if (!term.doubt || against >= least) continue;
+    least = against;
+    worst = &term;
+  }
+  return worst ? worst->doubt : "nothing speaks against it";
+}
+
+template <int Dim>
+std::string Verdict<Dim>::text() const {
+  return fmt::format(
+      "{}: right in {} of {} such cases; {}{}", to_string(trust), n_right, n_cases, reason,
+      trust == Trust::kTrusted ? "" : fmt::format("; look at ({}) mm", point_text<Dim>(place_mm)));
+}
+
+template <int Dim>
+std::optional<Verdict<Dim>> verdict(const SearchGrid<Dim>& grid, const ClickSearch<Dim>& search) {
+  if (Dim == 2 || search.found.empty() || search.chosen != 0) return std::nullopt;
+  const VerdictFeatures features = verdict_features(grid, search);
+  Verdict<Dim> out;
+  out.likelihood = likelihood_of_right(features);
+  out.trust = out.likelihood >= kTrusted    ? Trust::kTrusted
+              : out.likelihood >= kDoubtful ? Trust::kCheck
+                                            : Trust::kDoubtful;
+  const Cases& cases = out.trust == Trust::kTrusted ? kOfTrusted
+                       : out.trust == Trust::kCheck ? kOfCheck
+                                                    : kOfDoubtful;
+  out.n_right = cases.n_right;
+  out.n_cases = cases.n;
+  out.reason = doubt(features);
+  out.place_mm = disputed_place(grid, search);
+  return out;
+}
 
 template <int Dim>
 VerdictFeatures verdict_features(const SearchGrid<Dim>& grid, const ClickSearch<Dim>& search) {
@@ -36,6 +135,10 @@ VerdictFeatures verdict_features(const SearchGrid<Dim>& grid, const ClickSearch<
   return out;
 }
 
+template struct Verdict<2>;
+template struct Verdict<3>;
+template std::optional<Verdict<2>> verdict<2>(const SearchGrid<2>&, const ClickSearch<2>&);
+template std::optional<Verdict<3>> verdict<3>(const SearchGrid<3>&, const ClickSearch<3>&);
 template VerdictFeatures verdict_features<2>(const SearchGrid<2>&, const ClickSearch<2>&);
 template VerdictFeatures verdict_features<3>(const SearchGrid<3>&, const ClickSearch<3>&);
 

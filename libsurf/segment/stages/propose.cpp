@@ -68,6 +68,7 @@ class Propose : public Stage<Dim> {
         work.stop);
     if (!found) return;
     work.search = found;
+    work.verdict = verdict(grid, *found);
     work.proposals = proposals<Dim>(work.setting(), grid, *found);
     for (std::size_t n = 0; n < work.proposals.size(); ++n)
       if (work.proposals[n].place == found->chosen) work.chosen = n;

@@ -94,6 +94,16 @@ TYPED_TEST(Change, CountsTheBorderOfTheBox) {
   EXPECT_EQ(f.n_border, this->section());
 }
 
+TYPED_TEST(Change, ComparesWhatChanges) {
+  Flags before(100, 0), a = before, b = before;
+  for (int at = 10; at < 30; ++at) a[at] = 1;
+  for (int at = 20; at < 50; ++at) b[at] = 1;
+  const ChangedNodes to_a = changed_nodes(a, before), to_b = changed_nodes(b, before);
+  EXPECT_EQ(to_a.n, 20);
+  EXPECT_EQ(to_a.dice(to_b), 2 * 10.0 / 50);
+  EXPECT_EQ(to_a.dice(changed_nodes(before, before)), 0);
+}
+
 TYPED_TEST(Change, FindsTheLargestComponent) {
   const auto box = this->box();
   EXPECT_EQ(largest_component(box, this->bar([](int x) { return x < 2 || (x > 4 && x < 9); })),

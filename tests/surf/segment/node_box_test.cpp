@@ -118,6 +118,20 @@ TYPED_TEST(NodeBoxes, FillWhatIsEnclosedAndNothingElse) {
   EXPECT_EQ(shell, ball);
 }
 
+// A slit of one node closes, one of four does not.
+TYPED_TEST(NodeBoxes, CloseSlitsOfANode) {
+  constexpr int Dim = TypeParam::value;
+  NodeBox<Dim> box;
+  box.size.fill(16);
+  Flags slabs(box.n()), wanted(box.n());
+  for (std::size_t at = 0; at < box.n(); ++at) {
+    const int x = box.node(at)[0];
+    slabs[at] = (x >= 2 && x <= 8 && x != 5) || x >= 13;
+    wanted[at] = slabs[at] || x == 5;
+  }
+  EXPECT_EQ(closed(box, slabs), wanted);
+}
+
 TYPED_TEST(NodeBoxes, BoundWhatIsFlagged) {
   constexpr int Dim = TypeParam::value;
   const auto box = this->box();

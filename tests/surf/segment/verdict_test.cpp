@@ -1,0 +1,97 @@
+#include "libsurf/segment/verdict.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/surf/fixtures.h"
+#include "tests/surf/segment/click_scenes.h"
+
+namespace surf::segment {
+namespace {
+
+using test::ClickImage;
+using test::inside;
+using test::outside;
+
+VerdictFeatures good() {
+  return {.separation = 0.95,
+          .edge_share = 0.95,
+          .sphericity = 0.9,
+          .border_share = 0,
+          .depth_share = 1,
+          .contest = {0.97, 0},
+          .n_clicks = 1};
+}
+
+TEST(Contest, WeighsWhatScoresWell) {
+  const Contest sure = contest(std::array{1.0, 0.9, 0.1}, std::array{1.0, 0.95, 0.2}, 1.0);
+  EXPECT_NEAR(sure.consent, (1 + 0.81 * 0.95 + 0.01 * 0.2) / 1.82, 1e-12);
+  EXPECT_EQ(sure.rival, 0.1);
+  const Contest torn = contest(std::array{1.0, 0.9}, std::array{1.0, 0.3}, 1.0);
+  EXPECT_EQ(torn.rival, 0.9);
+  EXPECT_LT(torn.consent, sure.consent);
+  EXPECT_EQ(contest({}, {}, 1).consent, 1);
+}
+
+TEST(Verdict, FallsWithWhatSpeaksAgainst) {
+  const double best = likelihood_of_right(good());
+  EXPECT_GT(best, 0.9);
+  VerdictFeatures disputed = good();
+  disputed.contest = {0.4, 0.98};
+  EXPECT_LT(likelihood_of_right(disputed), best);
+  EXPECT_THAT(doubt(disputed), ::testing::HasSubstr("another region"));
+  VerdictFeatures cut = good();
+  cut.border_share = 0.3;
+  EXPECT_LT(likelihood_of_right(cut), best);
+  EXPECT_THAT(doubt(cut), ::testing::HasSubstr("border"));
+  VerdictFeatures faint = good();
+  faint.separation = 0.2;
+  EXPECT_LT(likelihood_of_right(faint), best);
+  EXPECT_THAT(doubt(faint), ::testing::HasSubstr("alike"));
+}
+
+TEST(Verdict, TrustsABallThatStandsOut) {
+  const ClickImage<3> image(
+      [](const Vector<3>& x) { return test::is_in_ball<3>(x, test::point<3>(24), 12); });
+  const std::vector<Click<3>> clicks = {inside<3>(24)};
+  const auto search = search_clicks<3>(image.grid, clicks);
+  ASSERT_TRUE(search && !search->found.empty());
+  const VerdictFeatures features = verdict_features(image.grid, *search);
+  EXPECT_GT(features.separation, 0.9);
+  EXPECT_GT(features.edge_share, 0.9);
+  EXPECT_EQ(features.border_share, 0);
+  EXPECT_EQ(features.n_clicks, 1);
+  EXPECT_FALSE(features.has_box);
+  const auto found = verdict(image.grid, *search);
+  ASSERT_TRUE(found);
+  EXPECT_EQ(found->trust, Trust::kTrusted) << found->text();
+  EXPECT_GT(found->n_cases, 20);
+  EXPECT_GE(found->n_right, 0.9 * found->n_cases);
+}
+
+// Two balls and a bridge: one object, or two.
+TEST(Verdict, LooksWhereAnotherRegionDiffers) {
+  const ClickImage<3> image(test::is_in_dumbbell<3>);
+  const std::vector<Click<3>> clicks = {inside<3>(14)};
+  const auto search = search_clicks<3>(image.grid, clicks);
+  ASSERT_TRUE(search && search->found.size() > 1);
+  EXPECT_GT(search->contest.rival, 0.3);
+  const auto found = verdict(image.grid, *search);
+  ASSERT_TRUE(found);
+  // One of the balls is in dispute.
+  const double to_balls = std::min((found->place_mm - test::point<3>(14)).norm(),
+                                   (found->place_mm - test::point<3>(34)).norm());
+  EXPECT_LT(to_balls, 6);
+  EXPECT_THAT(found->text(), ::testing::HasSubstr("such cases"));
+  // What a person has chosen is not judged.
+  EXPECT_FALSE(verdict(image.grid, *with_choice(*search, 1)));
+}
+
+TEST(Verdict, IsNotGivenInThePlane) {
+  const ClickImage<2> image(test::is_in_dumbbell<2>);
+  const std::vector<Click<2>> clicks = {inside<2>(14)};
+  EXPECT_FALSE(verdict(image.grid, *search_clicks<2>(image.grid, clicks)));
+}
+
+}  // namespace
+}  // namespace surf::segment
