@@ -54,6 +54,7 @@ Rung<Dim> rung_of(const SearchGrid<Dim>& grid, const Flags& before,
   Rung<Dim> out;
   out.family = correction.family;
   out.score = correction.score;
+  out.kept = correction.kept;
   out.box = bounds(grid.box(), inside, 6);
   inside = cropped(grid.box(), inside, out.box);
   out.inside.assign(inside.begin(), inside.end());

@@ -48,6 +48,7 @@ struct Candidate {
   double growth = 1;
   double score = 0;  // without the agreement
   ChangedNodes change = {};
+  double kept = 1;
 
   Candidate(Flags object, Family from, bool whole, double of_growth)
       : after(std::move(object)), family(from), is_whole(whole), growth(of_growth) {}
@@ -186,6 +187,7 @@ class Corrector {
   /// Only near what has changed.
   void settle(Candidate<Dim>& candidate) const {
     Flags& after = candidate.after;
+    const ChangedNodes unsettled = changed_nodes(after, scene_.before);
     if (adds()) {
       after = closed(box_, after);
       fill_holes(box_, after);
@@ -208,6 +210,7 @@ class Corrector {
     for (std::size_t at = 0; at < settled_part.size(); ++at)
       after[box_.at(part.node(at))] = settled_part[at];
     keep_clicked(after);
+    candidate.kept = unsettled.dice(changed_nodes(after, scene_.before));
   }
 
   /// Only what is connected with an inside click.
@@ -324,8 +327,8 @@ std::vector<Correction<Dim>> corrections(const SearchGrid<Dim>& grid, const Flag
       for (int axis = 0; axis < Dim; ++axis) node[axis] -= box.lower[axis];
   std::vector<Correction<Dim>> out;
   for (Candidate<Dim>& candidate : Corrector<Dim>(scene, first, box.lower, stop).all())
-    out.push_back(
-        {box, std::move(candidate.after), candidate.family, candidate.is_whole, candidate.score});
+    out.push_back({box, std::move(candidate.after), candidate.family, candidate.is_whole,
+                   candidate.score, candidate.kept});
   return out;
 }
 

@@ -18,6 +18,7 @@ struct Correction {
   Family family;          ///< of the piece, or of the region of the first click
   bool is_whole = false;  ///< a region of the first click in place of the object
   double score = 0;       ///< to compare corrections by one click
+  double kept = 1;        ///< Dice of the change with what it was before it settled
 };
 
 /// Of the pieces (pieces.h) the ten that differ and score best by

@@ -176,6 +176,8 @@ Rung<Dim> settle(const SeedView<Dim>& view, const Rung<Dim>& rung) {
   inside = component(out.box, inside, view.starts(out.box, inside, kSeedReach));
   fill_holes(out.box, inside);
   out.inside.assign(inside.begin(), inside.end());
+  out.n_nodes = std::size_t(std::count(inside.begin(), inside.end(), 1));
+  out.kept = out.n_nodes == 0 ? 0 : overlap(out, rung);
   measure(inside, cropped(grid, view.grid.level(), out.box), cropped(grid, view.edge, out.box),
           out);
   std::vector<typename NodeBox<Dim>::Index> nodes;

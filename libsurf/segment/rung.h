@@ -34,6 +34,7 @@ struct Rung {
   RungFeatures features;
   double border_share = 0;  ///< of the length or area
   double score = 0;
+  double kept = 1;  ///< Dice with what it was before it settled
 };
 
 /// Fills in what the boundary of the nodes inside looks like, box and inside given.

@@ -128,6 +128,8 @@ VerdictFeatures verdict_features(const SearchGrid<Dim>& grid, const ClickSearch<
   out.depth_share =
       depths_of<Dim>(grid.box(), region.box, inside, search.on_grid.front().seed.nodes)
           .share(kCalmDepth);
+  out.kept = search.found[search.chosen].kept;
+  out.n_nodes = region.n_nodes;
   out.contest = search.contest;
   out.n_clicks = double(search.clicks.size());
   out.has_box = grid.has_outside_faces();

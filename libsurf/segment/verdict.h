@@ -14,6 +14,8 @@ struct VerdictFeatures {
   double separation = 0, edge_share = 0, sphericity = 0;  ///< RungFeatures
   double border_share = 0;                                ///< of the area on the image's border
   double depth_share = 0;  ///< of the first click, over 0.75 of the greatest depth
+  double kept = 1;         ///< by settling, see Rung
+  std::size_t n_nodes = 0;
   Contest contest;
   double n_clicks = 1;
   bool has_box = false;
