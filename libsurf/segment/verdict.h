@@ -11,15 +11,13 @@ namespace surf::segment {
 
 /// What is known of a region without a reference.
 struct VerdictFeatures {
-  double separation = 0, edge_share = 0, sphericity = 0;  ///< RungFeatures
-  double border_share = 0;                                ///< of the area on the image's border
-  double depth_share = 0;  ///< of the first click, over 0.75 of the greatest depth
-  double kept = 1;         ///< by settling, see Rung
+  double separation = 0;    ///< of inside and outside along the boundary, see RungFeatures
+  double border_share = 0;  ///< of the area, on the image's border
+  double kept = 1;          ///< by settling, see Rung
   std::size_t n_nodes = 0;
   Contest contest;
   double n_clicks = 1;
   bool has_box = false;
-  double box_fit = 1;
 };
 
 enum class Trust {
@@ -46,11 +44,10 @@ struct Verdict {
 
 /// Likelihood of a Dice of 0.8 or more: a logistic function of
 ///
-///   separation, edge share, sphericity, border share, depth share, consent, rival, log n_clicks,
-///   box
+///   separation * consent, separation, log n_nodes, kept (of the first click), -rival, log
+///   n_clicks, has_box
 ///
-/// fitted to answers to one and to three clicks in structures of CT and MRI scans, each judged by
-/// what the others gave (docs/clicks.md).
+/// fitted to answers to one to three clicks in structures of CT and MRI scans (docs/clicks.md).
 double likelihood_of_right(const VerdictFeatures& features);
 /// What speaks most against it, in words.
 std::string doubt(const VerdictFeatures& features);

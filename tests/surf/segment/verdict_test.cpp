@@ -15,10 +15,9 @@ using test::outside;
 
 VerdictFeatures good() {
   return {.separation = 0.95,
-          .edge_share = 0.95,
-          .sphericity = 0.9,
           .border_share = 0,
-          .depth_share = 1,
+          .kept = 0.97,
+          .n_nodes = 20000,
           .contest = {0.97, 0},
           .n_clicks = 1};
 }
@@ -40,10 +39,10 @@ TEST(Verdict, FallsWithWhatSpeaksAgainst) {
   disputed.contest = {0.4, 0.98};
   EXPECT_LT(likelihood_of_right(disputed), best);
   EXPECT_THAT(doubt(disputed), ::testing::HasSubstr("another region"));
-  VerdictFeatures cut = good();
-  cut.border_share = 0.3;
-  EXPECT_LT(likelihood_of_right(cut), best);
-  EXPECT_THAT(doubt(cut), ::testing::HasSubstr("border"));
+  VerdictFeatures moved = good();
+  moved.kept = 0.6;
+  EXPECT_LT(likelihood_of_right(moved), best);
+  EXPECT_THAT(doubt(moved), ::testing::HasSubstr("edges near by"));
   VerdictFeatures faint = good();
   faint.separation = 0.2;
   EXPECT_LT(likelihood_of_right(faint), best);
@@ -58,7 +57,6 @@ TEST(Verdict, TrustsABallThatStandsOut) {
   ASSERT_TRUE(search && !search->found.empty());
   const VerdictFeatures features = verdict_features(image.grid, *search);
   EXPECT_GT(features.separation, 0.9);
-  EXPECT_GT(features.edge_share, 0.9);
   EXPECT_EQ(features.border_share, 0);
   EXPECT_EQ(features.n_clicks, 1);
   EXPECT_FALSE(features.has_box);
@@ -67,6 +65,19 @@ TEST(Verdict, TrustsABallThatStandsOut) {
   EXPECT_EQ(found->trust, Trust::kTrusted) << found->text();
   EXPECT_GT(found->n_cases, 20);
   EXPECT_GE(found->n_right, 0.9 * found->n_cases);
+}
+
+// The same ball, cut in half by the border of the volume.
+TEST(Verdict, DoesNotTrustWhatTheBorderCutsOff) {
+  const ClickImage<3> image(
+      [](const Vector<3>& x) { return test::is_in_ball<3>(x, test::point<3>(0), 14); });
+  const std::vector<Click<3>> clicks = {inside<3>(6)};
+  const auto search = search_clicks<3>(image.grid, clicks);
+  ASSERT_TRUE(search && !search->found.empty());
+  EXPECT_GT(verdict_features(image.grid, *search).border_share, 0.1);
+  const auto found = verdict(image.grid, *search);
+  ASSERT_TRUE(found);
+  EXPECT_NE(found->trust, Trust::kTrusted) << found->text();
 }
 
 // Two balls and a bridge: one object, or two.
