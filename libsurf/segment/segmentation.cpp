@@ -226,6 +226,15 @@ const Result<Dim>& Segmentation<Dim>::propose(Id id, const ProgressOf<Dim>& prog
 }
 
 template <int Dim>
+std::vector<Candidate<Dim>> Segmentation<Dim>::candidates(Id id) {
+  const Object<Dim>& now = object(id);
+  if (!now.result->search) return {};
+  const SearchGrid<Dim>& grid =
+      fields_.search_grid(field_options(now.options, 0), now.options.sigma_mm);
+  return segment::candidates<Dim>(setting(), grid, *now.result->search);
+}
+
+template <int Dim>
 const Result<Dim>& Segmentation<Dim>::choose(Id id, std::size_t proposal) {
   Object<Dim> after = object(id);
   if (proposal >= after.result->proposals.size())

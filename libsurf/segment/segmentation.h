@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "libsurf/segment/action.h"
+#include "libsurf/segment/candidate.h"
 #include "libsurf/segment/fields.h"
 #include "libsurf/segment/result.h"
 
@@ -79,6 +80,9 @@ class Segmentation {
   /// @throws UsageError  there is no inside click
   const Result<Dim>& propose(Id id, const ProgressOf<Dim>& progress = {},
                              const std::stop_token& stop = {});
+  /// What was proposed, and what was besides for the clicks before the last; see candidate.h. Empty
+  /// if nothing was proposed.
+  std::vector<Candidate<Dim>> candidates(Id id);
   /// Its shape becomes that of the object, its state kProposed.
   /// @throws UsageError  there is no such proposal
   const Result<Dim>& choose(Id id, std::size_t proposal);

@@ -355,6 +355,14 @@ void add_running_options(CLI::App& command, RunArguments& a) {
   command.add_flag("-v,--verbose", a.verbose, "Print every step")->group(group);
 }
 
+void add_candidates_option(CLI::App& command, RunArguments& a) {
+  command
+      .add_flag("--candidates", a.candidates,
+                "Print what else the clicks may mean, the next best proposals of each of them, and "
+                "write them beside the output: NAME.candidate-1, ...")
+      ->group("Output and running");
+}
+
 void check_range(const char* option, int value, int lowest, const char* expected) {
   if (value < lowest)
     throw UsageError(fmt::format("{}: expected {}; got {}", option, expected, value));

@@ -48,6 +48,7 @@ struct RunArguments {
   std::string keep = "all";
   int threads = 0;
   std::string json, config, preset, recipe;
+  bool candidates = false;
   bool quiet = false, verbose = false;
 
   Verbosity verbosity() const {
@@ -64,6 +65,7 @@ struct RunArguments {
 void add_start_options(CLI::App& command, RunArguments& a, const RunWords& words);
 void add_run_options(CLI::App& command, RunArguments& a, const RunWords& words);
 void add_running_options(CLI::App& command, RunArguments& a);
+void add_candidates_option(CLI::App& command, RunArguments& a);
 
 /// What can be found wrong before the image is known.
 /// @throws surf::UsageError

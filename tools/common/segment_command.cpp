@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <filesystem>
 #include <map>
 
 #include "libsurf/base/error.h"
@@ -26,6 +27,14 @@ std::string words(const std::vector<surf::flow::TopologyEvent>& events) {
   for (const auto& [kind, n] : kinds)
     out += fmt::format("{}{} {}", out.empty() ? "  " : ", ", n, kind);
   return out;
+}
+
+/// "organs/liver.candidate-2.stl"
+std::string candidate_path(const std::string& output, std::size_t number) {
+  const std::filesystem::path path(output);
+  return (path.parent_path() /
+          fmt::format("{}.candidate-{}{}", path.stem().string(), number, path.extension().string()))
+      .string();
 }
 
 }  // namespace
@@ -74,9 +83,38 @@ surf::segment::Result<Dim> SegmentCommand<Dim>::segment(const Input& input) {
   for (const auto& click : surf::segment::clicks_of(input.options))
     segmentation.add_click(object, click);
   Result result = segmentation.evolve(object, on_step());
+  if (arguments_.candidates) candidates_ = segmentation.candidates(object);
   if (!arguments_.recipe.empty())
     surf::segment::write_recipe<Dim>(arguments_.recipe, segmentation, image_path());
   return result;
+}
+
+/// Each in a file of its own, but for those that fail a guarantee.
+template <int Dim>
+void SegmentCommand<Dim>::write_candidates(const surf::segment::Setting<Dim>& setting) {
+  const std::string extension = surf::extension(output());
+  for (std::size_t n = 0; n < candidates_.size(); ++n) {
+    const surf::segment::Candidate<Dim>& candidate = candidates_[n];
+    const std::string path = candidate_path(output(), n + 1);
+    std::string words = fmt::format("candidate {}: {}", n + 1, to_string(candidate));
+    ordered_json entry = {{"number", n + 1},
+                          {"click", candidate.n_click},
+                          {"rank", candidate.rank},
+                          {"chosen", candidate.is_chosen},
+                          {"score", candidate.proposal.score},
+                          {Dim == 3 ? "volume_mm3" : "area_mm2", candidate.proposal.enclosed},
+                          {"what", to_string(candidate.proposal)}};
+    try {
+      write_shape(path, surf::segment::finish<Dim>(setting, candidate.proposal, extension));
+      entry["file"] = path;
+      words += ": " + path;
+    } catch (const surf::InvalidMesh& error) {
+      entry["not_written"] = error.what();
+      words += fmt::format(": {} not written: {}", path, error.what());
+    }
+    progress_.note(words);
+    candidates_json_.push_back(std::move(entry));
+  }
 }
 
 template <int Dim>
@@ -90,6 +128,8 @@ ExitCode SegmentCommand<Dim>::run() {
   catch_signals();
   clock_.begin("segment");
   const Result result = segment(input);
+  // Where nothing was found, or the result fails, they are what a user wants to look at.
+  write_candidates(*input.setting);
   clock_.begin("verify");
   surf::segment::Finished<Dim> finished;
   try {
@@ -131,6 +171,7 @@ void SegmentCommand<Dim>::summarise(const Result& result,
   out["config"] = dump_config(command_, {"help", "config", "json"});
   out["exit_code"] = int(exit_code);
   out.update(ordered_json::parse(surf::segment::summary_json<Dim>(result, measures)));
+  if (arguments_.candidates) out["candidates"] = candidates_json_;
   out["stages"] = clock_.stages();
   out["time_s"] = clock_.total_seconds();
   out["peak_memory_mb"] = peak_memory_mb();

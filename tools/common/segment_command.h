@@ -51,6 +51,9 @@ class SegmentCommand {
   /// Writes everything that was asked for.
   virtual void write(const Input& input, const Result& result,
                      const surf::segment::Finished<Dim>& finished) const = 0;
+  /// The file of a shape alone, in the format that its name says.
+  virtual void write_shape(const std::string& path,
+                           const surf::segment::Finished<Dim>& shape) const = 0;
   /// "1656 triangles, 28.005 ml, ..."
   virtual std::string describe(const surf::segment::Measures<Dim>& measures) const = 0;
 
@@ -65,11 +68,14 @@ class SegmentCommand {
  private:
   void summarise(const Result& result, const surf::segment::Measures<Dim>* measures,
                  ExitCode exit_code);
+  void write_candidates(const surf::segment::Setting<Dim>& setting);
 
   const CLI::App& command_;
   const RunArguments& arguments_;
   ProgressLine progress_;
   StageClock clock_;
+  std::vector<surf::segment::Candidate<Dim>> candidates_;
+  nlohmann::ordered_json candidates_json_ = nlohmann::ordered_json::array();
 };
 
 /// "evolve  step 12  J ...  tau ...  triangles ...  volume ... mm^3"

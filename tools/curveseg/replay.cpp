@@ -65,12 +65,16 @@ class ReplayCommand : public SegmentCommand<2> {
 
   void write(const Input&, const Result&,
              const surf::segment::Finished<2>& finished) const override {
-    surf::curve::write_contours(arguments_.output, finished.shape, *image_,
-                                file_space(arguments_.output_space));
+    write_shape(arguments_.output, finished);
     if (!arguments_.mask.empty())
       surf::curve::write_mask(
           arguments_.mask, image_->size(),
           surf::curve::rasterize(finished.shape, image_->size(), image_->pixel_to_plane()));
+  }
+
+  void write_shape(const std::string& path,
+                   const surf::segment::Finished<2>& shape) const override {
+    surf::curve::write_contours(path, shape.shape, *image_, file_space(arguments_.output_space));
   }
 
   std::string describe(const surf::segment::Measures<2>& measures) const override {

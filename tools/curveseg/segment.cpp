@@ -102,8 +102,7 @@ class CurveCommand : public SegmentCommand<2> {
   void write(const Input& input, const Result& result,
              const surf::segment::Finished<2>& finished) const override {
     const Segments& curves = finished.shape;
-    surf::curve::write_contours(arguments_.output, curves, *image_,
-                                file_space(arguments_.output_space));
+    write_shape(arguments_.output, finished);
     if (!arguments_.mask.empty())
       surf::curve::write_mask(
           arguments_.mask, image_->size(),
@@ -113,6 +112,11 @@ class CurveCommand : public SegmentCommand<2> {
     if (!arguments_.denoised.empty())
       surf::curve::write_image(arguments_.denoised,
                                surf::curve::denoised(*image_, input.options, result));
+  }
+
+  void write_shape(const std::string& path,
+                   const surf::segment::Finished<2>& shape) const override {
+    surf::curve::write_contours(path, shape.shape, *image_, file_space(arguments_.output_space));
   }
 
   std::string describe(const surf::segment::Measures<2>& measures) const override {
@@ -142,6 +146,7 @@ void add_options(CLI::App& command, Arguments& a) {
       ->group(output);
   command.add_option("--frames", a.frames, "Folder for such a picture of every step")
       ->group(output);
+  add_candidates_option(command, a);
   add_running_options(command, a);
 }
 

@@ -71,12 +71,17 @@ class ReplayCommand : public SegmentCommand<3> {
 
   void write(const Input&, const Result&,
              const surf::segment::Finished<3>& finished) const override {
-    surf::segment::write(arguments_.output, finished, {file_space(arguments_.output_space)});
+    write_shape(arguments_.output, finished);
     if (!arguments_.mask.empty())
       surf::volume::write_label_map(
           arguments_.mask, volume_->size(), volume_->index_to_world(),
           surf::mesh::rasterize(finished.shape, volume_->size(), volume_->index_to_world()));
     write_picture(arguments_.picture, finished.shape, *volume_, clicks_);
+  }
+
+  void write_shape(const std::string& path,
+                   const surf::segment::Finished<3>& shape) const override {
+    surf::segment::write(path, shape, {file_space(arguments_.output_space)});
   }
 
   std::string describe(const surf::segment::Measures<3>& measures) const override {

@@ -3,8 +3,6 @@
 
 #include <fmt/format.h>
 
-#include <filesystem>
-
 #include "libsurf/base/error.h"
 #include "libsurf/base/file.h"
 #include "libsurf/io/write_surface.h"
@@ -36,7 +34,6 @@ struct Arguments : RunArguments {
   std::string space = "ras";
   InitialArguments initial;
   std::string output_space = "lps", mask, denoised, picture, start;
-  int candidates = 0;
 
   surf::io::WriteOptions write_options() const { return {file_space(output_space)}; }
 };
@@ -76,7 +73,7 @@ class SurfaceCommand : public SegmentCommand<3> {
 
   void write(const Input& input, const Result& result,
              const surf::segment::Finished<3>& finished) const override {
-    surf::segment::write(arguments_.output, finished, arguments_.write_options());
+    write_shape(arguments_.output, finished);
     if (!arguments_.mask.empty())
       surf::volume::write_label_map(
           arguments_.mask, volume_->size(), volume_->index_to_world(),
@@ -89,7 +86,11 @@ class SurfaceCommand : public SegmentCommand<3> {
                   surf::segment::clicks_of(input.options));
     if (!arguments_.start.empty())
       surf::io::write_surface(arguments_.start, result.start, arguments_.write_options());
-    write_candidates(result);
+  }
+
+  void write_shape(const std::string& path,
+                   const surf::segment::Finished<3>& shape) const override {
+    surf::segment::write(path, shape, arguments_.write_options());
   }
 
   std::string describe(const surf::segment::Measures<3>& measures) const override {
@@ -121,7 +122,6 @@ class SurfaceCommand : public SegmentCommand<3> {
 
   void check_values() const {
     check_run_arguments(command(), arguments_, kWords);
-    check_range("--candidates", arguments_.candidates, 0, "0 or more");
     arguments_.which.check();
     if (arguments_.keep == "seeded" && arguments_.seeds.empty() && !arguments_.initial.is_body())
       throw surf::UsageError("--keep seeded: a --seed in each component to keep is needed");
@@ -156,20 +156,6 @@ class SurfaceCommand : public SegmentCommand<3> {
     out.initial = std::move(initial.surface);
     if (out.seeds_mm.empty() && initial.center_ras_mm)
       out.samples_mm.push_back(*initial.center_ras_mm);
-  }
-
-  /// NAME-2.stl, NAME-3.stl, ...: what was proposed besides.
-  void write_candidates(const Result& result) const {
-    const std::filesystem::path path(arguments_.output);
-    int n = 1;
-    for (std::size_t i = 0; i < result.proposals.size() && n <= arguments_.candidates; ++i) {
-      if (i == result.chosen) continue;
-      ++n;
-      surf::io::write_surface((path.parent_path() / fmt::format("{}-{}{}", path.stem().string(), n,
-                                                                path.extension().string()))
-                                  .string(),
-                              result.proposals[i].shape, arguments_.write_options());
-    }
   }
 
   const Arguments& arguments_;
@@ -231,10 +217,7 @@ void add_options(CLI::App& command, Arguments& a) {
                   "Volume approximated smoothly inside and outside the surface, which "
                   "mumford-shah finds along with it: .nii.gz, .nii, .mha, .nrrd")
       ->group(output);
-  command
-      .add_option("--candidates", a.candidates, "Write up to this many further candidate surfaces")
-      ->capture_default_str()
-      ->group(output);
+  add_candidates_option(command, a);
   add_running_options(command, a);
 }
 
