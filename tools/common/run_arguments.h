@@ -27,7 +27,7 @@ struct RunWords {
 
 /// The options as they were typed; lengths and the like are parsed when the image is known.
 struct RunArguments {
-  std::vector<std::string> seeds, outside;
+  std::vector<std::string> objects, seeds, outside;
   std::string radius, sigma, selective_sigma, edge_length, geometry_tolerance, topology_resolution,
       sheet_distance;
   std::string topology = "free";

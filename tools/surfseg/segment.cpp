@@ -6,7 +6,6 @@
 #include "libsurf/base/error.h"
 #include "libsurf/base/file.h"
 #include "libsurf/io/write_surface.h"
-#include "libsurf/mesh/rasterize.h"
 #include "libsurf/segment/denoised.h"
 #include "libsurf/segment/energy_assembly.h"
 #include "libsurf/volume/write_volume.h"
@@ -47,20 +46,26 @@ class SurfaceCommand : public SegmentCommand<3> {
   void check() const override {
     check_values();
     check_names();
-    check_outputs({{"-o", arguments_.output},
-                   {"--mask", arguments_.mask},
+    check_objects(command(), arguments_,
+                  {{"-o", arguments_.output},
                    {"--denoised", arguments_.denoised},
-                   {"--picture", arguments_.picture},
-                   {"--start", arguments_.start},
-                   {"--recipe", arguments_.recipe},
-                   {"--json", arguments_.json}},
+                   {"--start", arguments_.start}});
+    check_outputs(object_outputs({{"-o", arguments_.output},
+                                  {"--mask", arguments_.mask},
+                                  {"--denoised", arguments_.denoised},
+                                  {"--picture", arguments_.picture},
+                                  {"--start", arguments_.start},
+                                  {"--recipe", arguments_.recipe},
+                                  {"--json", arguments_.json}},
+                                 arguments_.objects),
                   arguments_.volume);
   }
 
   Input read() override {
     volume_ = arguments_.which.read(arguments_.volume);
     for (const std::string& note : volume_->source().notes) progress().note("note: " + note);
-    return {surf::segment::make_setting(*volume_), options(*volume_)};
+    return {surf::segment::make_setting(*volume_),
+            objects_of<3>(command(), arguments_, options(*volume_))};
   }
 
   std::vector<std::string> idle_options() const override {
@@ -71,21 +76,30 @@ class SurfaceCommand : public SegmentCommand<3> {
   std::string image_path() const override { return arguments_.volume; }
   const char* program() const override { return "surfseg"; }
 
-  void write(const Input& input, const Result& result,
+  void write(const surf::segment::Object<3>& object,
              const surf::segment::Finished<3>& finished) const override {
-    write_shape(arguments_.output, finished);
-    if (!arguments_.mask.empty())
-      surf::volume::write_label_map(
-          arguments_.mask, volume_->size(), volume_->index_to_world(),
-          surf::mesh::rasterize(finished.shape, volume_->size(), volume_->index_to_world()));
-    if (const auto model = surf::segment::piecewise_smooth<3>(result.energies);
+    const auto path = [&](const std::string& pattern) { return object_path(pattern, object.name); };
+    write_shape(path(arguments_.output), finished);
+    if (const auto model = surf::segment::piecewise_smooth<3>(object.result->energies);
         model && !arguments_.denoised.empty())
-      surf::volume::write_volume(arguments_.denoised,
+      surf::volume::write_volume(path(arguments_.denoised),
                                  surf::segment::denoised(*volume_, finished.shape, model->mu));
-    write_picture(arguments_.picture, finished.shape, *volume_,
-                  surf::segment::clicks_of(input.options));
+    if (has_object(arguments_.picture))
+      write_picture(path(arguments_.picture), finished.shape, *volume_, object.clicks);
     if (!arguments_.start.empty())
-      surf::io::write_surface(arguments_.start, result.start, arguments_.write_options());
+      surf::io::write_surface(path(arguments_.start), object.result->start,
+                              arguments_.write_options());
+  }
+
+  void write_together(const surf::Triangles& all,
+                      const std::vector<surf::segment::Click<3>>& clicks) const override {
+    if (!has_object(arguments_.picture)) write_picture(arguments_.picture, all, *volume_, clicks);
+  }
+
+  void write_labels(const std::vector<std::uint8_t>& labels) const override {
+    if (!arguments_.mask.empty())
+      surf::volume::write_label_map(arguments_.mask, volume_->size(), volume_->index_to_world(),
+                                    labels);
   }
 
   void write_shape(const std::string& path,
@@ -128,6 +142,9 @@ class SurfaceCommand : public SegmentCommand<3> {
     for (const std::string& seed : arguments_.seeds) parse_point("--seed", seed);
     for (const std::string& point : arguments_.outside) parse_point("--outside", point);
     arguments_.initial.check();
+    if (!arguments_.objects.empty() && arguments_.initial.any())
+      throw surf::UsageError(
+          "--object: each is looked for from its own --seed, not from an initial surface");
     if (arguments_.seeds.empty() && !arguments_.initial.any())
       throw surf::UsageError(
           "--seed: at least one point inside the object is needed, such as --seed 12.5,-30,44, or "
@@ -166,10 +183,13 @@ void add_options(CLI::App& command, Arguments& a) {
   command.add_option(
       "VOLUME", a.volume,
       "NIfTI, MetaImage, NRRD, VTI or OpenVDB file, a DICOM folder or one of its files");
-  command.add_option("-o,--output", a.output, "Surface to write: .stl, .obj, .ply or .vtp");
+  command.add_option(
+      "-o,--output", a.output,
+      "Surface to write: .stl, .obj, .ply or .vtp; of several objects organs/{object}.stl");
   a.which.add_to(command);
 
   add_start_options(command, a, kWords);
+  add_object_option(command, a);
   const std::string start = "Where to start";
   command.add_option("--space", a.space, "Space of the points: ras or lps in mm, or ijk voxels")
       ->check(CLI::IsMember({"ras", "lps", "ijk"}))
@@ -203,7 +223,10 @@ void add_options(CLI::App& command, Arguments& a) {
   const std::string output = "Output and running";
   add_output_space(command, a.output_space, "the file", output);
   command
-      .add_option("--mask", a.mask, "Label map on the volume's grid: .nii.gz, .nii, .mha, .nrrd")
+      .add_option(
+          "--mask", a.mask,
+          "Label map on the volume's grid, objects 1, 2, ... in their order: .nii.gz, .nii, "
+          ".mha, .nrrd")
       ->group(output);
   add_picture_option(command, a.picture, output);
   command
@@ -241,9 +264,13 @@ void add_segment_command(CLI::App& app, ExitCode& exit_code) {
       "kidney.nii.gz\n"
       "  surfseg segment mr.nrrd --seed -12,40,7 --energy window:mean=380,half-width=150 \\\n"
       "          --energy area:weight=2 --json summary.json -o tumour.obj\n"
+      "  surfseg segment ct.nii.gz --object liver --seed 95,182,373 --object kidney --seed "
+      "60,150,380 "
+      "\\\n"
+      "          -o {object}.stl --mask labels.nii.gz --recipe organs.json\n"
       "Exit codes: 0 done, 2 usage, 3 input, 4 output, 5 stopped at the iteration limit (result\n"
-      "written), 6 result fails a guarantee, 8 no object found (not written), 130/143 interrupted\n"
-      "(last surface written).");
+      "written), 6 result fails a guarantee, 7 some of several objects not written, 8 no object\n"
+      "found (not written), 130/143 interrupted (last surface written).");
   command->callback([command, arguments, &exit_code] {
     apply_files(*command, arguments->config, arguments->preset);
     if (arguments->volume.empty()) throw surf::UsageError("VOLUME: a volume is missing");

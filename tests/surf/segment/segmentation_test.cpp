@@ -288,7 +288,7 @@ TEST(Recipe, IsRefusedWhereItDoesNotBelong) {
   Segmentation<3> other(make_setting(phantom(volume::PhantomKind::kBox)));
   EXPECT_THROW(replay<3>(recipe, other), InputError);
   std::string newer = recipe;
-  newer.replace(newer.find("\"version\": 1"), 12, "\"version\": 9");
+  newer.replace(newer.find("\"version\": 2"), 12, "\"version\": 9");
   std::string broken = recipe;
   broken.replace(broken.find("inside"), 6, "beside");
   for (const std::string& text : {newer, broken, std::string("{}"), std::string("not JSON")}) {
