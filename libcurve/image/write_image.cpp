@@ -85,6 +85,12 @@ void write_mask(const std::string& path, const std::array<int, 2>& size,
                  }));
 }
 
+void write_labels(const std::string& path, const std::array<int, 2>& size,
+                  std::span<const std::uint8_t> labels) {
+  write_png_file(path, to_vtk<std::uint8_t>(size, VTK_UNSIGNED_CHAR,
+                                            [&](std::size_t at) { return labels[at]; }));
+}
+
 io::Picture draw_overlay(const Image& image, const Segments& curves,
                          const OverlayOptions& options) {
   constexpr int kLongSide = 800;

@@ -27,6 +27,12 @@ void write_image(const std::string& path, const Image& image);
 void write_mask(const std::string& path, const std::array<int, 2>& size,
                 std::span<const std::uint8_t> mask);
 
+/// Writes labels as they are as an 8-bit grey PNG.
+/// @param labels  as of write_mask()
+/// @throws UsageError, OutputError
+void write_labels(const std::string& path, const std::array<int, 2>& size,
+                  std::span<const std::uint8_t> labels);
+
 struct OverlayOptions {
   /// Values shown as black and white; if absent the 0.5 and 99.5 percentiles.
   std::optional<std::array<double, 2>> window;

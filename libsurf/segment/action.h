@@ -3,8 +3,10 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <variant>
+#include <vector>
 
 #include "libsurf/segment/click.h"
 #include "libsurf/segment/options.h"
@@ -24,13 +26,20 @@ template <int Dim>
 struct SetOptions {
   Options<Dim> options;
 };
-struct Propose {};
+template <int Dim>
+struct Propose {
+  /// The inside clicks that the other objects had then, as outside clicks: no matter what has been
+  /// done to them since, it is repeated with these.
+  std::vector<Click<Dim>> others = {};
+};
 struct Choose {
   std::size_t proposal;
 };
+template <int Dim>
 struct Evolve {
   /// The call of the progress that asked it to stop, from 1: repeated there. None = to its end.
   std::optional<int> stopped_at = {};
+  std::vector<Click<Dim>> others = {};  ///< as in Propose
 };
 struct Rename {
   std::string name;
@@ -40,7 +49,7 @@ struct Recolour {
 };
 
 template <int Dim>
-using Action = std::variant<AddClick<Dim>, TakeBackClick, SetOptions<Dim>, Propose, Choose, Evolve,
-                            Rename, Recolour>;
+using Action = std::variant<AddClick<Dim>, TakeBackClick, SetOptions<Dim>, Propose<Dim>, Choose,
+                            Evolve<Dim>, Rename, Recolour>;
 
 }  // namespace surf::segment

@@ -19,6 +19,16 @@ std::string no_object(const Result<Dim>& result) {
       result.message);
 }
 
+template <int Dim>
+Finished<Dim> checked(const Setting<Dim>& setting, const Simplices<Dim>& shape,
+                      const std::string& extension) {
+  Finished<Dim> out;
+  out.shape = setting.rounded_to_file(shape, extension);
+  out.measures = setting.measures(out.shape);
+  if (!out.measures.passed) throw InvalidMesh(out.measures.verdict);
+  return out;
+}
+
 }  // namespace
 
 template <int Dim>
@@ -29,11 +39,13 @@ Finished<Dim> finish(const Setting<Dim>& setting, const Result<Dim>& result,
     throw NoObject("interrupted before there was a first shape");
   if (result.shape.elements.rows() == 0 && !result.removed.empty())
     throw InvalidMesh("the components that are asked for leave nothing; " + result.notes.back());
-  Finished<Dim> out;
-  out.shape = setting.rounded_to_file(result.shape, extension);
-  out.measures = setting.measures(out.shape);
-  if (!out.measures.passed) throw InvalidMesh(out.measures.verdict);
-  return out;
+  return checked<Dim>(setting, result.shape, extension);
+}
+
+template <int Dim>
+Finished<Dim> finish(const Setting<Dim>& setting, const Proposal<Dim>& proposal,
+                     const std::string& extension) {
+  return checked<Dim>(setting, proposal.shape, extension);
 }
 
 void write(const std::string& path, const Finished<3>& surface, const io::WriteOptions& options) {
@@ -42,5 +54,7 @@ void write(const std::string& path, const Finished<3>& surface, const io::WriteO
 
 template Finished<2> finish<2>(const Setting<2>&, const Result<2>&, const std::string&);
 template Finished<3> finish<3>(const Setting<3>&, const Result<3>&, const std::string&);
+template Finished<2> finish<2>(const Setting<2>&, const Proposal<2>&, const std::string&);
+template Finished<3> finish<3>(const Setting<3>&, const Proposal<3>&, const std::string&);
 
 }  // namespace surf::segment

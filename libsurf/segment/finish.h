@@ -23,6 +23,12 @@ template <int Dim>
 Finished<Dim> finish(const Setting<Dim>& setting, const Result<Dim>& result,
                      const std::string& extension);
 
+/// The same of a proposal.
+/// @throws InvalidMesh  the shape fails a guarantee
+template <int Dim>
+Finished<Dim> finish(const Setting<Dim>& setting, const Proposal<Dim>& proposal,
+                     const std::string& extension);
+
 /// io::write_surface(), for results only: what was not finished cannot be written by mistake.
 void write(const std::string& path, const Finished<3>& surface, const io::WriteOptions& options);
 

@@ -11,7 +11,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr int kVersion = 1;
+constexpr int kVersion = 2;  // 2: what an object saw of the others, and strokes
 constexpr const char* kKind = "surfseg recipe";
 
 template <int Dim>
@@ -23,11 +23,51 @@ Vector<Dim> point_from_json(const Json& json) {
 }
 
 template <int Dim>
+Json points_to_json(const std::vector<Vector<Dim>>& points) {
+  Json out = Json::array();
+  for (const Vector<Dim>& point : points) out.push_back(point_to_json<Dim>(point));
+  return out;
+}
+
+template <int Dim>
+std::vector<Vector<Dim>> points_from_json(const Json& json) {
+  std::vector<Vector<Dim>> out;
+  for (const Json& point : json) out.push_back(point_from_json<Dim>(point));
+  return out;
+}
+
+/// Those of the others are all outside.
+template <int Dim>
+Json others_to_json(const std::vector<Click<Dim>>& others) {
+  Json out = Json::array();
+  for (const Click<Dim>& click : others) {
+    Json entry = {{"point_mm", point_to_json<Dim>(click.point_mm)}};
+    if (!click.stroke_mm.empty()) entry["stroke_mm"] = points_to_json<Dim>(click.stroke_mm);
+    out.push_back(std::move(entry));
+  }
+  return out;
+}
+
+template <int Dim>
+std::vector<Click<Dim>> others_from_json(const Json& action) {
+  std::vector<Click<Dim>> out;
+  if (!action.contains("others")) return out;
+  for (const Json& entry : action["others"]) {
+    out.push_back({point_from_json<Dim>(entry.at("point_mm")), Side::kOutside});
+    if (entry.contains("stroke_mm"))
+      out.back().stroke_mm = points_from_json<Dim>(entry["stroke_mm"]);
+  }
+  return out;
+}
+
+template <int Dim>
 struct ActionToJson {
   Json operator()(const AddClick<Dim>& a) const {
-    return {{"do", "click"},
-            {"side", a.click.side == Side::kInside ? "inside" : "outside"},
-            {"point_mm", point_to_json<Dim>(a.click.point_mm)}};
+    Json out = {{"do", "click"},
+                {"side", a.click.side == Side::kInside ? "inside" : "outside"},
+                {"point_mm", point_to_json<Dim>(a.click.point_mm)}};
+    if (!a.click.stroke_mm.empty()) out["stroke_mm"] = points_to_json<Dim>(a.click.stroke_mm);
+    return out;
   }
   Json operator()(const TakeBackClick& a) const {
     return {{"do", "take back click"}, {"index", a.index}};
@@ -35,10 +75,15 @@ struct ActionToJson {
   Json operator()(const SetOptions<Dim>& a) const {
     return {{"do", "options"}, {"options", to_json<Dim>(a.options)}};
   }
-  Json operator()(const Propose&) const { return {{"do", "propose"}}; }
+  Json operator()(const Propose<Dim>& a) const {
+    Json out = {{"do", "propose"}};
+    if (!a.others.empty()) out["others"] = others_to_json<Dim>(a.others);
+    return out;
+  }
   Json operator()(const Choose& a) const { return {{"do", "choose"}, {"proposal", a.proposal}}; }
-  Json operator()(const Evolve& a) const {
+  Json operator()(const Evolve<Dim>& a) const {
     Json out = {{"do", "evolve"}};
+    if (!a.others.empty()) out["others"] = others_to_json<Dim>(a.others);
     if (a.stopped_at) out["stopped_at"] = *a.stopped_at;
     return out;
   }
@@ -53,15 +98,17 @@ Action<Dim> action_from_json(const Json& json) {
     const auto side = json.at("side").get<std::string>();
     if (side != "inside" && side != "outside")
       throw InputError(fmt::format("side '{}' is neither inside nor outside", side));
-    return AddClick<Dim>{{point_from_json<Dim>(json.at("point_mm")),
-                          side == "inside" ? Side::kInside : Side::kOutside}};
+    AddClick<Dim> out{{point_from_json<Dim>(json.at("point_mm")),
+                       side == "inside" ? Side::kInside : Side::kOutside}};
+    if (json.contains("stroke_mm")) out.click.stroke_mm = points_from_json<Dim>(json["stroke_mm"]);
+    return out;
   }
   if (what == "take back click") return TakeBackClick{json.at("index").get<std::size_t>()};
   if (what == "options") return SetOptions<Dim>{options_from_json<Dim>(json.at("options"))};
-  if (what == "propose") return Propose{};
+  if (what == "propose") return Propose<Dim>{others_from_json<Dim>(json)};
   if (what == "choose") return Choose{json.at("proposal").get<std::size_t>()};
   if (what == "evolve") {
-    Evolve out;
+    Evolve<Dim> out{.others = others_from_json<Dim>(json)};
     if (json.contains("stopped_at")) out.stopped_at = json["stopped_at"].get<int>();
     return out;
   }

@@ -6,9 +6,8 @@
 #include <algorithm>
 
 #include "libsurf/base/error.h"
-#include "libsurf/segment/detail/point_text.h"
+#include "libsurf/segment/clicks.h"
 #include "libsurf/segment/energy_assembly.h"
-#include "libsurf/segment/object_box.h"
 #include "libsurf/segment/run_stages.h"
 #include "libsurf/segment/stages/stages.h"
 
@@ -23,64 +22,6 @@ constexpr std::array<Colour, 7> kColours = {{{230, 159, 0},
                                              {0, 114, 178},
                                              {213, 94, 0},
                                              {204, 121, 167}}};
-
-template <int Dim>
-std::array<long, Dim> cell_of(const ImageExtent<Dim>& extent, const Vector<Dim>& point_mm) {
-  const Vector<Dim> index = extent.world_to_index * point_mm;
-  std::array<long, Dim> out;
-  for (int axis = 0; axis < Dim; ++axis) out[axis] = std::lround(index[axis]);
-  return out;
-}
-
-template <int Dim>
-void check_click(const ImageExtent<Dim>& extent, const std::vector<Click<Dim>>& clicks,
-                 const Click<Dim>& click) {
-  const char* image = Dim == 3 ? "volume" : "image";
-  const char* cell = Dim == 3 ? "voxel" : "pixel";
-  if (!click.point_mm.allFinite() || !extent.contains(click.point_mm))
-    throw UsageError(fmt::format(
-        "Click::point_mm{}: ({}) mm is {} ({:.1f}), outside the {} of {} {}s; is it in another "
-        "space?",
-        click.side == Side::kInside ? "" : "[outside]", point_text<Dim>(click.point_mm), cell,
-        fmt::join(Vector<Dim>(extent.world_to_index * click.point_mm), ", "), image,
-        fmt::join(extent.size, " x "), cell));
-  for (const Click<Dim>& other : clicks)
-    if (other.side != click.side &&
-        cell_of<Dim>(extent, other.point_mm) == cell_of<Dim>(extent, click.point_mm))
-      throw UsageError(fmt::format(
-          "Click::side: ({}) mm is in the same {} as an {} click; take that one back first",
-          point_text<Dim>(click.point_mm), cell,
-          other.side == Side::kInside ? "inside" : "outside"));
-}
-
-/// That inside clicks are in the box.
-template <int Dim>
-void check_box(const ImageExtent<Dim>& extent, const std::optional<BoxCorners<Dim>>& box_mm,
-               const std::vector<Click<Dim>>& clicks) {
-  if (!box_mm) return;
-  const NodeBox<Dim> cells = cells_of_box(extent, *box_mm);
-  for (const Click<Dim>& click : clicks)
-    if (click.side == Side::kInside && !is_in_cells(extent, cells, click.point_mm))
-      throw UsageError(fmt::format("Options::box_mm: the inside click ({}) mm is outside the box",
-                                   point_text<Dim>(click.point_mm)));
-}
-
-template <int Dim>
-std::vector<Vector<Dim>> points_on(Side side, const std::vector<Click<Dim>>& clicks) {
-  std::vector<Vector<Dim>> out;
-  for (const Click<Dim>& click : clicks)
-    if (click.side == side) out.push_back(click.point_mm);
-  return out;
-}
-
-template <int Dim>
-bool contains(const Setting<Dim>& setting, const Simplices<Dim>& shape, const Vector<Dim>& point) {
-  std::array<int, Dim> one;
-  one.fill(1);
-  const Eigen::Transform<double, Dim, Eigen::Affine> there(
-      Eigen::Translation<double, Dim>(point) * Eigen::Scaling(setting.extent().cell_mm()));
-  return setting.rasterized(shape, one, there).front() != 0;
-}
 
 /// Whether both look for objects on the same grid.
 template <int Dim>
@@ -101,7 +42,7 @@ Segmentation<Dim>::Segmentation(std::shared_ptr<const Setting<Dim>> setting, std
     : fields_(std::move(setting), max_bytes) {}
 
 template <int Dim>
-typename Segmentation<Dim>::History& Segmentation<Dim>::find(Id id) {
+History<Dim>& Segmentation<Dim>::find(Id id) {
   const auto found = objects_.find(id);
   if (found == objects_.end())
     throw UsageError(fmt::format(
@@ -111,7 +52,7 @@ typename Segmentation<Dim>::History& Segmentation<Dim>::find(Id id) {
 }
 
 template <int Dim>
-const typename Segmentation<Dim>::History& Segmentation<Dim>::find(Id id) const {
+const History<Dim>& Segmentation<Dim>::find(Id id) const {
   return const_cast<Segmentation*>(this)->find(id);
 }
 
@@ -153,20 +94,36 @@ const Object<Dim>& Segmentation<Dim>::object(Id id) const {
 }
 
 template <int Dim>
-void Segmentation<Dim>::record(Id id, Action<Dim> action, Object<Dim> after) {
-  History& history = find(id);
-  history.moments.resize(history.n_done);
-  history.moments.push_back({std::move(action), std::move(after)});
-  ++history.n_done;
+void Segmentation<Dim>::add_click(Id id, const Click<Dim>& click) {
+  find(id);
+  for (const auto& [other, history] : objects_)
+    if (other != id)
+      check_beside<Dim>(setting().extent(), history.now().clicks, history.now().name, click);
+  add_click_unchecked_beside(id, click);
 }
 
+/// What a recipe repeats was checked when it was done; the others may be as they are later.
 template <int Dim>
-void Segmentation<Dim>::add_click(Id id, const Click<Dim>& click) {
+void Segmentation<Dim>::add_click_unchecked_beside(Id id, const Click<Dim>& click) {
   Object<Dim> after = object(id);
   check_click<Dim>(setting().extent(), after.clicks, click);
   check_box<Dim>(setting().extent(), after.options.box_mm, {click});
   after.clicks.push_back(click);
-  record(id, AddClick<Dim>{click}, std::move(after));
+  find(id).add(AddClick<Dim>{click}, std::move(after));
+}
+
+/// The inside clicks of all other objects, as outside clicks.
+template <int Dim>
+std::vector<Click<Dim>> Segmentation<Dim>::others_of(Id id) const {
+  std::vector<Click<Dim>> out;
+  for (const auto& [other, history] : objects_) {
+    if (other == id) continue;
+    for (const Click<Dim>& click : object(id).clicks)
+      check_beside<Dim>(setting().extent(), history.now().clicks, history.now().name, click);
+    const std::vector<Click<Dim>> clicks = as_outside<Dim>(history.now().clicks);
+    out.insert(out.end(), clicks.begin(), clicks.end());
+  }
+  return out;
 }
 
 template <int Dim>
@@ -176,7 +133,7 @@ void Segmentation<Dim>::take_back_click(Id id, std::size_t index) {
     throw UsageError(fmt::format("click {} is unknown; '{}' has {}, counted from 0", index,
                                  after.name, after.clicks.size()));
   after.clicks.erase(after.clicks.begin() + std::ptrdiff_t(index));
-  record(id, TakeBackClick{index}, std::move(after));
+  find(id).add(TakeBackClick{index}, std::move(after));
 }
 
 template <int Dim>
@@ -193,7 +150,7 @@ void Segmentation<Dim>::set_options(Id id, const Options<Dim>& options) {
     after.result = std::make_shared<const Result<Dim>>(std::move(result));
   }
   after.options = options;
-  record(id, SetOptions<Dim>{options}, std::move(after));
+  find(id).add(SetOptions<Dim>{options}, std::move(after));
 }
 
 template <int Dim>
@@ -202,25 +159,29 @@ void Segmentation<Dim>::rename(Id id, const std::string& name) {
   check_name(name, id);
   Object<Dim> after = object(id);
   after.name = name;
-  record(id, Rename{name}, std::move(after));
+  find(id).add(Rename{name}, std::move(after));
 }
 
 template <int Dim>
 void Segmentation<Dim>::recolour(Id id, const Colour& colour) {
   Object<Dim> after = object(id);
   after.colour = colour;
-  record(id, Recolour{colour}, std::move(after));
+  find(id).add(Recolour{colour}, std::move(after));
 }
 
 template <int Dim>
-Work<Dim> Segmentation<Dim>::work_for(const Object<Dim>& object, const ProgressOf<Dim>& progress,
+Work<Dim> Segmentation<Dim>::work_for(const Object<Dim>& object,
+                                      const std::vector<Click<Dim>>& others,
+                                      const ProgressOf<Dim>& progress,
                                       const std::stop_token& stop) {
   std::vector<Vector<Dim>> seeds = points_on<Dim>(Side::kInside, object.clicks);
   if (seeds.empty()) seeds = object.options.samples_mm;
+  std::vector<Click<Dim>> clicks = others;
+  clicks.insert(clicks.end(), object.clicks.begin(), object.clicks.end());
   return {.fields = fields_,
           .options = object.options,
           .seeds_mm = std::move(seeds),
-          .clicks = object.clicks,
+          .clicks = std::move(clicks),
           .progress = progress,
           .stop = stop,
           .search = object.result->search};
@@ -229,16 +190,32 @@ Work<Dim> Segmentation<Dim>::work_for(const Object<Dim>& object, const ProgressO
 template <int Dim>
 const Result<Dim>& Segmentation<Dim>::propose(Id id, const ProgressOf<Dim>& progress,
                                               const std::stop_token& stop) {
+  return propose_beside(id, others_of(id), progress, stop);
+}
+
+template <int Dim>
+const Result<Dim>& Segmentation<Dim>::propose_beside(Id id, const std::vector<Click<Dim>>& others,
+                                                     const ProgressOf<Dim>& progress,
+                                                     const std::stop_token& stop) {
   Object<Dim> after = object(id);
-  Work<Dim> work = work_for(after, progress, stop);
+  Work<Dim> work = work_for(after, others, progress, stop);
   if (work.seeds_mm.empty())
     throw UsageError(fmt::format("'{}' has no inside click to look for it", after.name));
   run_proposal(work);
   if (!work.is_stopped()) {
     after.result = std::make_shared<const Result<Dim>>(to_result(std::move(work)));
-    record(id, Propose{}, std::move(after));
+    find(id).add(Propose<Dim>{others}, std::move(after));
   }
   return *object(id).result;
+}
+
+template <int Dim>
+std::vector<Candidate<Dim>> Segmentation<Dim>::candidates(Id id) {
+  const Object<Dim>& now = object(id);
+  if (!now.result->search) return {};
+  const SearchGrid<Dim>& grid =
+      fields_.search_grid(field_options(now.options, 0), now.options.sigma_mm, now.options.box_mm);
+  return segment::candidates<Dim>(setting(), grid, *now.result->search);
 }
 
 template <int Dim>
@@ -256,30 +233,24 @@ const Result<Dim>& Segmentation<Dim>::choose(Id id, std::size_t proposal) {
   chosen.outcome = Outcome::kProposed;
   chosen.message = to_string(chosen.proposals[proposal]);
   after.result = std::make_shared<const Result<Dim>>(std::move(chosen));
-  record(id, Choose{proposal}, std::move(after));
+  find(id).add(Choose{proposal}, std::move(after));
   return *object(id).result;
 }
 
-/// Whether the present shape has the clicks where they belong.
 template <int Dim>
-bool Segmentation<Dim>::heeds_clicks(const Object<Dim>& object) const {
-  return std::all_of(object.clicks.begin(), object.clicks.end(), [&](const Click<Dim>& click) {
-    return contains<Dim>(setting(), object.result->shape, click.point_mm) ==
-           (click.side == Side::kInside);
-  });
-}
-
-template <int Dim>
-Result<Dim> Segmentation<Dim>::evolved(const Object<Dim>& object, const ProgressOf<Dim>& progress,
+Result<Dim> Segmentation<Dim>::evolved(const Object<Dim>& object,
+                                       const std::vector<Click<Dim>>& others,
+                                       const ProgressOf<Dim>& progress,
                                        const std::stop_token& stop) {
   const Result<Dim>& before = *object.result;
-  Work<Dim> work = work_for(object, progress, stop);
+  Work<Dim> work = work_for(object, others, progress, stop);
   work.proposals = before.proposals;
   work.chosen = before.chosen;
   // What was proposed for these clicks is an answer to them; what was evolved has to heed them.
   const bool is_answer = before.outcome == Outcome::kProposed && before.search &&
-                         before.search->clicks.size() == object.clicks.size();
-  const bool goes_on = is_answer || (has_shape(before.outcome) && heeds_clicks(object));
+                         before.search->clicks.size() == work.clicks.size();
+  const bool goes_on =
+      is_answer || (has_shape(before.outcome) && heeds<Dim>(before.shape, work.clicks));
   // Without an energy the clicks say more of the object than a body to start from does.
   const bool uses_initial =
       object.options.initial && (!object.options.energies.empty() || work.seeds_mm.empty());
@@ -303,42 +274,40 @@ Result<Dim> Segmentation<Dim>::evolved(const Object<Dim>& object, const Progress
 template <int Dim>
 const Result<Dim>& Segmentation<Dim>::evolve(Id id, const ProgressOf<Dim>& progress,
                                              const std::stop_token& stop) {
+  return evolve_beside(id, others_of(id), progress, stop);
+}
+
+template <int Dim>
+const Result<Dim>& Segmentation<Dim>::evolve_beside(Id id, const std::vector<Click<Dim>>& others,
+                                                    const ProgressOf<Dim>& progress,
+                                                    const std::stop_token& stop) {
   Object<Dim> after = object(id);
   int n_calls = 0;
   const ProgressOf<Dim> counted = [&](const auto& stage, const auto& record, const auto& shape) {
     n_calls += record.n_elements > 0;
     return !progress || progress(stage, record, shape);
   };
-  Result<Dim> result = evolved(after, counted, stop);
-  Evolve action;
+  Result<Dim> result = evolved(after, others, counted, stop);
+  Evolve<Dim> action{.others = others};
   if (result.outcome == Outcome::kStopped) action.stopped_at = n_calls;
   after.result = std::make_shared<const Result<Dim>>(std::move(result));
-  record(id, action, std::move(after));
+  find(id).add(action, std::move(after));
   return *object(id).result;
 }
 
 template <int Dim>
 bool Segmentation<Dim>::undo(Id id) {
-  History& history = find(id);
-  if (history.n_done == 0) return false;
-  --history.n_done;
-  return true;
+  return find(id).undo();
 }
 
 template <int Dim>
 bool Segmentation<Dim>::redo(Id id) {
-  History& history = find(id);
-  if (history.n_done == history.moments.size()) return false;
-  ++history.n_done;
-  return true;
+  return find(id).redo();
 }
 
 template <int Dim>
 std::vector<Action<Dim>> Segmentation<Dim>::history(Id id) const {
-  const History& history = find(id);
-  std::vector<Action<Dim>> out;
-  for (std::size_t n = 0; n < history.n_done; ++n) out.push_back(history.moments[n].action);
-  return out;
+  return find(id).actions();
 }
 
 template <int Dim>
@@ -350,17 +319,17 @@ void Segmentation<Dim>::apply(Id id, const Action<Dim>& action, const ProgressOf
     const ProgressOf<Dim>& progress;
     const std::stop_token& stop;
 
-    void operator()(const AddClick<Dim>& a) { s.add_click(id, a.click); }
+    void operator()(const AddClick<Dim>& a) { s.add_click_unchecked_beside(id, a.click); }
     void operator()(const TakeBackClick& a) { s.take_back_click(id, a.index); }
     void operator()(const SetOptions<Dim>& a) { s.set_options(id, a.options); }
-    void operator()(const Propose&) { s.propose(id, progress, stop); }
+    void operator()(const Propose<Dim>& a) { s.propose_beside(id, a.others, progress, stop); }
     void operator()(const Choose& a) { s.choose(id, a.proposal); }
     void operator()(const Rename& a) { s.rename(id, a.name); }
     void operator()(const Recolour& a) { s.recolour(id, a.colour); }
-    void operator()(const Evolve& a) {
+    void operator()(const Evolve<Dim>& a) {
       int n_calls = 0;
-      s.evolve(
-          id,
+      s.evolve_beside(
+          id, a.others,
           [&](const auto& stage, const auto& record, const auto& shape) {
             n_calls += record.n_elements > 0;
             const bool goes_on = !a.stopped_at || n_calls < *a.stopped_at;

@@ -9,30 +9,22 @@
 #include <string>
 #include <vector>
 
-#include "libsurf/segment/action.h"
+#include "libsurf/segment/candidate.h"
 #include "libsurf/segment/fields.h"
-#include "libsurf/segment/result.h"
+#include "libsurf/segment/history.h"
 
 namespace surf::segment {
-
-/// An object at one moment.
-template <int Dim>
-struct Object {
-  std::string name;
-  Colour colour = {};
-  std::vector<Click<Dim>> clicks;  ///< in the order in which they were made
-  Options<Dim> options;            ///< its seeds_mm and outside_mm are not used: the clicks are
-  /// Proposals, shape and state; never null. Shared by the moments that do not change it.
-  std::shared_ptr<const Result<Dim>> result;
-
-  Outcome state() const { return result->outcome; }
-};
 
 /// A dialogue about one image: clicks make and mend objects. Fields that are computed from the
 /// image are kept for further clicks, within a bound of memory.
 ///
 /// Everything that is done to an object is an entry of its history: it can be undone and redone,
 /// and a recipe repeats it, to the byte.
+///
+/// Objects know of each other: the inside clicks that the others have when one is proposed or
+/// evolved are outside clicks to it, heeded right after its first inside click. Its own clicks come
+/// after them and stay as they were made. That shapes do not overlap is seen to at the end, by
+/// finish_objects().
 ///
 /// Threads: one at a time may call any function of one segmentation; several segmentations are
 /// independent. Work is done on the calling thread, helped by TBB's. Progress is called on it,
@@ -63,21 +55,24 @@ class Segmentation {
   const Object<Dim>& object(Id id) const;
 
   /// @throws UsageError  the point is outside the image, an inside click outside the box of the
-  ///                     options, or in the same cell as a click of the other side
+  ///                     options, or in the same cell as a click of the other side or, if it is
+  ///                     inside, as an inside click of another object
   void add_click(Id id, const Click<Dim>& click);
   /// @throws UsageError  there is no such click
   void take_back_click(Id id, std::size_t index);
   /// @throws UsageError  options.error() is not empty, an energy or a parameter is unknown, a
-  /// sample
-  ///                     is outside the image
+  ///                     sample is outside the image
   void set_options(Id id, const Options<Dim>& options);
   void rename(Id id, const std::string& name);
   void recolour(Id id, const Colour& colour);
 
   /// Regions round the clicks, best first; the best one is chosen. None: the state is kNoObject.
-  /// @throws UsageError  there is no inside click
+  /// @throws UsageError  there is no inside click, or one is in a cell with that of another object
   const Result<Dim>& propose(Id id, const ProgressOf<Dim>& progress = {},
                              const std::stop_token& stop = {});
+  /// What was proposed, and what was besides for the clicks before the last; see candidate.h. Empty
+  /// if nothing was proposed.
+  std::vector<Candidate<Dim>> candidates(Id id);
   /// Its shape becomes that of the object, its state kProposed.
   /// @throws UsageError  there is no such proposal
   const Result<Dim>& choose(Id id, std::size_t proposal);
@@ -87,7 +82,8 @@ class Segmentation {
   /// click is not heeded by it, with explicit energies from options.initial or else from balls
   /// round the inside clicks, without an energy from what is proposed or, where there is no inside
   /// click, from options.initial.
-  /// @throws UsageError  there is nothing to start from
+  /// @throws UsageError  there is nothing to start from, or an inside click is in a cell with that
+  ///                     of another object
   const Result<Dim>& evolve(Id id, const ProgressOf<Dim>& progress = {},
                             const std::stop_token& stop = {});
 
@@ -107,30 +103,22 @@ class Segmentation {
   std::size_t memory_bytes() const { return fields_.memory_bytes(); }
 
  private:
-  struct Moment {
-    Action<Dim> action;
-    Object<Dim> after;
-  };
-  struct History {
-    Object<Dim> first;
-    std::vector<Moment> moments;
-    std::size_t n_done = 0;  ///< the rest has been undone
-
-    const Object<Dim>& now() const { return n_done == 0 ? first : moments[n_done - 1].after; }
-  };
-
-  History& find(Id id);
-  const History& find(Id id) const;
-  void record(Id id, Action<Dim> action, Object<Dim> after);
+  History<Dim>& find(Id id);
+  const History<Dim>& find(Id id) const;
   void check_name(const std::string& name, Id besides) const;
-  Work<Dim> work_for(const Object<Dim>& object, const ProgressOf<Dim>& progress,
-                     const std::stop_token& stop);
-  bool heeds_clicks(const Object<Dim>& object) const;
-  Result<Dim> evolved(const Object<Dim>& object, const ProgressOf<Dim>& progress,
-                      const std::stop_token& stop);
+  void add_click_unchecked_beside(Id id, const Click<Dim>& click);
+  std::vector<Click<Dim>> others_of(Id id) const;
+  Work<Dim> work_for(const Object<Dim>& object, const std::vector<Click<Dim>>& others,
+                     const ProgressOf<Dim>& progress, const std::stop_token& stop);
+  const Result<Dim>& propose_beside(Id id, const std::vector<Click<Dim>>& others,
+                                    const ProgressOf<Dim>& progress, const std::stop_token& stop);
+  const Result<Dim>& evolve_beside(Id id, const std::vector<Click<Dim>>& others,
+                                   const ProgressOf<Dim>& progress, const std::stop_token& stop);
+  Result<Dim> evolved(const Object<Dim>& object, const std::vector<Click<Dim>>& others,
+                      const ProgressOf<Dim>& progress, const std::stop_token& stop);
 
   Fields<Dim> fields_;
-  std::map<Id, History> objects_;
+  std::map<Id, History<Dim>> objects_;
   Id next_ = 1;
 };
 

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "libsurf/mesh/moving_mesh.h"
+#include "libsurf/mesh/parted.h"
 #include "libsurf/segment/energy_model.h"
 #include "libsurf/segment/measures.h"
 #include "libsurf/segment/options.h"
@@ -57,6 +58,11 @@ class Setting {
   /// Phantoms go, and what the options rule out.
   virtual Filtered<Dim> filtered(const Simplices<Dim>& shape, const ComponentOptions& options,
                                  const std::vector<Vector<Dim>>& seeds_mm) const = 0;
+  /// Whether two shapes have an inner point in common, or touch; exact.
+  virtual bool do_overlap(const Simplices<Dim>& first, const Simplices<Dim>& second) const = 0;
+  /// What of a shape is left beside another one, see mesh::parted() and curve::parted().
+  virtual mesh::Parted<Dim> parted(const Simplices<Dim>& shape, const Simplices<Dim>& other,
+                                   const mesh::PartOptions<Dim>& options) const = 0;
   /// The final check, and what is worth knowing of a shape.
   virtual Measures<Dim> measures(const Simplices<Dim>& shape) const = 0;
   /// Rounded to the numbers of a file of this kind, such as ".stl"; as it is for "".

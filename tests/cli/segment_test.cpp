@@ -4,9 +4,11 @@
 #include "libsurf/io/read_surface.h"
 #include "libsurf/io/write_surface.h"
 #include "libsurf/mesh/distance.h"
+#include "libsurf/mesh/measure.h"
 #include "libsurf/mesh/point_obstacles.h"
 #include "libsurf/mesh/primitives.h"
 #include "libsurf/mesh/rasterize.h"
+#include "libsurf/mesh/verify.h"
 #include "libsurf/volume/read_volume.h"
 #include "tests/cli/program.h"
 
@@ -247,7 +249,7 @@ TEST_F(Segment, ConfigTakesEveryOption) {
                                  {"tolerance", 1e-3},
                                  {"output-space", "ras"},
                                  {"mask", "m.mha"},
-                                 {"candidates", 2},
+                                 {"candidates", true},
                                  {"json", "s.json"},
                                  {"threads", 1},
                                  {"quiet", true},
@@ -261,6 +263,28 @@ TEST_F(Segment, ConfigTakesEveryOption) {
   const auto used = json("s.json")["config"];
   for (const auto& [key, value] : config.items())
     EXPECT_TRUE(key == "json" || used.contains(key)) << key;
+}
+
+TEST_F(Segment, WritesTheCandidatesOfEveryClickAndSaysWhere) {
+  make_ball();
+  const Outcome outcome = must({"segment", "ball.nii.gz", "--seed", "0,0,0", "--outside", "0,8,0",
+                                "-o", "s.ply", "--json", "s.json", "--candidates"});
+  const auto candidates = json("s.json")["candidates"];
+  ASSERT_GE(candidates.size(), 2u);
+  EXPECT_EQ(candidates.front()["click"], 2);
+  EXPECT_EQ(candidates.back()["click"], 1);
+  double volume_mm3 = 0;
+  for (std::size_t n = 0; n < candidates.size(); ++n) {
+    const std::string path = "s.candidate-" + std::to_string(n + 1) + ".ply";
+    EXPECT_EQ(candidates[n]["file"], path);
+    EXPECT_NE(outcome.err.find(": " + path + "\n"), std::string::npos) << outcome.err;
+    const surf::Triangles surface = surf::io::read_surface(file(path));
+    EXPECT_TRUE(surf::mesh::verify(surface).passed()) << path;
+    EXPECT_NEAR(surf::mesh::volume_mm3(surface), candidates[n]["volume_mm3"], 0.01) << path;
+    EXPECT_NE(candidates[n]["volume_mm3"], volume_mm3) << path;
+    volume_mm3 = candidates[n]["volume_mm3"];
+  }
+  EXPECT_FALSE(exists("s.candidate-" + std::to_string(candidates.size() + 1) + ".ply"));
 }
 
 TEST_F(Segment, InitialBodiesReachTheSameBall) {

@@ -11,7 +11,7 @@ enum ExitCode {
   kOutput = 4,          ///< an output could not be written
   kStoppedAtLimit = 5,  ///< iteration or time limit; the result was written
   kInvalidResult = 6,   ///< the surface fails a guarantee and was not written
-  kBatchFailed = 7,     ///< some cases of a batch failed
+  kBatchFailed = 7,     ///< some cases of a batch, or of several objects, failed
   kNoObject = 8,        ///< no object stands out round the clicks, or it vanished
   kInterrupted = 130,   ///< SIGINT; the last good surface was written
   kTerminated = 143     ///< SIGTERM; the last good surface was written

@@ -62,7 +62,7 @@ std::string exit_code_help(const std::string& result) {
       "  4         an output could not be written\n"
       "  5         stopped at a limit; the result was written\n"
       "  6         the {0} fails a guarantee and was not written\n"
-      "  7         some cases of a batch failed\n"
+      "  7         some cases of a batch, or of several objects, failed; the others were written\n"
       "  8         no object found, or it vanished; nothing was written\n"
       "  130, 143  interrupted, terminated; the last good {0} was written",
       result);
@@ -110,6 +110,8 @@ int run_program(const Program& program, int argc, char** argv) {
     return fail(code == kDone ? kNoObject : code, error.what());
   } catch (const surf::InvalidMesh& error) {
     return fail(kInvalidResult, error.what());
+  } catch (const PartFailed& error) {
+    return fail(kBatchFailed, error.what());
   } catch (const std::bad_alloc&) {
     return fail(kInput, "out of memory; crop the input or use a larger edge length");
   } catch (const std::exception& error) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -12,6 +13,11 @@ namespace surfseg {
 /// Thrown where a list is asked for in place of a run: it is printed, and the exit code is 0.
 struct Listing {
   std::string text;
+};
+
+/// Some of several results could not be written: exit code 7.
+struct PartFailed : std::runtime_error {
+  using std::runtime_error::runtime_error;
 };
 
 /// What differs from program to program.

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -23,7 +24,9 @@ namespace {
 
 void add_replay_arguments(CLI::App& command, ReplayArguments& a) {
   command.add_option("RECIPE", a.path, "What --recipe of segment wrote");
-  command.add_option("--object", a.object, "Which object to write, if the recipe has several");
+  command.add_option("--object", a.object,
+                     "Which object to write, if the recipe has several and {object} in -o does not "
+                     "ask for all");
   const std::string group = "Output and running";
   command.add_option("--json", a.json, "Summary")->group(group);
   command.add_option("--threads", a.threads, "Threads [all]; the result is the same")->group(group);
@@ -56,8 +59,8 @@ std::string image_file(const ReplayArguments& a, const std::string& recipe,
 }
 
 template <int Dim>
-surf::segment::Object<Dim> replayed(
-    const ReplayArguments& a, const std::string& recipe,
+std::vector<SegmentedObject<Dim>> replayed(
+    const ReplayArguments& a, const std::string& recipe, const std::string& output,
     const std::shared_ptr<const surf::segment::Setting<Dim>>& setting,
     const surf::segment::ProgressOf<Dim>& progress) {
   surf::segment::Segmentation<Dim> segmentation(setting);
@@ -75,22 +78,30 @@ surf::segment::Object<Dim> replayed(
     fail(a, error);
   }
   std::vector<std::string> names;
+  std::vector<SegmentedObject<Dim>> out;
   for (const int id : segmentation.objects()) {
-    const surf::segment::Object<Dim>& object = segmentation.object(id);
-    names.push_back(object.name);
-    if (object.name == a.object || (a.object.empty() && segmentation.objects().size() == 1))
-      return object;
+    out.push_back({segmentation.object(id), {}});
+    names.push_back(out.back().object.name);
   }
   if (names.empty()) throw surf::InputError(fmt::format("{}: the recipe has no object", a.path));
-  throw surf::UsageError(
-      fmt::format("--object: expected one of '{}'; got '{}'", fmt::join(names, "', '"), a.object));
+  if (has_object(output)) check_object_names(names);
+  if (a.object.empty() && (names.size() == 1 || has_object(output))) return out;
+  for (SegmentedObject<Dim>& object : out) object.is_wanted = object.object.name == a.object;
+  if (std::find(names.begin(), names.end(), a.object) == names.end())
+    throw surf::UsageError(
+        fmt::format("--object: expected one of '{}', or {{object}} in -o for all "
+                    "of them; got '{}'",
+                    fmt::join(names, "', '"), a.object));
+  return out;
 }
 
-template surf::segment::Object<2> replayed<2>(
-    const ReplayArguments&, const std::string&,
-    const std::shared_ptr<const surf::segment::Setting<2>>&, const surf::segment::ProgressOf<2>&);
-template surf::segment::Object<3> replayed<3>(
-    const ReplayArguments&, const std::string&,
-    const std::shared_ptr<const surf::segment::Setting<3>>&, const surf::segment::ProgressOf<3>&);
+#define SURFSEG_INSTANTIATE(Dim)                                      \
+  template std::vector<SegmentedObject<Dim>> replayed<Dim>(           \
+      const ReplayArguments&, const std::string&, const std::string&, \
+      const std::shared_ptr<const surf::segment::Setting<Dim>>&,      \
+      const surf::segment::ProgressOf<Dim>&);
+SURFSEG_INSTANTIATE(2)
+SURFSEG_INSTANTIATE(3)
+#undef SURFSEG_INSTANTIATE
 
 }  // namespace surfseg

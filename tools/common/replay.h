@@ -6,6 +6,7 @@
 
 #include "libsurf/segment/segmentation.h"
 #include "tools/common/run_arguments.h"
+#include "tools/common/segment_command.h"
 
 namespace surfseg {
 
@@ -31,12 +32,14 @@ std::string image_file(const ReplayArguments& a, const std::string& recipe,
 
 /// Does all that the recipe says.
 /// @param setting  the image
-/// @return  the object that was asked for, or the only one
+/// @param output  with {object} all objects are wanted if none is asked for
+/// @return  all objects; wanted is the one that was asked for, or the only one
 /// @throws surf::InputError  as segment::replay(), with the recipe's file
-/// @throws surf::UsageError  there is no such object, or several and none was asked for
+/// @throws surf::UsageError  there is no such object, or several, none was asked for and `output`
+///                           is no pattern
 template <int Dim>
-surf::segment::Object<Dim> replayed(
-    const ReplayArguments& a, const std::string& recipe,
+std::vector<SegmentedObject<Dim>> replayed(
+    const ReplayArguments& a, const std::string& recipe, const std::string& output,
     const std::shared_ptr<const surf::segment::Setting<Dim>>& setting,
     const surf::segment::ProgressOf<Dim>& progress);
 

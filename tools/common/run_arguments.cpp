@@ -324,11 +324,13 @@ void add_start_options(CLI::App& command, RunArguments& a, const RunWords& words
       ->allow_extra_args(false)
       ->group(group);
   command
-      .add_option("--box", a.box,
+      .add_option("--box", a.boxes,
                   fmt::format("Box {0},{0} that the object lies in: two opposite corners, the box "
                               "being along the {1}'s axes, a centimetre or two larger than the "
-                              "object; with --seed",
+                              "object; with --seed, one for each object",
                               words.point, words.image))
+      ->take_all()
+      ->allow_extra_args(false)
       ->group(group);
   command
       .add_option("--radius", a.radius,
@@ -360,6 +362,14 @@ void add_running_options(CLI::App& command, RunArguments& a) {
   command.add_option("--threads", a.threads, "Threads [all]; the result is the same")->group(group);
   command.add_flag("-q,--quiet", a.quiet, "Print errors only")->group(group);
   command.add_flag("-v,--verbose", a.verbose, "Print every step")->group(group);
+}
+
+void add_candidates_option(CLI::App& command, RunArguments& a) {
+  command
+      .add_flag("--candidates", a.candidates,
+                "Print what else the clicks may mean, the next best proposals of each of them, and "
+                "write them beside the output: NAME.candidate-1, ...")
+      ->group("Output and running");
 }
 
 void check_range(const char* option, int value, int lowest, const char* expected) {

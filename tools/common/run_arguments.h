@@ -27,8 +27,7 @@ struct RunWords {
 
 /// The options as they were typed; lengths and the like are parsed when the image is known.
 struct RunArguments {
-  std::vector<std::string> seeds, outside;
-  std::string box;
+  std::vector<std::string> objects, seeds, outside, boxes;
   std::string radius, sigma, selective_sigma, edge_length, geometry_tolerance, topology_resolution,
       sheet_distance;
   std::string topology = "free";
@@ -49,6 +48,7 @@ struct RunArguments {
   std::string keep = "all";
   int threads = 0;
   std::string json, config, preset, recipe;
+  bool candidates = false;
   bool quiet = false, verbose = false;
 
   Verbosity verbosity() const {
@@ -65,6 +65,7 @@ struct RunArguments {
 void add_start_options(CLI::App& command, RunArguments& a, const RunWords& words);
 void add_run_options(CLI::App& command, RunArguments& a, const RunWords& words);
 void add_running_options(CLI::App& command, RunArguments& a);
+void add_candidates_option(CLI::App& command, RunArguments& a);
 
 /// What can be found wrong before the image is known.
 /// @throws surf::UsageError

@@ -1,7 +1,10 @@
 #include "tools/common/segment_command.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
+#include <algorithm>
+#include <filesystem>
 #include <map>
 
 #include "libsurf/base/error.h"
@@ -10,6 +13,7 @@
 #include "libsurf/segment/recipe.h"
 #include "libsurf/segment/segment.h"
 #include "tools/common/config.h"
+#include "tools/common/program.h"
 #include "tools/common/report.h"
 #include "tools/common/signals.h"
 
@@ -26,6 +30,20 @@ std::string words(const std::vector<surf::flow::TopologyEvent>& events) {
   for (const auto& [kind, n] : kinds)
     out += fmt::format("{}{} {}", out.empty() ? "  " : ", ", n, kind);
   return out;
+}
+
+/// "organs/liver.candidate-2.stl"
+std::string candidate_path(const std::string& output, std::size_t number) {
+  const std::filesystem::path path(output);
+  return (path.parent_path() /
+          fmt::format("{}.candidate-{}{}", path.stem().string(), number, path.extension().string()))
+      .string();
+}
+
+/// "; trusted: right in 65 of 69 such cases", "" if there is none.
+template <int Dim>
+std::string verdict_of(const surf::segment::Result<Dim>& result) {
+  return result.verdict ? "; " + result.verdict->text() : "";
 }
 
 }  // namespace
@@ -67,16 +85,57 @@ surf::segment::ProgressOf<Dim> SegmentCommand<Dim>::on_step() {
 }
 
 template <int Dim>
-surf::segment::Result<Dim> SegmentCommand<Dim>::segment(const Input& input) {
+typename SegmentCommand<Dim>::Objects SegmentCommand<Dim>::segment(const Input& input) {
   surf::segment::Segmentation<Dim> segmentation(input.setting);
-  const int object = segmentation.add_object();
-  segmentation.set_options(object, input.options);
-  for (const auto& click : surf::segment::clicks_of(input.options))
-    segmentation.add_click(object, click);
-  Result result = segmentation.evolve(object, on_step());
+  for (const ObjectInput<Dim>& object : input.objects) {
+    const int id = segmentation.add_object(object.name);
+    segmentation.set_options(id, object.options);
+    for (const auto& click : surf::segment::clicks_of(object.options))
+      segmentation.add_click(id, click);
+  }
+  Objects out;
+  for (const int id : segmentation.objects()) {
+    if (input.objects.size() > 1 && signal_exit_code() == kDone)
+      progress_.note(fmt::format("{}:", segmentation.object(id).name));
+    if (signal_exit_code() == kDone) segmentation.evolve(id, on_step());
+    out.push_back({segmentation.object(id), {}});
+    if (arguments_.candidates) out.back().candidates = segmentation.candidates(id);
+  }
   if (!arguments_.recipe.empty())
     surf::segment::write_recipe<Dim>(arguments_.recipe, segmentation, image_path());
-  return result;
+  return out;
+}
+
+/// Each in a file of its own, but for those that fail a guarantee.
+template <int Dim>
+ordered_json SegmentCommand<Dim>::write_candidates(const surf::segment::Setting<Dim>& setting,
+                                                   const SegmentedObject<Dim>& object) {
+  const std::string output_path = object_path(output(), object.object.name);
+  ordered_json out = ordered_json::array();
+  for (std::size_t n = 0; n < object.candidates.size(); ++n) {
+    const surf::segment::Candidate<Dim>& candidate = object.candidates[n];
+    const std::string path = candidate_path(output_path, n + 1);
+    std::string words = fmt::format("candidate {}: {}", n + 1, to_string(candidate));
+    ordered_json entry = {{"number", n + 1},
+                          {"click", candidate.n_click},
+                          {"rank", candidate.rank},
+                          {"chosen", candidate.is_chosen},
+                          {"score", candidate.proposal.score},
+                          {Dim == 3 ? "volume_mm3" : "area_mm2", candidate.proposal.enclosed},
+                          {"what", to_string(candidate.proposal)}};
+    try {
+      write_shape(path, surf::segment::finish<Dim>(setting, candidate.proposal,
+                                                   surf::extension(output_path)));
+      entry["file"] = path;
+      words += ": " + path;
+    } catch (const surf::InvalidMesh& error) {
+      entry["not_written"] = error.what();
+      words += fmt::format(": {} not written: {}", path, error.what());
+    }
+    progress_.note(words);
+    out.push_back(std::move(entry));
+  }
+  return out;
 }
 
 template <int Dim>
@@ -89,48 +148,191 @@ ExitCode SegmentCommand<Dim>::run() {
   for (const std::string& idle : idle_options()) progress_.note("note: " + idle);
   catch_signals();
   clock_.begin("segment");
-  const Result result = segment(input);
+  const Objects objects = segment(input);
   clock_.begin("verify");
-  surf::segment::Finished<Dim> finished;
+  std::vector<const Result*> results;
+  for (const SegmentedObject<Dim>& object : objects) results.push_back(object.object.result.get());
+  const Finished finished =
+      surf::segment::finish_objects<Dim>(*input.setting, results, surf::extension(output()));
+  clock_.begin("write");
+  const auto is_wanted = [](const SegmentedObject<Dim>& object) { return object.is_wanted; };
+  if (std::count_if(objects.begin(), objects.end(), is_wanted) > 1)
+    return run_several(input, objects, finished);
+  const auto one = std::find_if(objects.begin(), objects.end(), is_wanted);
+  return run_one(input, objects, finished, std::size_t(one - objects.begin()));
+}
+
+/// Each wanted object has its label; one alone has 1.
+template <int Dim>
+void SegmentCommand<Dim>::write_labels_of(const Input& input, const Objects& objects,
+                                          const Finished& finished) {
+  std::vector<std::uint8_t> labels = surf::segment::label_map<Dim>(*input.setting, finished);
+  std::vector<std::uint8_t> now(objects.size() + 1);
+  const auto n_wanted = std::count_if(objects.begin(), objects.end(),
+                                      [](const auto& object) { return object.is_wanted; });
+  for (std::size_t n = 0; n < objects.size(); ++n)
+    if (objects[n].is_wanted) now[n + 1] = std::uint8_t(n_wanted == 1 ? 1 : n + 1);
+  for (std::uint8_t& label : labels) label = now[label];
+  write_labels(labels);
+}
+
+template <int Dim>
+void SegmentCommand<Dim>::note_result(const Result& result, const std::string& name) {
+  const std::string whose = name.empty() ? "" : name + ": ";
+  for (const std::string& note : result.notes) progress_.note("note: " + whose + note);
+  if (result.border_share > 0)
+    progress_.note(
+        fmt::format("note: {}the {} ends at the border of the {} with {:.1f} % of its {}", whose,
+                    Dim == 3 ? "surface" : "curve", Dim == 3 ? "volume" : "image",
+                    100 * result.border_share, Dim == 3 ? "area" : "length"));
+}
+
+template <int Dim>
+void SegmentCommand<Dim>::note_walls(const Objects& objects, const Finished& finished,
+                                     std::size_t n) {
+  for (const surf::segment::Wall& wall : finished[n].walls)
+    progress_.note(fmt::format(
+        "note: {}: {:.4g} mm^{} that '{}' has too went, which comes before it; {:.4g} mm^{} of its "
+        "wall is theirs, no more than {:.2g} mm apart{}",
+        objects[n].object.name, wall.removed, Dim, objects[wall.other].object.name, wall.measure,
+        Dim - 1, wall.greatest_gap,
+        wall.n_crumbs == 0 ? "" : fmt::format("; {} crumbs went with it", wall.n_crumbs)));
+}
+
+template <int Dim>
+ordered_json SegmentCommand<Dim>::walls_to_json(const Objects& objects, const Finished& finished,
+                                                std::size_t n) const {
+  ordered_json out = ordered_json::array();
+  for (const surf::segment::Wall& wall : finished[n].walls)
+    out.push_back({{"with", objects[wall.other].object.name},
+                   {Dim == 3 ? "removed_mm3" : "removed_mm2", wall.removed},
+                   {Dim == 3 ? "area_mm2" : "length_mm", wall.measure},
+                   {"greatest_gap_mm", wall.greatest_gap},
+                   {"crumbs", wall.n_crumbs}});
+  return out;
+}
+
+template <int Dim>
+ExitCode SegmentCommand<Dim>::run_one(const Input& input, const Objects& objects,
+                                      const Finished& finished, std::size_t n) {
+  const surf::segment::Object<Dim>& object = objects[n].object;
+  const Result& result = *object.result;
+  const std::string path = object_path(output(), object.name);
+  ordered_json candidates;
+  // Where nothing was found, or the result fails, they are what a user wants to look at.
+  if (arguments_.candidates) candidates = write_candidates(*input.setting, objects[n]);
+  const auto entries = [&](const surf::segment::Measures<Dim>* measures) {
+    auto out = ordered_json::parse(surf::segment::summary_json<Dim>(result, measures));
+    if (objects.size() > 1) out["walls"] = walls_to_json(objects, finished, n);
+    if (arguments_.candidates) out["candidates"] = candidates;
+    return out;
+  };
   try {
-    finished = surf::segment::finish<Dim>(*input.setting, result, surf::extension(output()));
+    if (finished[n].failure) std::rethrow_exception(finished[n].failure);
   } catch (const surf::NoObject& error) {
     const ExitCode code = signal_exit_code() == kDone ? kNoObject : signal_exit_code();
-    summarise(result, nullptr, code);
+    note_result(result, "");
+    summarise(code, entries(nullptr));
     if (code != kNoObject) throw;
-    throw surf::NoObject(fmt::format("{}: not written: {}", output(), error.what()));
+    throw surf::NoObject(fmt::format("{}: not written: {}", path, error.what()));
   } catch (const surf::InvalidMesh& error) {
-    finished.measures = input.setting->measures(result.shape);
-    summarise(result, &finished.measures, kInvalidResult);
-    throw surf::InvalidMesh(fmt::format("{}: not written: {}", output(), error.what()));
+    const auto measures = input.setting->measures(result.shape);
+    note_result(result, "");
+    summarise(kInvalidResult, entries(&measures));
+    throw surf::InvalidMesh(fmt::format("{}: not written: {}", path, error.what()));
   }
-  clock_.begin("write");
-  write(input, result, finished);
+  const surf::segment::Finished<Dim>& shape = *finished[n].finished;
+  write(object, shape);
+  write_together(shape.shape, object.clicks);
+  write_labels_of(input, objects, finished);
   const ExitCode exit_code = exit_code_of(result.outcome);
-  summarise(result, &finished.measures, exit_code);
+  note_result(result, "");
+  note_walls(objects, finished, n);
+  summarise(exit_code, entries(&shape.measures));
   progress_.note(conclusion_of<Dim>(result));
-  progress_.note(fmt::format("{}: {}, {:.2f} s", output(), describe(finished.measures),
-                             clock_.total_seconds()));
+  progress_.note(fmt::format("{}: {}, {:.2f} s{}", path, describe(shape.measures),
+                             clock_.total_seconds(), verdict_of<Dim>(result)));
   return exit_code;
 }
 
-/// Notes, and the summary if one was asked for.
+/// What could be made is written; what could not is told at the end.
 template <int Dim>
-void SegmentCommand<Dim>::summarise(const Result& result,
-                                    const surf::segment::Measures<Dim>* measures,
-                                    ExitCode exit_code) {
+ExitCode SegmentCommand<Dim>::run_several(const Input& input, const Objects& objects,
+                                          const Finished& finished) {
+  ordered_json entries = ordered_json::array();
+  std::vector<Shape> shapes;
+  std::vector<surf::segment::Click<Dim>> clicks;
+  std::vector<std::string> failures;
+  bool is_at_limit = false;
+  for (std::size_t n = 0; n < objects.size(); ++n) {
+    if (!objects[n].is_wanted) continue;
+    const surf::segment::Object<Dim>& object = objects[n].object;
+    const Result& result = *object.result;
+    const std::string path = object_path(output(), object.name);
+    ordered_json entry = {{"name", object.name}, {"label", n + 1}};
+    ordered_json candidates;
+    if (arguments_.candidates) candidates = write_candidates(*input.setting, objects[n]);
+    ExitCode code = exit_code_of(result.outcome);
+    const surf::segment::Measures<Dim>* measures = nullptr;
+    note_result(result, object.name);
+    clicks.insert(clicks.end(), object.clicks.begin(), object.clicks.end());
+    if (finished[n].finished) {
+      write(object, *finished[n].finished);
+      shapes.push_back(finished[n].finished->shape);
+      measures = &finished[n].finished->measures;
+      is_at_limit |= code == kStoppedAtLimit;
+      entry["file"] = path;
+      note_walls(objects, finished, n);
+      progress_.note(fmt::format("{}: {}; {}{}", path, describe(*measures),
+                                 surf::segment::to_string(result.outcome),
+                                 verdict_of<Dim>(result)));
+    } else {
+      try {
+        std::rethrow_exception(finished[n].failure);
+      } catch (const surf::NoObject& error) {
+        entry["not_written"] = result.outcome == surf::segment::Outcome::kEmpty
+                                   ? "interrupted before it was begun"
+                                   : error.what();
+        if (signal_exit_code() == kDone) code = kNoObject;
+      } catch (const surf::InvalidMesh& error) {
+        entry["not_written"] = error.what();
+        code = kInvalidResult;
+      }
+      failures.push_back(
+          fmt::format("{}: {}", path, entry["not_written"].template get<std::string>()));
+    }
+    entry["exit_code"] = int(code);
+    entry.update(ordered_json::parse(surf::segment::summary_json<Dim>(result, measures)));
+    entry["walls"] = walls_to_json(objects, finished, n);
+    if (arguments_.candidates) entry["candidates"] = candidates;
+    entries.push_back(std::move(entry));
+  }
+  if (!shapes.empty()) {
+    write_together(input.setting->joined(shapes), clicks);
+    write_labels_of(input, objects, finished);
+  }
+  ExitCode exit_code = signal_exit_code();
+  if (exit_code == kDone)
+    exit_code = !failures.empty() ? kBatchFailed : is_at_limit ? kStoppedAtLimit : kDone;
+  summarise(exit_code, {{"objects", entries}});
+  progress_.note(fmt::format("{} of {} objects written, {:.2f} s", shapes.size(), entries.size(),
+                             clock_.total_seconds()));
+  if (exit_code == kBatchFailed)
+    throw PartFailed(fmt::format("{} of {} objects not written: {}", failures.size(),
+                                 entries.size(), fmt::join(failures, "; ")));
+  return exit_code;
+}
+
+/// The summary, if one was asked for.
+template <int Dim>
+void SegmentCommand<Dim>::summarise(ExitCode exit_code, const ordered_json& entries) {
   clock_.end();
-  for (const std::string& note : result.notes) progress_.note("note: " + note);
-  if (result.border_share > 0)
-    progress_.note(fmt::format("note: the {} ends at the border of the {} with {:.1f} % of its {}",
-                               Dim == 3 ? "surface" : "curve", Dim == 3 ? "volume" : "image",
-                               100 * result.border_share, Dim == 3 ? "area" : "length"));
   if (arguments_.json.empty()) return;
   ordered_json out;
   out[program()] = SURFSEG_VERSION;
   out["config"] = dump_config(command_, {"help", "config", "json"});
   out["exit_code"] = int(exit_code);
-  out.update(ordered_json::parse(surf::segment::summary_json<Dim>(result, measures)));
+  out.update(entries);
   out["stages"] = clock_.stages();
   out["time_s"] = clock_.total_seconds();
   out["peak_memory_mb"] = peak_memory_mb();

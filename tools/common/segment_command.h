@@ -7,16 +7,26 @@
 #include <string>
 #include <vector>
 
-#include "libsurf/segment/finish.h"
+#include "libsurf/segment/finish_objects.h"
 #include "libsurf/segment/segment.h"
 #include "tools/common/exit_codes.h"
+#include "tools/common/objects.h"
 #include "tools/common/progress.h"
 #include "tools/common/run_arguments.h"
 #include "tools/common/stage_clock.h"
 
 namespace surfseg {
 
-/// A seed in a volume (Dim = 3) or an image (Dim = 2) in, a verified shape out.
+/// An object at the end of a segmentation.
+template <int Dim>
+struct SegmentedObject {
+  surf::segment::Object<Dim> object;
+  std::vector<surf::segment::Candidate<Dim>> candidates;
+  /// The others are only what it must not overlap.
+  bool is_wanted = true;
+};
+
+/// Seeds in a volume (Dim = 3) or an image (Dim = 2) in, verified shapes out.
 template <int Dim>
 class SegmentCommand {
  public:
@@ -33,8 +43,9 @@ class SegmentCommand {
  protected:
   struct Input {
     std::shared_ptr<const surf::segment::Setting<Dim>> setting;
-    surf::segment::Options<Dim> options;
+    std::vector<ObjectInput<Dim>> objects;
   };
+  using Objects = std::vector<SegmentedObject<Dim>>;
 
   /// What can be found wrong before the work is done.
   virtual void check() const = 0;
@@ -44,18 +55,28 @@ class SegmentCommand {
   virtual std::vector<std::string> idle_options() const = 0;
   /// After every step.
   virtual void show([[maybe_unused]] const std::function<Shape()>& shape) {}
+  /// A pattern with {object} if there are several.
   virtual std::string output() const = 0;
   virtual std::string image_path() const = 0;
   /// The key of the program's version in the summary.
   virtual const char* program() const = 0;
-  /// Writes everything that was asked for.
-  virtual void write(const Input& input, const Result& result,
+  /// Writes everything that was asked for of one object alone.
+  virtual void write(const surf::segment::Object<Dim>& object,
                      const surf::segment::Finished<Dim>& finished) const = 0;
+  /// Writes what shows all objects together, but for their labels.
+  virtual void write_together(const Shape& all,
+                              const std::vector<surf::segment::Click<Dim>>& clicks) const = 0;
+  /// Writes a map of labels, if one was asked for.
+  virtual void write_labels(const std::vector<std::uint8_t>& labels) const = 0;
+  /// The file of a shape alone, in the format that its name says.
+  virtual void write_shape(const std::string& path,
+                           const surf::segment::Finished<Dim>& shape) const = 0;
   /// "1656 triangles, 28.005 ml, ..."
   virtual std::string describe(const surf::segment::Measures<Dim>& measures) const = 0;
 
-  /// From the input to a result; a recipe is written if one was asked for.
-  virtual Result segment(const Input& input);
+  /// From the input to objects, at least one of them wanted; a recipe is written if one was asked
+  /// for.
+  virtual Objects segment(const Input& input);
 
   const CLI::App& command() const { return command_; }
   ProgressLine& progress() { return progress_; }
@@ -63,8 +84,19 @@ class SegmentCommand {
   surf::segment::ProgressOf<Dim> on_step();
 
  private:
-  void summarise(const Result& result, const surf::segment::Measures<Dim>* measures,
-                 ExitCode exit_code);
+  using Finished = std::vector<surf::segment::FinishedObject<Dim>>;
+
+  ExitCode run_one(const Input& input, const Objects& objects, const Finished& finished,
+                   std::size_t n);
+  ExitCode run_several(const Input& input, const Objects& objects, const Finished& finished);
+  nlohmann::ordered_json write_candidates(const surf::segment::Setting<Dim>& setting,
+                                          const SegmentedObject<Dim>& object);
+  void write_labels_of(const Input& input, const Objects& objects, const Finished& finished);
+  void note_result(const Result& result, const std::string& name);
+  void note_walls(const Objects& objects, const Finished& finished, std::size_t n);
+  nlohmann::ordered_json walls_to_json(const Objects& objects, const Finished& finished,
+                                       std::size_t n) const;
+  void summarise(ExitCode exit_code, const nlohmann::ordered_json& entries);
 
   const CLI::App& command_;
   const RunArguments& arguments_;

@@ -169,11 +169,6 @@ surf::curve::CurveOptions curve_options(const CLI::App& command, const CurveArgu
     out.seeds_mm.push_back(parse_plane_point("--seed", seed, a.space, image));
   for (const std::string& point : a.outside)
     out.outside_mm.push_back(parse_plane_point("--outside", point, a.space, image));
-  if (!a.box.empty()) {
-    const auto corners = split_box("--box", a.box, 2);
-    out.box_mm = {parse_plane_point("--box", corners[0], a.space, image),
-                  parse_plane_point("--box", corners[1], a.space, image)};
-  }
   if (a.has_initial())
     out.initial = initial_curves(a, image, out.edge_length_mm.value_or(1.5 * image.pixel_size()));
   if (out.seeds_mm.empty() && !a.landmarks.empty())
@@ -182,6 +177,16 @@ surf::curve::CurveOptions curve_options(const CLI::App& command, const CurveArgu
   if (out.seeds_mm.empty() && a.circles.size() == 1)
     out.samples_mm.push_back(
         parse_plane_point("--circle", split_circle(a.circles[0]).first, a.space, image));
+  return out;
+}
+
+std::vector<surf::segment::BoxCorners<2>> boxes_mm(const CurveArguments& a, const Image& image) {
+  std::vector<surf::segment::BoxCorners<2>> out;
+  for (const std::string& box : a.boxes) {
+    const auto corners = split_box("--box", box, 2);
+    out.push_back({parse_plane_point("--box", corners[0], a.space, image),
+                   parse_plane_point("--box", corners[1], a.space, image)});
+  }
   return out;
 }
 

@@ -39,4 +39,8 @@ std::vector<std::string> idle_curve_options(const CLI::App& command, const Curve
 surf::curve::CurveOptions curve_options(const CLI::App& command, const CurveArguments& a,
                                         const surf::curve::Image& image);
 
+/// Of --box.
+std::vector<surf::segment::BoxCorners<2>> boxes_mm(const CurveArguments& a,
+                                                   const surf::curve::Image& image);
+
 }  // namespace surfseg::curve_program

@@ -54,8 +54,8 @@ class ReplayCommand : public SegmentCommand<2> {
     return {surf::curve::make_setting(*image_), {}};
   }
 
-  Result segment(const Input& input) override {
-    return *replayed<2>(arguments_, recipe_, input.setting, on_step()).result;
+  Objects segment(const Input& input) override {
+    return replayed<2>(arguments_, recipe_, arguments_.output, input.setting, on_step());
   }
 
   std::vector<std::string> idle_options() const override { return {}; }
@@ -63,14 +63,26 @@ class ReplayCommand : public SegmentCommand<2> {
   std::string image_path() const override { return path_; }
   const char* program() const override { return "curveseg"; }
 
-  void write(const Input&, const Result&,
+  void write(const surf::segment::Object<2>& object,
              const surf::segment::Finished<2>& finished) const override {
-    surf::curve::write_contours(arguments_.output, finished.shape, *image_,
-                                file_space(arguments_.output_space));
-    if (!arguments_.mask.empty())
-      surf::curve::write_mask(
-          arguments_.mask, image_->size(),
-          surf::curve::rasterize(finished.shape, image_->size(), image_->pixel_to_plane()));
+    write_shape(object_path(arguments_.output, object.name), finished);
+  }
+
+  void write_together(const surf::Segments&,
+                      const std::vector<surf::segment::Click<2>>&) const override {}
+
+  /// One object is white, 255; where -o asks for all of several they have their labels.
+  void write_labels(const std::vector<std::uint8_t>& labels) const override {
+    if (arguments_.mask.empty()) return;
+    if (has_object(arguments_.output))
+      surf::curve::write_labels(arguments_.mask, image_->size(), labels);
+    else
+      surf::curve::write_mask(arguments_.mask, image_->size(), labels);
+  }
+
+  void write_shape(const std::string& path,
+                   const surf::segment::Finished<2>& shape) const override {
+    surf::curve::write_contours(path, shape.shape, *image_, file_space(arguments_.output_space));
   }
 
   std::string describe(const surf::segment::Measures<2>& measures) const override {

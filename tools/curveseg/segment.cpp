@@ -68,12 +68,18 @@ class CurveCommand : public SegmentCommand<2> {
         !surf::segment::is_piecewise_smooth<2>(arguments_.terms(command())))
       throw surf::UsageError("--denoised: belongs to --energy mumford-shah, which is not used");
     arguments_.image.check();
-    check_outputs({{"-o", arguments_.output},
-                   {"--mask", arguments_.mask},
-                   {"--picture", arguments_.overlay},
-                   {"--denoised", arguments_.denoised},
-                   {"--recipe", arguments_.recipe},
-                   {"--json", arguments_.json}},
+    check_objects(command(), arguments_,
+                  {{"-o", arguments_.output}, {"--denoised", arguments_.denoised}});
+    if (!arguments_.objects.empty() && arguments_.has_initial())
+      throw surf::UsageError(
+          "--object: each is looked for from its own --seed, not from an initial curve");
+    check_outputs(object_outputs({{"-o", arguments_.output},
+                                  {"--mask", arguments_.mask},
+                                  {"--picture", arguments_.overlay},
+                                  {"--denoised", arguments_.denoised},
+                                  {"--recipe", arguments_.recipe},
+                                  {"--json", arguments_.json}},
+                                 arguments_.objects),
                   arguments_.image.path);
     if (!arguments_.frames.empty() && !std::filesystem::is_directory(arguments_.frames))
       throw surf::OutputError(
@@ -84,7 +90,9 @@ class CurveCommand : public SegmentCommand<2> {
     image_ = arguments_.image.read();
     for (const std::string& note : image_->source().notes) progress().note("note: " + note);
     frames_.emplace(arguments_.frames, *image_);
-    return {surf::curve::make_setting(*image_), curve_options(command(), arguments_, *image_)};
+    return {surf::curve::make_setting(*image_),
+            objects_of<2>(command(), arguments_, curve_options(command(), arguments_, *image_),
+                          boxes_mm(arguments_, *image_))};
   }
 
   std::vector<std::string> idle_options() const override {
@@ -99,20 +107,36 @@ class CurveCommand : public SegmentCommand<2> {
   std::string image_path() const override { return arguments_.image.path; }
   const char* program() const override { return "curveseg"; }
 
-  void write(const Input& input, const Result& result,
+  void write(const surf::segment::Object<2>& object,
              const surf::segment::Finished<2>& finished) const override {
-    const Segments& curves = finished.shape;
-    surf::curve::write_contours(arguments_.output, curves, *image_,
-                                file_space(arguments_.output_space));
-    if (!arguments_.mask.empty())
-      surf::curve::write_mask(
-          arguments_.mask, image_->size(),
-          surf::curve::rasterize(curves, image_->size(), image_->pixel_to_plane()));
-    if (!arguments_.overlay.empty())
-      surf::io::write_png(arguments_.overlay, surf::curve::draw_overlay(*image_, curves));
+    const auto path = [&](const std::string& pattern) { return object_path(pattern, object.name); };
+    write_shape(path(arguments_.output), finished);
+    if (has_object(arguments_.overlay))
+      surf::io::write_png(path(arguments_.overlay),
+                          surf::curve::draw_overlay(*image_, finished.shape));
     if (!arguments_.denoised.empty())
-      surf::curve::write_image(arguments_.denoised,
-                               surf::curve::denoised(*image_, input.options, result));
+      surf::curve::write_image(path(arguments_.denoised),
+                               surf::curve::denoised(*image_, object.options, *object.result));
+  }
+
+  void write_together(const surf::Segments& all,
+                      const std::vector<surf::segment::Click<2>>&) const override {
+    if (!arguments_.overlay.empty() && !has_object(arguments_.overlay))
+      surf::io::write_png(arguments_.overlay, surf::curve::draw_overlay(*image_, all));
+  }
+
+  /// One object is white, 255; where -o asks for all of several they have their labels.
+  void write_labels(const std::vector<std::uint8_t>& labels) const override {
+    if (arguments_.mask.empty()) return;
+    if (has_object(arguments_.output))
+      surf::curve::write_labels(arguments_.mask, image_->size(), labels);
+    else
+      surf::curve::write_mask(arguments_.mask, image_->size(), labels);
+  }
+
+  void write_shape(const std::string& path,
+                   const surf::segment::Finished<2>& shape) const override {
+    surf::curve::write_contours(path, shape.shape, *image_, file_space(arguments_.output_space));
   }
 
   std::string describe(const surf::segment::Measures<2>& measures) const override {
@@ -127,11 +151,17 @@ class CurveCommand : public SegmentCommand<2> {
 
 void add_options(CLI::App& command, Arguments& a) {
   add_image_arguments(command, a.image);
-  command.add_option("-o,--output", a.output, "Contours to write: .svg, .json, .vtp or .csv");
+  command.add_option(
+      "-o,--output", a.output,
+      "Contours to write: .svg, .json, .vtp or .csv; of several objects {object}.json");
   add_curve_options(command, a);
+  add_object_option(command, a);
   const std::string output = "Output and running";
   add_output_space(command, a.output_space, "a slice's .vtp", output);
-  command.add_option("--mask", a.mask, "Mask on the image's pixels: .png")->group(output);
+  command
+      .add_option("--mask", a.mask,
+                  "Mask on the image's pixels, of several objects their labels 1, 2, ...: .png")
+      ->group(output);
   command
       .add_option("--picture,--overlay", a.overlay, "Picture of the contours over the image: .png")
       ->group(output);
@@ -142,6 +172,7 @@ void add_options(CLI::App& command, Arguments& a) {
       ->group(output);
   command.add_option("--frames", a.frames, "Folder for such a picture of every step")
       ->group(output);
+  add_candidates_option(command, a);
   add_running_options(command, a);
 }
 
@@ -165,8 +196,8 @@ void add_segment_command(CLI::App& app, ExitCode& exit_code) {
       "          -o ring.json --picture ring.png\n"
       "  curveseg segment head.nii.gz --slice axial:80 --seed 90,110 -o ventricle.json\n"
       "Exit codes: 0 done, 2 usage, 3 input, 4 output, 5 stopped at the iteration limit (result\n"
-      "written), 6 result fails a guarantee, 8 no object found (not written), 130/143 interrupted\n"
-      "(last curves written).");
+      "written), 6 result fails a guarantee, 7 some of several objects not written, 8 no object\n"
+      "found (not written), 130/143 interrupted (last curves written).");
   command->callback([command, arguments, &exit_code] {
     apply_files(*command, arguments->config, arguments->preset);
     exit_code = CurveCommand(*command, *arguments).run();

@@ -55,8 +55,10 @@ class StackCommand {
     catch_signals();
     clock_.begin("segment");
     const surf::curve::Image first = slices.slice(arguments_.from);
+    surf::curve::CurveOptions options = curve_options(command_, arguments_, first);
+    if (const auto boxes = boxes_mm(arguments_, first); !boxes.empty()) options.box_mm = boxes[0];
     result_ = surf::curve::segment_stack(
-        slices, arguments_.from, arguments_.to, curve_options(command_, arguments_, first),
+        slices, arguments_.from, arguments_.to, options,
         [&](int k, const std::string& stage, const surf::flow::StepRecord& record) {
           progress_.step(
               step_line<2>(fmt::format("slice {} {}", k, stage), record, clock_.total_seconds()));

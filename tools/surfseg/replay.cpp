@@ -6,7 +6,6 @@
 #include "libsurf/base/error.h"
 #include "libsurf/base/file.h"
 #include "libsurf/io/write_surface.h"
-#include "libsurf/mesh/rasterize.h"
 #include "libsurf/volume/write_volume.h"
 #include "tools/common/outputs.h"
 #include "tools/common/segment_command.h"
@@ -58,10 +57,8 @@ class ReplayCommand : public SegmentCommand<3> {
     return {surf::segment::make_setting(*volume_), {}};
   }
 
-  Result segment(const Input& input) override {
-    const auto object = replayed<3>(arguments_, recipe_, input.setting, on_step());
-    clicks_ = object.clicks;
-    return *object.result;
+  Objects segment(const Input& input) override {
+    return replayed<3>(arguments_, recipe_, arguments_.output, input.setting, on_step());
   }
 
   std::vector<std::string> idle_options() const override { return {}; }
@@ -69,14 +66,28 @@ class ReplayCommand : public SegmentCommand<3> {
   std::string image_path() const override { return path_; }
   const char* program() const override { return "surfseg"; }
 
-  void write(const Input&, const Result&,
+  void write(const surf::segment::Object<3>& object,
              const surf::segment::Finished<3>& finished) const override {
-    surf::segment::write(arguments_.output, finished, {file_space(arguments_.output_space)});
+    write_shape(object_path(arguments_.output, object.name), finished);
+    if (has_object(arguments_.picture))
+      write_picture(object_path(arguments_.picture, object.name), finished.shape, *volume_,
+                    object.clicks);
+  }
+
+  void write_together(const surf::Triangles& all,
+                      const std::vector<surf::segment::Click<3>>& clicks) const override {
+    if (!has_object(arguments_.picture)) write_picture(arguments_.picture, all, *volume_, clicks);
+  }
+
+  void write_labels(const std::vector<std::uint8_t>& labels) const override {
     if (!arguments_.mask.empty())
-      surf::volume::write_label_map(
-          arguments_.mask, volume_->size(), volume_->index_to_world(),
-          surf::mesh::rasterize(finished.shape, volume_->size(), volume_->index_to_world()));
-    write_picture(arguments_.picture, finished.shape, *volume_, clicks_);
+      surf::volume::write_label_map(arguments_.mask, volume_->size(), volume_->index_to_world(),
+                                    labels);
+  }
+
+  void write_shape(const std::string& path,
+                   const surf::segment::Finished<3>& shape) const override {
+    surf::segment::write(path, shape, {file_space(arguments_.output_space)});
   }
 
   std::string describe(const surf::segment::Measures<3>& measures) const override {
@@ -87,7 +98,6 @@ class ReplayCommand : public SegmentCommand<3> {
   const Arguments& arguments_;
   std::string recipe_, path_;
   std::optional<surf::volume::Volume> volume_;
-  std::vector<surf::segment::Click<3>> clicks_;
 };
 
 void add_options(CLI::App& command, Arguments& a) {

@@ -3,12 +3,9 @@
 
 #include <fmt/format.h>
 
-#include <filesystem>
-
 #include "libsurf/base/error.h"
 #include "libsurf/base/file.h"
 #include "libsurf/io/write_surface.h"
-#include "libsurf/mesh/rasterize.h"
 #include "libsurf/segment/denoised.h"
 #include "libsurf/segment/energy_assembly.h"
 #include "libsurf/volume/write_volume.h"
@@ -36,7 +33,6 @@ struct Arguments : RunArguments {
   std::string space = "ras";
   InitialArguments initial;
   std::string output_space = "lps", mask, denoised, picture, start;
-  int candidates = 0;
 
   surf::io::WriteOptions write_options() const { return {file_space(output_space)}; }
 };
@@ -50,20 +46,26 @@ class SurfaceCommand : public SegmentCommand<3> {
   void check() const override {
     check_values();
     check_names();
-    check_outputs({{"-o", arguments_.output},
-                   {"--mask", arguments_.mask},
+    check_objects(command(), arguments_,
+                  {{"-o", arguments_.output},
                    {"--denoised", arguments_.denoised},
-                   {"--picture", arguments_.picture},
-                   {"--start", arguments_.start},
-                   {"--recipe", arguments_.recipe},
-                   {"--json", arguments_.json}},
+                   {"--start", arguments_.start}});
+    check_outputs(object_outputs({{"-o", arguments_.output},
+                                  {"--mask", arguments_.mask},
+                                  {"--denoised", arguments_.denoised},
+                                  {"--picture", arguments_.picture},
+                                  {"--start", arguments_.start},
+                                  {"--recipe", arguments_.recipe},
+                                  {"--json", arguments_.json}},
+                                 arguments_.objects),
                   arguments_.volume);
   }
 
   Input read() override {
     volume_ = arguments_.which.read(arguments_.volume);
     for (const std::string& note : volume_->source().notes) progress().note("note: " + note);
-    return {surf::segment::make_setting(*volume_), options(*volume_)};
+    return {surf::segment::make_setting(*volume_),
+            objects_of<3>(command(), arguments_, options(*volume_), boxes_mm(*volume_))};
   }
 
   std::vector<std::string> idle_options() const override {
@@ -74,22 +76,35 @@ class SurfaceCommand : public SegmentCommand<3> {
   std::string image_path() const override { return arguments_.volume; }
   const char* program() const override { return "surfseg"; }
 
-  void write(const Input& input, const Result& result,
+  void write(const surf::segment::Object<3>& object,
              const surf::segment::Finished<3>& finished) const override {
-    surf::segment::write(arguments_.output, finished, arguments_.write_options());
-    if (!arguments_.mask.empty())
-      surf::volume::write_label_map(
-          arguments_.mask, volume_->size(), volume_->index_to_world(),
-          surf::mesh::rasterize(finished.shape, volume_->size(), volume_->index_to_world()));
-    if (const auto model = surf::segment::piecewise_smooth<3>(result.energies);
+    const auto path = [&](const std::string& pattern) { return object_path(pattern, object.name); };
+    write_shape(path(arguments_.output), finished);
+    if (const auto model = surf::segment::piecewise_smooth<3>(object.result->energies);
         model && !arguments_.denoised.empty())
-      surf::volume::write_volume(arguments_.denoised,
+      surf::volume::write_volume(path(arguments_.denoised),
                                  surf::segment::denoised(*volume_, finished.shape, model->mu));
-    write_picture(arguments_.picture, finished.shape, *volume_,
-                  surf::segment::clicks_of(input.options));
+    if (has_object(arguments_.picture))
+      write_picture(path(arguments_.picture), finished.shape, *volume_, object.clicks);
     if (!arguments_.start.empty())
-      surf::io::write_surface(arguments_.start, result.start, arguments_.write_options());
-    write_candidates(result);
+      surf::io::write_surface(path(arguments_.start), object.result->start,
+                              arguments_.write_options());
+  }
+
+  void write_together(const surf::Triangles& all,
+                      const std::vector<surf::segment::Click<3>>& clicks) const override {
+    if (!has_object(arguments_.picture)) write_picture(arguments_.picture, all, *volume_, clicks);
+  }
+
+  void write_labels(const std::vector<std::uint8_t>& labels) const override {
+    if (!arguments_.mask.empty())
+      surf::volume::write_label_map(arguments_.mask, volume_->size(), volume_->index_to_world(),
+                                    labels);
+  }
+
+  void write_shape(const std::string& path,
+                   const surf::segment::Finished<3>& shape) const override {
+    surf::segment::write(path, shape, arguments_.write_options());
   }
 
   std::string describe(const surf::segment::Measures<3>& measures) const override {
@@ -121,18 +136,33 @@ class SurfaceCommand : public SegmentCommand<3> {
 
   void check_values() const {
     check_run_arguments(command(), arguments_, kWords);
-    check_range("--candidates", arguments_.candidates, 0, "0 or more");
     arguments_.which.check();
     if (arguments_.keep == "seeded" && arguments_.seeds.empty() && !arguments_.initial.is_body())
       throw surf::UsageError("--keep seeded: a --seed in each component to keep is needed");
     for (const std::string& seed : arguments_.seeds) parse_point("--seed", seed);
     for (const std::string& point : arguments_.outside) parse_point("--outside", point);
-    if (!arguments_.box.empty()) split_box("--box", arguments_.box, 3);
+    for (const std::string& box : arguments_.boxes) split_box("--box", box, 3);
     arguments_.initial.check();
+    if (!arguments_.objects.empty() && arguments_.initial.any())
+      throw surf::UsageError(
+          "--object: each is looked for from its own --seed, not from an initial surface");
     if (arguments_.seeds.empty() && !arguments_.initial.any())
       throw surf::UsageError(
           "--seed: at least one point inside the object is needed, such as --seed 12.5,-30,44, or "
           "an --initial surface");
+  }
+
+  std::vector<surf::segment::BoxCorners<3>> boxes_mm(const surf::volume::Volume& volume) const {
+    const Space space = parse_space("--space", arguments_.space);
+    const auto at = [&](const std::string& corner) {
+      return to_ras_mm(parse_point("--box", corner), space, volume.index_to_world());
+    };
+    std::vector<surf::segment::BoxCorners<3>> out;
+    for (const std::string& box : arguments_.boxes) {
+      const auto corners = split_box("--box", box, 3);
+      out.push_back({at(corners[0]), at(corners[1])});
+    }
+    return out;
   }
 
   surf::segment::Options<3> options(const surf::volume::Volume& volume) const {
@@ -144,13 +174,6 @@ class SurfaceCommand : public SegmentCommand<3> {
     for (const std::string& point : arguments_.outside)
       out.outside_mm.push_back(
           to_ras_mm(parse_point("--outside", point), space, volume.index_to_world()));
-    if (!arguments_.box.empty()) {
-      const auto corners = split_box("--box", arguments_.box, 3);
-      const auto at = [&](const std::string& corner) {
-        return to_ras_mm(parse_point("--box", corner), space, volume.index_to_world());
-      };
-      out.box_mm = {at(corners[0]), at(corners[1])};
-    }
     set_run_options<3>(command(), arguments_, volume.voxel_size(), out);
     if (arguments_.initial.any()) set_initial_surface(out, space, volume);
     return out;
@@ -166,20 +189,6 @@ class SurfaceCommand : public SegmentCommand<3> {
       out.samples_mm.push_back(*initial.center_ras_mm);
   }
 
-  /// NAME-2.stl, NAME-3.stl, ...: what was proposed besides.
-  void write_candidates(const Result& result) const {
-    const std::filesystem::path path(arguments_.output);
-    int n = 1;
-    for (std::size_t i = 0; i < result.proposals.size() && n <= arguments_.candidates; ++i) {
-      if (i == result.chosen) continue;
-      ++n;
-      surf::io::write_surface((path.parent_path() / fmt::format("{}-{}{}", path.stem().string(), n,
-                                                                path.extension().string()))
-                                  .string(),
-                              result.proposals[i].shape, arguments_.write_options());
-    }
-  }
-
   const Arguments& arguments_;
   std::optional<surf::volume::Volume> volume_;
 };
@@ -188,10 +197,13 @@ void add_options(CLI::App& command, Arguments& a) {
   command.add_option(
       "VOLUME", a.volume,
       "NIfTI, MetaImage, NRRD, VTI or OpenVDB file, a DICOM folder or one of its files");
-  command.add_option("-o,--output", a.output, "Surface to write: .stl, .obj, .ply or .vtp");
+  command.add_option(
+      "-o,--output", a.output,
+      "Surface to write: .stl, .obj, .ply or .vtp; of several objects organs/{object}.stl");
   a.which.add_to(command);
 
   add_start_options(command, a, kWords);
+  add_object_option(command, a);
   const std::string start = "Where to start";
   command.add_option("--space", a.space, "Space of the points: ras or lps in mm, or ijk voxels")
       ->check(CLI::IsMember({"ras", "lps", "ijk"}))
@@ -225,7 +237,10 @@ void add_options(CLI::App& command, Arguments& a) {
   const std::string output = "Output and running";
   add_output_space(command, a.output_space, "the file", output);
   command
-      .add_option("--mask", a.mask, "Label map on the volume's grid: .nii.gz, .nii, .mha, .nrrd")
+      .add_option(
+          "--mask", a.mask,
+          "Label map on the volume's grid, objects 1, 2, ... in their order: .nii.gz, .nii, "
+          ".mha, .nrrd")
       ->group(output);
   add_picture_option(command, a.picture, output);
   command
@@ -239,10 +254,7 @@ void add_options(CLI::App& command, Arguments& a) {
                   "Volume approximated smoothly inside and outside the surface, which "
                   "mumford-shah finds along with it: .nii.gz, .nii, .mha, .nrrd")
       ->group(output);
-  command
-      .add_option("--candidates", a.candidates, "Write up to this many further candidate surfaces")
-      ->capture_default_str()
-      ->group(output);
+  add_candidates_option(command, a);
   add_running_options(command, a);
 }
 
@@ -266,9 +278,13 @@ void add_segment_command(CLI::App& app, ExitCode& exit_code) {
       "kidney.nii.gz\n"
       "  surfseg segment mr.nrrd --seed -12,40,7 --energy window:mean=380,half-width=150 \\\n"
       "          --energy area:weight=2 --json summary.json -o tumour.obj\n"
+      "  surfseg segment ct.nii.gz --object liver --seed 95,182,373 --object kidney --seed "
+      "60,150,380 "
+      "\\\n"
+      "          -o {object}.stl --mask labels.nii.gz --recipe organs.json\n"
       "Exit codes: 0 done, 2 usage, 3 input, 4 output, 5 stopped at the iteration limit (result\n"
-      "written), 6 result fails a guarantee, 8 no object found (not written), 130/143 interrupted\n"
-      "(last surface written).");
+      "written), 6 result fails a guarantee, 7 some of several objects not written, 8 no object\n"
+      "found (not written), 130/143 interrupted (last surface written).");
   command->callback([command, arguments, &exit_code] {
     apply_files(*command, arguments->config, arguments->preset);
     if (arguments->volume.empty()) throw surf::UsageError("VOLUME: a volume is missing");

@@ -1,5 +1,6 @@
 #include "libcurve/segment/detail/curve_setting.h"
 
+#include "libcurve/mesh/difference.h"
 #include "libcurve/mesh/distance.h"
 #include "libcurve/mesh/from_level.h"
 #include "libcurve/mesh/hierarchy.h"
@@ -98,6 +99,15 @@ segment::Filtered<2> CurveSetting::filtered(const Segments& shape,
   removed.content = enclosed(shape) - left;
   removed.center_mm = shape.points.colwise().mean().transpose();
   return {std::move(rest), {removed}};
+}
+
+bool CurveSetting::do_overlap(const Segments& first, const Segments& second) const {
+  return curve::do_overlap(first, second);
+}
+
+mesh::Parted<2> CurveSetting::parted(const Segments& shape, const Segments& other,
+                                     const mesh::PartOptions<2>& options) const {
+  return curve::parted(shape, other, options);
 }
 
 segment::Measures<2> CurveSetting::measures(const Segments& shape) const {

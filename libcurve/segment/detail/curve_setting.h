@@ -27,6 +27,9 @@ class CurveSetting : public segment::Setting<2> {
   Segments moved(const Segments& shape, const Points<2>& to) const override;
   segment::Filtered<2> filtered(const Segments& shape, const segment::ComponentOptions& options,
                                 const std::vector<Vector<2>>& seeds_mm) const override;
+  bool do_overlap(const Segments& first, const Segments& second) const override;
+  mesh::Parted<2> parted(const Segments& shape, const Segments& other,
+                         const mesh::PartOptions<2>& options) const override;
   segment::Measures<2> measures(const Segments& shape) const override;
   Segments rounded_to_file(const Segments& shape, const std::string& extension) const override;
   std::string content_hash() const override;

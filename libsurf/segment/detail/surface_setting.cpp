@@ -5,6 +5,7 @@
 #include "libsurf/base/content_hash.h"
 #include "libsurf/base/error.h"
 #include "libsurf/io/write_surface.h"
+#include "libsurf/mesh/difference.h"
 #include "libsurf/mesh/distance.h"
 #include "libsurf/mesh/from_label_map.h"
 #include "libsurf/mesh/measure.h"
@@ -118,6 +119,15 @@ Filtered<3> SurfaceSetting::filtered(const Triangles& shape, const ComponentOpti
     out.removed.push_back({mesh::to_string(removal.reason), removal.n_shells, removal.volume_mm3,
                            removal.center_ras_mm});
   return out;
+}
+
+bool SurfaceSetting::do_overlap(const Triangles& first, const Triangles& second) const {
+  return mesh::do_overlap(first, second);
+}
+
+mesh::Parted<3> SurfaceSetting::parted(const Triangles& shape, const Triangles& other,
+                                       const mesh::PartOptions<3>& options) const {
+  return mesh::parted(shape, other, options);
 }
 
 Measures<3> SurfaceSetting::measures(const Triangles& shape) const {

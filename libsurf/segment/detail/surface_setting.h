@@ -26,6 +26,9 @@ class SurfaceSetting : public Setting<3> {
   Triangles moved(const Triangles& shape, const Points<3>& to) const override;
   Filtered<3> filtered(const Triangles& shape, const ComponentOptions& options,
                        const std::vector<Vector<3>>& seeds_mm) const override;
+  bool do_overlap(const Triangles& first, const Triangles& second) const override;
+  mesh::Parted<3> parted(const Triangles& shape, const Triangles& other,
+                         const mesh::PartOptions<3>& options) const override;
   Measures<3> measures(const Triangles& shape) const override;
   Triangles rounded_to_file(const Triangles& shape, const std::string& extension) const override;
   std::string content_hash() const override;

@@ -154,6 +154,34 @@ TEST(Segmentation, TakesAnotherProposal) {
   EXPECT_EQ(s.evolve(object).outcome, Outcome::kConverged);
 }
 
+// The last click's first; a click that changes nothing has none of its own.
+TEST(Segmentation, KeepsTheCandidatesOfEveryClick) {
+  Segmentation<3> s(make_setting(phantom(volume::PhantomKind::kSeparateBalls)));
+  const int object = s.add_object();
+  EXPECT_TRUE(s.candidates(object).empty());
+  s.add_click(object, inside(-0.5));
+  s.propose(object);
+  const std::vector<Candidate<3>> first = s.candidates(object);
+  ASSERT_FALSE(first.empty());
+  s.add_click(object, outside(0, 0.9));
+  s.propose(object);
+  EXPECT_EQ(s.candidates(object).size(), first.size());
+  s.add_click(object, inside(0.5));
+  const Result<3>& result = s.propose(object);
+  const std::vector<Candidate<3>> all = s.candidates(object);
+  ASSERT_EQ(all.size(), result.proposals.size() + first.size());
+  for (std::size_t n = 0; n < all.size(); ++n) {
+    const bool is_last = n < result.proposals.size();
+    const std::size_t place = is_last ? n : n - result.proposals.size();
+    const Proposal<3>& expected = is_last ? result.proposals[place] : first[place].proposal;
+    EXPECT_EQ(all[n].proposal.shape.points, expected.shape.points) << n;
+    EXPECT_EQ(all[n].n_click, is_last ? 3u : 1u) << n;
+    EXPECT_EQ(all[n].rank, place + 1) << n;
+    EXPECT_EQ(all[n].is_chosen, place == 0) << n;
+    EXPECT_TRUE(finish<3>(s.setting(), all[n].proposal, ".stl").measures.passed) << n;
+  }
+}
+
 TEST(Segmentation, UndoesAndRedoesWithoutComputing) {
   Segmentation<3> s = ball();
   const int object = s.add_object();
@@ -260,7 +288,7 @@ TEST(Recipe, IsRefusedWhereItDoesNotBelong) {
   Segmentation<3> other(make_setting(phantom(volume::PhantomKind::kBox)));
   EXPECT_THROW(replay<3>(recipe, other), InputError);
   std::string newer = recipe;
-  newer.replace(newer.find("\"version\": 1"), 12, "\"version\": 9");
+  newer.replace(newer.find("\"version\": 2"), 12, "\"version\": 9");
   std::string broken = recipe;
   broken.replace(broken.find("inside"), 6, "beside");
   for (const std::string& text : {newer, broken, std::string("{}"), std::string("not JSON")}) {

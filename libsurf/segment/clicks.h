@@ -1,0 +1,43 @@
+// What may be clicked, and what the clicks of one object mean to another; private to
+// segment/*.cpp.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "libsurf/base/image_box.h"
+#include "libsurf/segment/setting.h"
+
+namespace surf::segment {
+
+/// @param clicks  of the same object
+/// @throws UsageError  the click is outside the image, or in the same cell as one of the other side
+template <int Dim>
+void check_click(const ImageExtent<Dim>& extent, const std::vector<Click<Dim>>& clicks,
+                 const Click<Dim>& click);
+
+/// @param clicks  of an object of that name
+/// @throws UsageError  both have an inside click in the same cell
+template <int Dim>
+void check_beside(const ImageExtent<Dim>& extent, const std::vector<Click<Dim>>& clicks,
+                  const std::string& name, const Click<Dim>& click);
+
+/// That the inside clicks are in the box.
+/// @throws UsageError  one is not, or see cells_of_box
+template <int Dim>
+void check_box(const ImageExtent<Dim>& extent, const std::optional<BoxCorners<Dim>>& box_mm,
+               const std::vector<Click<Dim>>& clicks);
+
+template <int Dim>
+std::vector<Vector<Dim>> points_on(Side side, const std::vector<Click<Dim>>& clicks);
+
+/// The inside clicks, as outside clicks of other objects.
+template <int Dim>
+std::vector<Click<Dim>> as_outside(const std::vector<Click<Dim>>& clicks);
+
+/// Whether a shape has the clicks where they belong.
+template <int Dim>
+bool heeds(const Simplices<Dim>& shape, const std::vector<Click<Dim>>& clicks);
+
+}  // namespace surf::segment

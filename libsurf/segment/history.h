@@ -1,0 +1,55 @@
+// What has been done to one object, step by step.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "libsurf/segment/action.h"
+#include "libsurf/segment/result.h"
+
+namespace surf::segment {
+
+/// An object at one moment.
+template <int Dim>
+struct Object {
+  std::string name;
+  Colour colour = {};
+  std::vector<Click<Dim>> clicks;  ///< in the order in which they were made
+  Options<Dim> options;            ///< its seeds_mm and outside_mm are not used: the clicks are
+  /// Proposals, shape and state; never null. Shared by the moments that do not change it.
+  std::shared_ptr<const Result<Dim>> result;
+
+  Outcome state() const { return result->outcome; }
+};
+
+/// The moments of an object; those behind n_done have been undone.
+template <int Dim>
+struct History {
+  struct Moment {
+    Action<Dim> action;
+    Object<Dim> after;
+  };
+
+  Object<Dim> first;  ///< as it was added
+  std::vector<Moment> moments;
+  std::size_t n_done = 0;
+
+  const Object<Dim>& now() const { return n_done == 0 ? first : moments[n_done - 1].after; }
+  bool undo() { return n_done > 0 && n_done-- > 0; }
+  bool redo() { return n_done < moments.size() && n_done++ < moments.size(); }
+  /// What has been done and is not undone.
+  std::vector<Action<Dim>> actions() const {
+    std::vector<Action<Dim>> out;
+    for (std::size_t n = 0; n < n_done; ++n) out.push_back(moments[n].action);
+    return out;
+  }
+  /// What has been undone is gone.
+  void add(Action<Dim> action, Object<Dim> after) {
+    moments.resize(n_done);
+    moments.push_back({std::move(action), std::move(after)});
+    ++n_done;
+  }
+};
+
+}  // namespace surf::segment

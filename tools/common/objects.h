@@ -1,0 +1,52 @@
+// Several objects on one command line: whose clicks are whose, and where each is written.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <string>
+#include <vector>
+
+#include "libsurf/segment/options.h"
+#include "tools/common/outputs.h"
+#include "tools/common/run_arguments.h"
+
+namespace surfseg {
+
+/// An object to look for, with its clicks among the options.
+template <int Dim>
+struct ObjectInput {
+  std::string name;  ///< "" = the only one, without a name
+  surf::segment::Options<Dim> options;
+};
+
+/// --object
+void add_object_option(CLI::App& command, RunArguments& a);
+
+/// Names in a file's name: "{object}" is replaced by the object's.
+bool has_object(const std::string& pattern);
+std::string object_path(const std::string& pattern, const std::string& name);
+
+/// Each output with the objects' names, without doubles: for check_outputs().
+/// @param names  none = as they are
+std::vector<Output> object_outputs(const std::vector<Output>& patterns,
+                                   const std::vector<std::string>& names);
+
+/// What is wrong with --object itself, and with the names of files that are written for each
+/// object: with several they need {object}.
+/// @param each  outputs of which there is one for each object
+/// @throws surf::UsageError  a name twice or unfit for a file's name, an object without a --seed, a
+///                           click before the first object, objects from a --config, two boxes of
+///                           one
+void check_objects(const CLI::App& command, const RunArguments& a, const std::vector<Output>& each);
+
+/// @throws surf::UsageError  a name is there twice, or is unfit for a file's name
+void check_object_names(const std::vector<std::string>& names);
+
+/// The objects in their order, each with its own of the clicks in `options`; one without a name if
+/// there is no --object.
+/// @param boxes_mm  of RunArguments::boxes
+template <int Dim>
+std::vector<ObjectInput<Dim>> objects_of(
+    const CLI::App& command, const RunArguments& a, const surf::segment::Options<Dim>& options,
+    const std::vector<surf::segment::BoxCorners<Dim>>& boxes_mm);
+
+}  // namespace surfseg
