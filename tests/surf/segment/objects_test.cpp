@@ -149,8 +149,11 @@ TEST(Objects, ShareOneMapOfLabels) {
   for (std::size_t n = 0; n < organs().size(); ++n) {
     const auto own = made.segmentation.setting().rasterized(
         made.finished[n].finished->shape, {kSize, kSize, kSize}, Eigen::Affine3d::Identity());
-    for (std::size_t at = 0; at < labels.size(); ++at)
-      if (own[at]) ASSERT_EQ(labels[at], n + 1);
+    for (std::size_t at = 0; at < labels.size(); ++at) {
+      if (own[at]) {
+        ASSERT_EQ(labels[at], n + 1);
+      }
+    }
   }
 }
 
