@@ -36,7 +36,7 @@ const std::array kTerms = {
          "the edges near by are not where its intensities end"},
     Term{[](const F& f) { return -std::min(f.contest.rival, 1.0); }, 1.102, -0.279,
          "another region fits nearly as well"},
-    Term{[](const F& f) { return std::log(f.n_clicks); }, 0.317, 0.636, "there are few clicks"},
+    Term{[](const F& f) { return std::log(f.n_clicks); }, 0.317, 0.636, nullptr},
     Term{[](const F& f) { return f.has_box ? 1.0 : 0.0; }, 0.460, 0.543, nullptr}};
 constexpr double kConstant = -18.959;
 constexpr double kTrusted = 0.88, kDoubtful = 0.5;
@@ -102,7 +102,7 @@ std::string doubt(const VerdictFeatures& features) {
     least = against;
     worst = &term;
   }
-  return worst ? worst->doubt : "nothing speaks against it";
+  return worst ? worst->doubt : "little speaks against it";
 }
 
 template <int Dim>
@@ -127,9 +127,9 @@ std::optional<Verdict<Dim>> verdict(const SearchGrid<Dim>& grid, const ClickSear
                                                     : kOfDoubtful;
   out.n_right = cases.n_right;
   out.n_cases = cases.n;
-  out.reason = out.trust == Trust::kCheck && out.likelihood >= kTrusted
-                   ? "the border of the volume cuts it off"
-                   : doubt(features);
+  out.reason = out.trust == Trust::kTrusted ? "it differs from what surrounds it, and edges hold it"
+               : out.likelihood >= kTrusted ? "the border of the volume cuts it off"
+                                            : doubt(features);
   out.place_mm = disputed_place(grid, search);
   return out;
 }
