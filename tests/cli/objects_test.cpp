@@ -58,8 +58,12 @@ TEST_F(ObjectsProgram, WritesEachAndOneMapOfLabels) {
              in_right = surf::mesh::rasterize(right, labels.size(), labels.index_to_world());
   for (std::size_t at = 0; at < values.size(); ++at) {
     ASSERT_FALSE(in_left[at] && in_right[at]);
-    if (in_left[at]) ASSERT_EQ(values[at], 1);
-    if (in_right[at]) ASSERT_EQ(values[at], 2);
+    if (in_left[at]) {
+      ASSERT_EQ(values[at], 1);
+    }
+    if (in_right[at]) {
+      ASSERT_EQ(values[at], 2);
+    }
   }
   const auto summary = json("s.json");
   EXPECT_EQ(summary["exit_code"], 0);

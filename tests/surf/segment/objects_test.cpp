@@ -150,7 +150,9 @@ TEST(Objects, ShareOneMapOfLabels) {
     const auto own = made.segmentation.setting().rasterized(
         made.finished[n].finished->shape, {kSize, kSize, kSize}, Eigen::Affine3d::Identity());
     for (std::size_t at = 0; at < labels.size(); ++at)
-      if (own[at]) ASSERT_EQ(labels[at], n + 1);
+      if (own[at]) {
+        ASSERT_EQ(labels[at], n + 1);
+      }
   }
 }
 
