@@ -25,6 +25,22 @@ bool is_fit_for_a_file(const std::string& name) {
          });
 }
 
+using surf::segment::Click;
+
+template <int Dim>
+bool has_inside(const std::vector<Click<Dim>>& strokes) {
+  return std::any_of(strokes.begin(), strokes.end(),
+                     [](const Click<Dim>& stroke) { return stroke.side == Side::kInside; });
+}
+
+/// Inside ones stay before outside ones, whichever file they are of.
+template <int Dim>
+void add_strokes(const std::vector<Click<Dim>>& some, std::vector<Click<Dim>>& strokes) {
+  strokes.insert(strokes.end(), some.begin(), some.end());
+  std::stable_partition(strokes.begin(), strokes.end(),
+                        [](const Click<Dim>& stroke) { return stroke.side == Side::kInside; });
+}
+
 }  // namespace
 
 void check_object_names(const std::vector<std::string>& names) {
@@ -88,8 +104,9 @@ void check_objects(const CLI::App& command, const RunArguments& a,
   std::size_t n_begun = 0, n_seeds = 0;
   const auto check_seeds = [&] {
     if (n_begun > 0 && n_seeds == 0)
-      throw UsageError(fmt::format("--object {}: at least one --seed inside it has to follow",
-                                   a.objects[n_begun - 1]));
+      throw UsageError(
+          fmt::format("--object {}: at least one --seed inside it, or --marks, has to follow",
+                      a.objects[n_begun - 1]));
   };
   for (const CLI::Option* given : command.parse_order()) {
     if (given->check_lname("object")) {
@@ -99,8 +116,9 @@ void check_objects(const CLI::App& command, const RunArguments& a,
       continue;
     }
     const bool is_seed = given->check_lname("seed");
-    n_seeds += is_seed;
-    if (n_begun == 0 && (is_seed || given->check_lname("outside")))
+    const bool is_marks = given->check_lname("marks");
+    n_seeds += is_seed || is_marks;
+    if (n_begun == 0 && (is_seed || is_marks || given->check_lname("outside")))
       throw UsageError(
           fmt::format("--{}: comes before the first --object; say first whose click it is",
                       is_seed ? "seed" : "outside"));
@@ -119,9 +137,15 @@ void check_objects(const CLI::App& command, const RunArguments& a,
 
 template <int Dim>
 std::vector<ObjectInput<Dim>> objects_of(const CLI::App& command, const RunArguments& a,
-                                         const surf::segment::Options<Dim>& options) {
-  if (a.objects.empty()) return {{"", options}};
+                                         const surf::segment::Options<Dim>& options,
+                                         const std::vector<std::vector<Click<Dim>>>& strokes) {
   std::vector<ObjectInput<Dim>> out;
+  if (a.objects.empty()) {
+    out.push_back({"", options});
+    for (const auto& some : strokes) add_strokes(some, out.back().strokes);
+    return out;
+  }
+  std::size_t n_marks = 0;
   std::size_t n_seeds = 0, n_outside = 0;
   for (const CLI::Option* given : command.parse_order()) {
     if (given->check_lname("object")) {
@@ -138,13 +162,21 @@ std::vector<ObjectInput<Dim>> objects_of(const CLI::App& command, const RunArgum
       out.back().options.outside_mm.push_back(options.outside_mm[n_outside++]);
       out.back().options.click_order.push_back(Side::kOutside);
     }
+    if (given->check_lname("marks")) add_strokes(strokes[n_marks++], out.back().strokes);
   }
+  for (const ObjectInput<Dim>& object : out)
+    if (object.options.seeds_mm.empty() && !has_inside(object.strokes))
+      throw surf::InputError(
+          fmt::format("--object {}: has neither a --seed nor a stroke inside, label 1 of --marks",
+                      object.name));
   return out;
 }
 
 template std::vector<ObjectInput<2>> objects_of<2>(const CLI::App&, const RunArguments&,
-                                                   const surf::segment::Options<2>&);
+                                                   const surf::segment::Options<2>&,
+                                                   const std::vector<std::vector<Click<2>>>&);
 template std::vector<ObjectInput<3>> objects_of<3>(const CLI::App&, const RunArguments&,
-                                                   const surf::segment::Options<3>&);
+                                                   const surf::segment::Options<3>&,
+                                                   const std::vector<std::vector<Click<3>>>&);
 
 }  // namespace surfseg
