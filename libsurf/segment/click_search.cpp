@@ -16,15 +16,21 @@ std::vector<Click<Dim>> in_order(std::span<const Click<Dim>> clicks) {
   return out;
 }
 
-template <int Dim>
-bool is_same(const Click<Dim>& a, const Click<Dim>& b) {
-  return a.side == b.side && a.point_mm == b.point_mm;
-}
-
+/// A stroke has the nodes of all its points, and the look of its first.
 template <int Dim>
 GridClick<Dim> on_grid(const SearchGrid<Dim>& grid, const Click<Dim>& click) {
   const SeedView<Dim> view(grid, std::array{click.point_mm});
-  return {view.seeds.front(), click.side};
+  GridClick<Dim> out{view.seeds.front(), click.side};
+  const auto to_index = grid.node_to_world().inverse();
+  auto& nodes = out.seed.nodes;
+  for (const Vector<Dim>& point : click.stroke_mm) {
+    const auto here = nearest_nodes<Dim>(to_index * point, grid.box().size);
+    nodes.insert(nodes.end(), here.begin(), here.end());
+  }
+  if (click.stroke_mm.empty()) return out;
+  std::sort(nodes.begin(), nodes.end());
+  nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
+  return out;
 }
 
 template <int Dim>
@@ -127,6 +133,23 @@ ClickSearchPointer<Dim> further_search(const SearchGrid<Dim>& grid,
   return out;
 }
 
+/// Of a stroke first its point alone, then all of it as a further click.
+template <int Dim>
+ClickSearchPointer<Dim> first_stroke(const SearchGrid<Dim>& grid, const Click<Dim>& stroke,
+                                     const SearchOptions& options, const SearchProgress& progress,
+                                     const std::stop_token& stop) {
+  const Click<Dim> point{stroke.point_mm, stroke.side};
+  const auto first = first_search<Dim>(grid, point, options, progress, stop);
+  if (!first || stroke.stroke_mm.empty()) return first;
+  const auto whole = further_search<Dim>(grid, first, stroke, options, stop);
+  if (!whole) return nullptr;
+  auto out = std::make_shared<ClickSearch<Dim>>(*whole);
+  out->clicks = {stroke};
+  out->on_grid = {on_grid(grid, stroke)};
+  out->before = nullptr;
+  return out;
+}
+
 }  // namespace
 
 Contest contest(std::span<const double> scores, std::span<const double> overlaps,
@@ -152,10 +175,10 @@ ClickSearchPointer<Dim> search_clicks(const SearchGrid<Dim>& grid,
   if (ordered.empty()) return nullptr;
   const auto is_start = [&](const ClickSearch<Dim>& search) {
     return search.clicks.size() <= ordered.size() &&
-           std::equal(search.clicks.begin(), search.clicks.end(), ordered.begin(), is_same<Dim>);
+           std::equal(search.clicks.begin(), search.clicks.end(), ordered.begin());
   };
   while (known && !is_start(*known)) known = known->before;
-  if (!known) known = first_search(grid, ordered.front(), options, progress, stop);
+  if (!known) known = first_stroke<Dim>(grid, ordered.front(), options, progress, stop);
   while (known && known->clicks.size() < ordered.size())
     known = further_search(grid, known, ordered[known->clicks.size()], options, stop);
   return known;

@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
+#include <set>
 
 #include "libsurf/base/error.h"
 #include "libsurf/mesh/point_obstacles.h"
@@ -28,38 +30,64 @@ std::array<long, Dim> cell_of(const ImageExtent<Dim>& extent, const Vector<Dim>&
   return out;
 }
 
+template <int Dim>
+std::vector<Vector<Dim>> points_of(const Click<Dim>& click) {
+  std::vector<Vector<Dim>> out = {click.point_mm};
+  out.insert(out.end(), click.stroke_mm.begin(), click.stroke_mm.end());
+  return out;
+}
+
+/// The first point of the click that is in a cell with a point of a click on this side.
+template <int Dim>
+std::optional<Vector<Dim>> point_in_common(const ImageExtent<Dim>& extent,
+                                           const std::vector<Click<Dim>>& clicks, Side side,
+                                           const Click<Dim>& click) {
+  std::set<std::array<long, Dim>> cells;
+  const std::vector<Vector<Dim>> points = points_of(click);
+  for (const Vector<Dim>& point : points) cells.insert(cell_of<Dim>(extent, point));
+  for (const Click<Dim>& other : clicks) {
+    if (other.side != side) continue;
+    for (const Vector<Dim>& point : points_of(other)) {
+      const auto cell = cell_of<Dim>(extent, point);
+      if (!cells.contains(cell)) continue;
+      return *std::find_if(points.begin(), points.end(), [&](const Vector<Dim>& own) {
+        return cell_of<Dim>(extent, own) == cell;
+      });
+    }
+  }
+  return std::nullopt;
+}
+
 }  // namespace
 
 template <int Dim>
 void check_click(const ImageExtent<Dim>& extent, const std::vector<Click<Dim>>& clicks,
                  const Click<Dim>& click) {
-  if (!click.point_mm.allFinite() || !extent.contains(click.point_mm))
-    throw UsageError(fmt::format(
-        "Click::point_mm{}: ({}) mm is {} ({:.1f}), outside the {} of {} {}s; is it in another "
-        "space?",
-        click.side == Side::kInside ? "" : "[outside]", point_text<Dim>(click.point_mm),
-        cell_word<Dim>(), fmt::join(Vector<Dim>(extent.world_to_index * click.point_mm), ", "),
-        Dim == 3 ? "volume" : "image", fmt::join(extent.size, " x "), cell_word<Dim>()));
-  for (const Click<Dim>& other : clicks)
-    if (other.side != click.side &&
-        cell_of<Dim>(extent, other.point_mm) == cell_of<Dim>(extent, click.point_mm))
+  for (const Vector<Dim>& point : points_of(click))
+    if (!point.allFinite() || !extent.contains(point))
       throw UsageError(fmt::format(
-          "Click::side: ({}) mm is in the same {} as an {} click; take that one back first",
-          point_text<Dim>(click.point_mm), cell_word<Dim>(),
-          other.side == Side::kInside ? "inside" : "outside"));
+          "Click::point_mm{}: ({}) mm is {} ({:.1f}), outside the {} of {} {}s; is it in another "
+          "space?",
+          click.side == Side::kInside ? "" : "[outside]", point_text<Dim>(point), cell_word<Dim>(),
+          fmt::join(Vector<Dim>(extent.world_to_index * point), ", "),
+          Dim == 3 ? "volume" : "image", fmt::join(extent.size, " x "), cell_word<Dim>()));
+  const bool is_inside = click.side == Side::kInside;
+  if (const auto point =
+          point_in_common<Dim>(extent, clicks, is_inside ? Side::kOutside : Side::kInside, click))
+    throw UsageError(fmt::format(
+        "Click::side: ({}) mm is in the same {} as an {} click; take that one back first",
+        point_text<Dim>(*point), cell_word<Dim>(), is_inside ? "outside" : "inside"));
 }
 
 template <int Dim>
 void check_beside(const ImageExtent<Dim>& extent, const std::vector<Click<Dim>>& clicks,
                   const std::string& name, const Click<Dim>& click) {
   if (click.side != Side::kInside) return;
-  for (const Click<Dim>& other : clicks)
-    if (other.side == Side::kInside &&
-        cell_of<Dim>(extent, other.point_mm) == cell_of<Dim>(extent, click.point_mm))
-      throw UsageError(fmt::format(
-          "Click::point_mm: ({}) mm is in the same {} as an inside click of '{}': no {} is in two "
-          "objects; take that one back first",
-          point_text<Dim>(click.point_mm), cell_word<Dim>(), name, cell_word<Dim>()));
+  if (const auto point = point_in_common<Dim>(extent, clicks, Side::kInside, click))
+    throw UsageError(fmt::format(
+        "Click::point_mm: ({}) mm is in the same {} as an inside click of '{}': no {} is in two "
+        "objects; take that one back first",
+        point_text<Dim>(*point), cell_word<Dim>(), name, cell_word<Dim>()));
 }
 
 template <int Dim>
@@ -95,13 +123,16 @@ std::vector<Click<Dim>> as_outside(const std::vector<Click<Dim>>& clicks) {
 template <int Dim>
 bool heeds(const Simplices<Dim>& shape, const std::vector<Click<Dim>>& clicks) {
   if (clicks.empty()) return true;
-  Points<Dim> points(Eigen::Index(clicks.size()), Dim);
-  for (std::size_t n = 0; n < clicks.size(); ++n)
-    points.row(Eigen::Index(n)) = clicks[n].point_mm.transpose();
-  const std::vector<char> is_inside = mesh::are_inside<Dim>(shape, points);
-  for (std::size_t n = 0; n < clicks.size(); ++n)
-    if (bool(is_inside[n]) != (clicks[n].side == Side::kInside)) return false;
-  return true;
+  std::vector<Vector<Dim>> all;
+  std::vector<char> belongs;  // inside
+  for (const Click<Dim>& click : clicks)
+    for (const Vector<Dim>& point : points_of(click)) {
+      all.push_back(point);
+      belongs.push_back(click.side == Side::kInside);
+    }
+  Points<Dim> points(Eigen::Index(all.size()), Dim);
+  for (std::size_t n = 0; n < all.size(); ++n) points.row(Eigen::Index(n)) = all[n].transpose();
+  return mesh::are_inside<Dim>(shape, points) == belongs;
 }
 
 #define SURF_INSTANTIATE(Dim)                                                                  \

@@ -12,7 +12,8 @@
 namespace surf::segment {
 
 /// @param clicks  of the same object
-/// @throws UsageError  the click is outside the image, or in the same cell as one of the other side
+/// @throws UsageError  a point of the click is outside the image, or in the same cell as one of the
+/// other side
 template <int Dim>
 void check_click(const ImageExtent<Dim>& extent, const std::vector<Click<Dim>>& clicks,
                  const Click<Dim>& click);

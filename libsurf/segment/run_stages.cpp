@@ -2,9 +2,11 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <map>
 #include <vector>
 
+#include "libsurf/segment/detail/point_text.h"
 #include "libsurf/segment/stages/stages.h"
 
 namespace surf::segment {
@@ -43,30 +45,35 @@ void note_removed(const std::vector<Removed<Dim>>& removed, std::vector<std::str
 }
 
 /// One note for each of the first clicks that the shape does not obey, and the number of the
-/// others.
+/// others. Of a stroke its first such point is named.
 template <int Dim>
 void note_disobeyed(const Simplices<Dim>& shape, const Setting<Dim>& setting,
                     const std::vector<Click<Dim>>& clicks, std::vector<std::string>& notes) {
   if (shape.elements.rows() == 0) return;
   const double half = kHalf * setting.extent().cell_mm();
-  const std::vector<mesh::HeldPoint<Dim>> held = held_points<Dim>(clicks);
-  const std::vector<char> flags = mesh::are_held<Dim>(shape, held, half, setting.extent());
   int n = 0;
-  for (std::size_t k = 0; k < held.size(); ++k) {
-    if (flags[k] || ++n > kMostNotes) continue;
-    std::string place;
-    for (const double x : held[k].point)
-      place += fmt::format("{}{:g}", place.empty() ? "" : ", ", x);
+  for (const Click<Dim>& click : clicks) {
+    const std::vector<mesh::HeldPoint<Dim>> held = held_points<Dim>({click});
+    const std::vector<char> flags = mesh::are_held<Dim>(shape, held, half, setting.extent());
+    const auto first = std::find(flags.begin(), flags.end(), 0);
+    if (first == flags.end() || ++n > kMostNotes) continue;
+    const Vector<Dim> point = held[std::size_t(first - flags.begin())].point;
+    const std::string what =
+        held.size() == 1
+            ? fmt::format("click ({}) mm", point_text<Dim>(point))
+            : fmt::format("stroke of {} points, at {} of them, first ({}) mm,", held.size(),
+                          std::count(flags.begin(), flags.end(), 0), point_text<Dim>(point));
     const bool is_inside =
-        mesh::are_inside<Dim>(shape, Points<Dim>(held[k].point.transpose())).front() != 0;
+        mesh::are_inside<Dim>(shape, Points<Dim>(point.transpose())).front() != 0;
     const char* side = is_inside ? "inside" : "outside";
+    const double away = setting.distance_to(shape)(point);
     notes.push_back(
-        is_inside == held[k].is_inside
-            ? fmt::format("click ({}) mm is not obeyed: it is {} as it should be, but only {:.2g} "
-                          "mm from the {}",
-                          place, side, setting.distance_to(shape)(held[k].point), setting.noun())
-            : fmt::format("click ({}) mm is not obeyed: it is {} the {}, {:.2g} mm from it", place,
-                          side, setting.noun(), setting.distance_to(shape)(held[k].point)));
+        is_inside == (click.side == Side::kInside)
+            ? fmt::format(
+                  "{} is not obeyed: it is {} as it should be, but only {:.2g} mm from the {}",
+                  what, side, away, setting.noun())
+            : fmt::format("{} is not obeyed: it is {} the {}, {:.2g} mm from it", what, side,
+                          setting.noun(), away));
   }
   if (n > kMostNotes)
     notes.push_back(fmt::format("{} further clicks are not obeyed", n - kMostNotes));

@@ -30,11 +30,6 @@ bool has_same_grid(const Options<Dim>& a, const Options<Dim>& b) {
          field_options(a, 0) == field_options(b, 0);
 }
 
-template <int Dim>
-std::shared_ptr<const Result<Dim>> nothing() {
-  return std::make_shared<const Result<Dim>>();
-}
-
 }  // namespace
 
 template <int Dim>
@@ -70,7 +65,7 @@ typename Segmentation<Dim>::Id Segmentation<Dim>::add_object(const std::string& 
   object.name = name.empty() ? fmt::format("object {}", next_) : name;
   check_name(object.name, 0);
   object.colour = colour.value_or(kColours[std::size_t(next_ - 1) % kColours.size()]);
-  object.result = nothing<Dim>();
+  object.result = std::make_shared<const Result<Dim>>();
   objects_[next_].first = std::move(object);
   return next_++;
 }
@@ -106,6 +101,11 @@ void Segmentation<Dim>::add_click(Id id, const Click<Dim>& click) {
 template <int Dim>
 void Segmentation<Dim>::add_click_unchecked_beside(Id id, const Click<Dim>& click) {
   Object<Dim> after = object(id);
+  if (after.clicks.size() >= kMostClicks)
+    throw UsageError(
+        fmt::format("Object::clicks: more than {} clicks on '{}'; paint strokes, each "
+                    "of which is one click (marks)",
+                    kMostClicks, after.name));
   check_click<Dim>(setting().extent(), after.clicks, click);
   check_box<Dim>(setting().extent(), after.options.box_mm, {click});
   after.clicks.push_back(click);

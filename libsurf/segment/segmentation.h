@@ -35,6 +35,9 @@ template <int Dim>
 class Segmentation {
  public:
   using Id = int;
+  /// Of one object: nobody clicks that often, and each may cost a second of search. What is painted
+  /// is a stroke (marks.h), which is one click.
+  static constexpr std::size_t kMostClicks = 1000;
 
   /// @param setting    the image, from make_setting() or curve::make_setting()
   /// @param max_bytes  of fields that are kept though nobody uses them now
@@ -56,7 +59,7 @@ class Segmentation {
 
   /// @throws UsageError  the point is outside the image, an inside click outside the box of the
   ///                     options, or in the same cell as a click of the other side or, if it is
-  ///                     inside, as an inside click of another object
+  ///                     inside, as an inside click of another object; there are kMostClicks already
   void add_click(Id id, const Click<Dim>& click);
   /// @throws UsageError  there is no such click
   void take_back_click(Id id, std::size_t index);

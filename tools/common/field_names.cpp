@@ -9,6 +9,7 @@ namespace {
 const std::map<std::string, std::string>& option_names() {
   static const std::map<std::string, std::string> names = {
       {"Object::name", "--object"},
+      {"Object::clicks", "--seed, --outside"},
       {"Options::seeds_mm", "--seed"},
       {"Options::outside_mm", "--outside"},
       {"Options::box_mm", "--box"},

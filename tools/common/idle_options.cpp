@@ -40,7 +40,7 @@ std::vector<std::string> idle_options(const CLI::App& command, const RunArgument
         fmt::format("{} {} --energy minimal-surface: the object is not looked for as it is "
                     "without an energy",
                     fmt::join(given, ", "), given.size() == 1 ? "means" : "mean"));
-  note(a.candidates && (!is_automatic || a.seeds.empty()), "--candidates",
+  note(a.candidates && (!is_automatic || (a.seeds.empty() && a.marks.empty())), "--candidates",
        is_automatic ? "without a --seed" : "with --energy: nothing is proposed");
   note(!a.radius.empty() && is_automatic, "--radius", "without --energy");
   note(!a.boxes.empty() && !is_automatic, "--box",

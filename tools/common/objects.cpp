@@ -15,7 +15,7 @@ namespace {
 using surf::UsageError;
 using surf::segment::Side;
 
-constexpr std::array kOfOneObject = {"seed", "outside", "box"};
+constexpr std::array kOfOneObject = {"seed", "outside", "box", "marks"};
 constexpr const char* kPattern = "{object}";
 constexpr std::size_t kMostObjects = 255;  // labels of a byte
 
@@ -25,6 +25,22 @@ bool is_fit_for_a_file(const std::string& name) {
            return c != '/' && c != '\\' && c != '{' && c != '}' &&
                   !std::iscntrl(static_cast<unsigned char>(c));
          });
+}
+
+using surf::segment::Click;
+
+template <int Dim>
+bool has_inside(const std::vector<Click<Dim>>& strokes) {
+  return std::any_of(strokes.begin(), strokes.end(),
+                     [](const Click<Dim>& stroke) { return stroke.side == Side::kInside; });
+}
+
+/// Inside ones stay before outside ones, whichever file they are of.
+template <int Dim>
+void add_strokes(const std::vector<Click<Dim>>& some, std::vector<Click<Dim>>& strokes) {
+  strokes.insert(strokes.end(), some.begin(), some.end());
+  std::stable_partition(strokes.begin(), strokes.end(),
+                        [](const Click<Dim>& stroke) { return stroke.side == Side::kInside; });
 }
 
 }  // namespace
@@ -93,8 +109,9 @@ void check_objects(const CLI::App& command, const RunArguments& a,
   std::size_t n_begun = 0, n_seeds = 0, n_boxes = 0;
   const auto check_seeds = [&] {
     if (n_begun > 0 && n_seeds == 0)
-      throw UsageError(fmt::format("--object {}: at least one --seed inside it has to follow",
-                                   a.objects[n_begun - 1]));
+      throw UsageError(
+          fmt::format("--object {}: at least one --seed inside it, or --marks, has to follow",
+                      a.objects[n_begun - 1]));
   };
   for (const CLI::Option* given : command.parse_order()) {
     if (given->check_lname("object")) {
@@ -106,7 +123,7 @@ void check_objects(const CLI::App& command, const RunArguments& a,
     const auto word = std::find_if(kOfOneObject.begin(), kOfOneObject.end(),
                                    [&](const char* name) { return given->check_lname(name); });
     if (word == kOfOneObject.end()) continue;
-    n_seeds += given->check_lname("seed");
+    n_seeds += given->check_lname("seed") || given->check_lname("marks");
     if (n_begun == 0)
       throw UsageError(
           fmt::format("--{}: comes before the first --object; say first whose it is", *word));
@@ -128,14 +145,16 @@ void check_objects(const CLI::App& command, const RunArguments& a,
 template <int Dim>
 std::vector<ObjectInput<Dim>> objects_of(
     const CLI::App& command, const RunArguments& a, const surf::segment::Options<Dim>& options,
-    const std::vector<surf::segment::BoxCorners<Dim>>& boxes_mm) {
-  if (a.objects.empty()) {
-    ObjectInput<Dim> only{"", options};
-    if (!boxes_mm.empty()) only.options.box_mm = boxes_mm.front();
-    return {only};
-  }
+    const std::vector<surf::segment::BoxCorners<Dim>>& boxes_mm,
+    const std::vector<std::vector<Click<Dim>>>& strokes) {
   std::vector<ObjectInput<Dim>> out;
-  std::size_t n_seeds = 0, n_outside = 0, n_boxes = 0;
+  if (a.objects.empty()) {
+    out.push_back({"", options});
+    if (!boxes_mm.empty()) out.back().options.box_mm = boxes_mm.front();
+    for (const auto& some : strokes) add_strokes(some, out.back().strokes);
+    return out;
+  }
+  std::size_t n_seeds = 0, n_outside = 0, n_boxes = 0, n_marks = 0;
   for (const CLI::Option* given : command.parse_order()) {
     if (given->check_lname("object")) {
       out.push_back({a.objects[out.size()], options});
@@ -152,14 +171,21 @@ std::vector<ObjectInput<Dim>> objects_of(
       out.back().options.outside_mm.push_back(options.outside_mm[n_outside++]);
       out.back().options.click_order.push_back(Side::kOutside);
     }
+    if (given->check_lname("marks")) add_strokes(strokes[n_marks++], out.back().strokes);
   }
+  for (const ObjectInput<Dim>& object : out)
+    if (object.options.seeds_mm.empty() && !has_inside(object.strokes))
+      throw surf::InputError(
+          fmt::format("--object {}: has neither a --seed nor a stroke inside, label 1 of --marks",
+                      object.name));
   return out;
 }
 
 #define SURF_INSTANTIATE(Dim)                                                   \
   template std::vector<ObjectInput<Dim>> objects_of<Dim>(                       \
       const CLI::App&, const RunArguments&, const surf::segment::Options<Dim>&, \
-      const std::vector<surf::segment::BoxCorners<Dim>>&);
+      const std::vector<surf::segment::BoxCorners<Dim>>&,                       \
+      const std::vector<std::vector<Click<Dim>>>&);
 SURF_INSTANTIATE(2)
 SURF_INSTANTIATE(3)
 #undef SURF_INSTANTIATE

@@ -16,6 +16,7 @@ template <int Dim>
 struct ObjectInput {
   std::string name;  ///< "" = the only one, without a name
   surf::segment::Options<Dim> options;
+  std::vector<surf::segment::Click<Dim>> strokes = {};  ///< of its --marks
 };
 
 /// --object
@@ -33,20 +34,23 @@ std::vector<Output> object_outputs(const std::vector<Output>& patterns,
 /// What is wrong with --object itself, and with the names of files that are written for each
 /// object: with several they need {object}.
 /// @param each  outputs of which there is one for each object
-/// @throws surf::UsageError  a name twice or unfit for a file's name, an object without a --seed, a
-///                           click before the first object, objects from a --config, two boxes of
-///                           one
+/// @throws surf::UsageError  a name twice or unfit for a file's name, an object without --seed or
+///                           --marks, a click before the first object, objects from a --config, two
+///                           boxes of one
 void check_objects(const CLI::App& command, const RunArguments& a, const std::vector<Output>& each);
 
 /// @throws surf::UsageError  a name is there twice, or is unfit for a file's name
 void check_object_names(const std::vector<std::string>& names);
 
-/// The objects in their order, each with its own of the clicks in `options`; one without a name if
-/// there is no --object.
+/// The objects in their order, each with its own of the clicks in `options`, of the boxes and of
+/// the strokes; one without a name if there is no --object.
 /// @param boxes_mm  of RunArguments::boxes
+/// @param strokes   of each of a.marks
+/// @throws surf::InputError  an object has neither a seed nor a stroke inside
 template <int Dim>
 std::vector<ObjectInput<Dim>> objects_of(
     const CLI::App& command, const RunArguments& a, const surf::segment::Options<Dim>& options,
-    const std::vector<surf::segment::BoxCorners<Dim>>& boxes_mm);
+    const std::vector<surf::segment::BoxCorners<Dim>>& boxes_mm = {},
+    const std::vector<std::vector<surf::segment::Click<Dim>>>& strokes = {});
 
 }  // namespace surfseg

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <optional>
 #include <utility>
@@ -9,6 +10,7 @@
 #include "libsurf/base/error.h"
 #include "libsurf/segment/energy_assembly.h"
 #include "libsurf/segment/energy_description.h"
+#include "libsurf/segment/segmentation.h"
 #include "tools/common/arguments.h"
 #include "tools/common/preset_arguments.h"
 #include "tools/common/program.h"
@@ -17,6 +19,7 @@ namespace surfseg {
 namespace {
 
 using surf::UsageError;
+constexpr std::size_t kMostClicks = surf::segment::Segmentation<3>::kMostClicks;
 
 /// "--volume" or "--area"
 std::string content_option(const RunWords& words) { return "--" + words.content; }
@@ -364,6 +367,20 @@ void add_running_options(CLI::App& command, RunArguments& a) {
   command.add_flag("-v,--verbose", a.verbose, "Print every step")->group(group);
 }
 
+void add_marks_option(CLI::App& command, RunArguments& a, const RunWords& words) {
+  command
+      .add_option(
+          "--marks", a.marks,
+          fmt::format(
+              "Label map of strokes on the {}'s own grid, 1 inside and 2 outside, as Slicer "
+              "and ITK-SNAP paint them. Each connected stroke is one click, heeded after "
+              "--seed and --outside: inside strokes before outside ones, each by size",
+              words.image))
+      ->take_all()
+      ->allow_extra_args(false)
+      ->group("Where to start");
+}
+
 void add_candidates_option(CLI::App& command, RunArguments& a) {
   command
       .add_flag("--candidates", a.candidates,
@@ -378,6 +395,13 @@ void check_range(const char* option, int value, int lowest, const char* expected
 }
 
 void check_run_arguments(const CLI::App& command, const RunArguments& a, const RunWords& words) {
+  if (const std::size_t n = a.seeds.size() + a.outside.size(),
+      most = kMostClicks * std::max<std::size_t>(1, a.objects.size());
+      n > most)
+    throw UsageError(fmt::format(
+        "--seed, --outside: {} clicks; at most {} for an object; paint strokes and give them by "
+        "--marks, each is one click",
+        n, kMostClicks));
   check_range("--threads", a.threads, 0, "0 (all) or more");
   check_range("--max-iterations", a.max_iterations, 0, "0 or more");
   if (!(a.tolerance >= 0 && a.tolerance < 1))

@@ -27,7 +27,7 @@ struct RunWords {
 
 /// The options as they were typed; lengths and the like are parsed when the image is known.
 struct RunArguments {
-  std::vector<std::string> objects, seeds, outside, boxes;
+  std::vector<std::string> objects, seeds, outside, boxes, marks;
   std::string radius, sigma, selective_sigma, edge_length, geometry_tolerance, topology_resolution,
       sheet_distance;
   std::string topology = "free";
@@ -64,6 +64,7 @@ struct RunArguments {
 /// Adds the options in their groups; those of a group come one after the other.
 void add_start_options(CLI::App& command, RunArguments& a, const RunWords& words);
 void add_run_options(CLI::App& command, RunArguments& a, const RunWords& words);
+void add_marks_option(CLI::App& command, RunArguments& a, const RunWords& words);
 void add_running_options(CLI::App& command, RunArguments& a);
 void add_candidates_option(CLI::App& command, RunArguments& a);
 

@@ -92,6 +92,7 @@ typename SegmentCommand<Dim>::Objects SegmentCommand<Dim>::segment(const Input& 
     segmentation.set_options(id, object.options);
     for (const auto& click : surf::segment::clicks_of(object.options))
       segmentation.add_click(id, click);
+    for (const auto& stroke : object.strokes) segmentation.add_click(id, stroke);
   }
   Objects out;
   for (const int id : segmentation.objects()) {

@@ -142,15 +142,16 @@ void check_curve_arguments(const CLI::App& command, const CurveArguments& a) {
                         int(!a.seeds_grid.empty()) + int(!a.landmarks.empty());
   if (n_initial > 1)
     throw UsageError("--circle, --seeds-grid, --contour, --landmarks: give one of them");
-  if (a.seeds.empty() && !a.has_initial())
+  const bool has_seed = !a.seeds.empty() || !a.marks.empty();
+  if (!has_seed && !a.has_initial())
     throw UsageError(
-        "--seed: at least one point inside the object is needed, such as --seed 120,88, or a "
-        "--circle, --seeds-grid, --contour or --landmarks");
-  if (a.seeds.empty() && a.terms(command).empty() && a.circles.size() != 1 && a.landmarks.empty())
+        "--seed: at least one point inside the object is needed, such as --seed 120,88, or "
+        "--marks, a --circle, --seeds-grid, --contour or --landmarks");
+  if (!has_seed && a.terms(command).empty() && a.circles.size() != 1 && a.landmarks.empty())
     throw UsageError(
         "--energy: without a --seed inside the object an energy is needed, such as --energy "
         "chan-vese");
-  if (a.keep == "seeded" && a.seeds.empty())
+  if (a.keep == "seeded" && !has_seed)
     throw UsageError("--keep seeded: a --seed in each component to keep is needed");
 }
 

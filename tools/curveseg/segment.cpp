@@ -5,12 +5,14 @@
 
 #include <filesystem>
 
+#include "libcurve/image/read_image.h"
 #include "libcurve/image/write_image.h"
 #include "libcurve/io/contour_file.h"
 #include "libcurve/mesh/rasterize.h"
 #include "libsurf/base/error.h"
 #include "libsurf/base/file.h"
 #include "libsurf/segment/energy_assembly.h"
+#include "libsurf/segment/marks.h"
 #include "tools/common/outputs.h"
 #include "tools/common/preset_arguments.h"
 #include "tools/common/segment_command.h"
@@ -92,7 +94,7 @@ class CurveCommand : public SegmentCommand<2> {
     frames_.emplace(arguments_.frames, *image_);
     return {surf::curve::make_setting(*image_),
             objects_of<2>(command(), arguments_, curve_options(command(), arguments_, *image_),
-                          boxes_mm(arguments_, *image_))};
+                          boxes_mm(arguments_, *image_), strokes())};
   }
 
   std::vector<std::string> idle_options() const override {
@@ -144,6 +146,32 @@ class CurveCommand : public SegmentCommand<2> {
   }
 
  private:
+  /// Of each label map: an image, or the same slice of a volume.
+  std::vector<std::vector<surf::segment::Click<2>>> strokes() const {
+    std::vector<std::vector<surf::segment::Click<2>>> out;
+    bool has_inside = !arguments_.seeds.empty() || arguments_.has_initial();
+    for (const std::string& path : arguments_.marks) {
+      ImageArguments which = arguments_.image;
+      which.path = path;
+      if (surf::curve::is_image_file(path)) which.slice = which.plane = "";
+      const Image marks = which.read();
+      // Painted images have no place of their own: theirs is that of the image.
+      const surf::ImageBox<2> box{image_->size(), image_->pixel_to_plane(),
+                                  image_->plane_to_pixel()};
+      try {
+        surf::segment::check_same_grid<2>(
+            box, {marks.size(), image_->pixel_to_plane(), image_->plane_to_pixel()});
+        out.push_back(surf::segment::strokes<2>(box, marks.values()));
+      } catch (const surf::InputError& error) {
+        throw surf::InputError(fmt::format("--marks: {}: {}", path, error.what()));
+      }
+      has_inside |= out.back().front().side == surf::segment::Side::kInside;
+    }
+    if (!has_inside)
+      throw surf::InputError("--marks: no stroke is inside, label 1, and there is no --seed");
+    return out;
+  }
+
   const Arguments& arguments_;
   std::optional<Image> image_;
   std::optional<Frames> frames_;
@@ -156,6 +184,7 @@ void add_options(CLI::App& command, Arguments& a) {
       "Contours to write: .svg, .json, .vtp or .csv; of several objects {object}.json");
   add_curve_options(command, a);
   add_object_option(command, a);
+  add_marks_option(command, a, kWords);
   const std::string output = "Output and running";
   add_output_space(command, a.output_space, "a slice's .vtp", output);
   command

@@ -8,6 +8,8 @@
 #include "libsurf/io/write_surface.h"
 #include "libsurf/segment/denoised.h"
 #include "libsurf/segment/energy_assembly.h"
+#include "libsurf/segment/marks.h"
+#include "libsurf/volume/read_volume.h"
 #include "libsurf/volume/write_volume.h"
 #include "tools/common/arguments.h"
 #include "tools/common/idle_options.h"
@@ -65,7 +67,8 @@ class SurfaceCommand : public SegmentCommand<3> {
     volume_ = arguments_.which.read(arguments_.volume);
     for (const std::string& note : volume_->source().notes) progress().note("note: " + note);
     return {surf::segment::make_setting(*volume_),
-            objects_of<3>(command(), arguments_, options(*volume_), boxes_mm(*volume_))};
+            objects_of<3>(command(), arguments_, options(*volume_), boxes_mm(*volume_),
+                          strokes(*volume_))};
   }
 
   std::vector<std::string> idle_options() const override {
@@ -137,7 +140,8 @@ class SurfaceCommand : public SegmentCommand<3> {
   void check_values() const {
     check_run_arguments(command(), arguments_, kWords);
     arguments_.which.check();
-    if (arguments_.keep == "seeded" && arguments_.seeds.empty() && !arguments_.initial.is_body())
+    if (arguments_.keep == "seeded" && arguments_.seeds.empty() && arguments_.marks.empty() &&
+        !arguments_.initial.is_body())
       throw surf::UsageError("--keep seeded: a --seed in each component to keep is needed");
     for (const std::string& seed : arguments_.seeds) parse_point("--seed", seed);
     for (const std::string& point : arguments_.outside) parse_point("--outside", point);
@@ -146,10 +150,36 @@ class SurfaceCommand : public SegmentCommand<3> {
     if (!arguments_.objects.empty() && arguments_.initial.any())
       throw surf::UsageError(
           "--object: each is looked for from its own --seed, not from an initial surface");
-    if (arguments_.seeds.empty() && !arguments_.initial.any())
+    if (arguments_.seeds.empty() && arguments_.marks.empty() && !arguments_.initial.any())
       throw surf::UsageError(
           "--seed: at least one point inside the object is needed, such as --seed 12.5,-30,44, or "
-          "an --initial surface");
+          "--marks, or an --initial surface");
+  }
+
+  /// Of each label map.
+  std::vector<std::vector<surf::segment::Click<3>>> strokes(
+      const surf::volume::Volume& volume) const {
+    const auto box = [](const surf::volume::Volume& v) {
+      return surf::ImageBox<3>{v.size(), v.index_to_world(), v.world_to_index()};
+    };
+    std::vector<std::vector<surf::segment::Click<3>>> out;
+    bool has_inside = !arguments_.seeds.empty() || arguments_.initial.any();
+    for (const std::string& path : arguments_.marks) {
+      const surf::volume::Volume marks = surf::volume::read_volume(path);
+      try {
+        surf::segment::check_same_grid<3>(box(volume), box(marks));
+        const auto& size = marks.size();
+        std::vector<float> labels(std::size_t(size[0]) * size[1] * size[2]);
+        marks.copy_box({0, 0, 0}, size, labels.data());
+        out.push_back(surf::segment::strokes<3>(box(marks), labels));
+      } catch (const surf::InputError& error) {
+        throw surf::InputError(fmt::format("--marks: {}: {}", path, error.what()));
+      }
+      has_inside |= out.back().front().side == surf::segment::Side::kInside;
+    }
+    if (!has_inside)
+      throw surf::InputError("--marks: no stroke is inside, label 1, and there is no --seed");
+    return out;
   }
 
   std::vector<surf::segment::BoxCorners<3>> boxes_mm(const surf::volume::Volume& volume) const {
@@ -204,6 +234,7 @@ void add_options(CLI::App& command, Arguments& a) {
 
   add_start_options(command, a, kWords);
   add_object_option(command, a);
+  add_marks_option(command, a, kWords);
   const std::string start = "Where to start";
   command.add_option("--space", a.space, "Space of the points: ras or lps in mm, or ijk voxels")
       ->check(CLI::IsMember({"ras", "lps", "ijk"}))

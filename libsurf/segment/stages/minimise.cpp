@@ -97,8 +97,11 @@ mesh::MovingShapeOptions<Dim> shape_options(const Work<Dim>& work, double edge_l
 template <int Dim>
 std::vector<mesh::HeldPoint<Dim>> held_points(const std::vector<Click<Dim>>& clicks) {
   std::vector<mesh::HeldPoint<Dim>> out;
-  for (const Click<Dim>& click : clicks)
-    out.push_back({click.point_mm, click.side == Side::kInside});
+  for (const Click<Dim>& click : clicks) {
+    const bool is_inside = click.side == Side::kInside;
+    out.push_back({click.point_mm, is_inside});
+    for (const Vector<Dim>& point : click.stroke_mm) out.push_back({point, is_inside});
+  }
   return out;
 }
 
