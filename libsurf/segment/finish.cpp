@@ -33,10 +33,20 @@ Finished<Dim> finish(const Setting<Dim>& setting, const Result<Dim>& result,
   out.shape = setting.rounded_to_file(result.shape, extension);
   out.measures = setting.measures(out.shape);
   if (!out.measures.passed) throw InvalidMesh(out.measures.verdict);
+  out.certainty = result.certainty;
   return out;
 }
 
-void write(const std::string& path, const Finished<3>& surface, const io::WriteOptions& options) {
+void write(const std::string& path, const Finished<3>& surface, io::WriteOptions options) {
+  if (surface.certainty) {
+    const Certainty<3>& certainty = *surface.certainty;
+    const std::vector<char>& flags = certainty.has_edge;
+    options.arrays.push_back({"deviation_mm", certainty.deviation_mm});
+    options.arrays.push_back({"edge_strength", certainty.edge_strength});
+    options.arrays.push_back({"has_edge", Eigen::Map<const Eigen::Matrix<char, Eigen::Dynamic, 1>>(
+                                              flags.data(), Eigen::Index(flags.size()))
+                                              .cast<double>()});
+  }
   io::write_surface(path, surface.shape, options);
 }
 
