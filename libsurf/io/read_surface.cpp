@@ -61,6 +61,16 @@ void check(const std::string& path, const FileSurface& surface) {
       }
 }
 
+FileSurface file_surface(const std::string& path) {
+  const Reader read = find_reader(extension(path));
+  if (read == nullptr)
+    throw InputError(fmt::format(
+        "{}: not a surface file by its ending; expected .stl, .obj, .ply or .vtp", path));
+  FileSurface surface = read(path, content_of(path));
+  check(path, surface);
+  return surface;
+}
+
 }  // namespace
 
 std::array<double, 3> read_point(const std::string& path, Lines& lines) {
@@ -81,12 +91,7 @@ bool is_readable_surface(const std::string& path) {
 }
 
 Triangles read_surface(const std::string& path, const ReadOptions& options) {
-  const Reader read = find_reader(extension(path));
-  if (read == nullptr)
-    throw InputError(fmt::format(
-        "{}: not a surface file by its ending; expected .stl, .obj, .ply or .vtp", path));
-  const FileSurface surface = read(path, content_of(path));
-  check(path, surface);
+  const FileSurface surface = file_surface(path);
   Triangles result;
   result.points.resize(static_cast<Eigen::Index>(surface.points.size()), 3);
   for (std::size_t i = 0; i < surface.points.size(); ++i)
@@ -98,6 +103,23 @@ Triangles read_surface(const std::string& path, const ReadOptions& options) {
     for (int k = 0; k < 3; ++k)
       result.elements(static_cast<Eigen::Index>(i), k) = static_cast<int>(surface.elements[i][k]);
   return result;
+}
+
+Eigen::VectorXd read_point_array(const std::string& path, const std::string& name) {
+  const FileSurface surface = file_surface(path);
+  const auto found = surface.arrays.find(name);
+  if (found == surface.arrays.end()) {
+    std::string others;
+    for (const auto& [other, values] : surface.arrays)
+      others += (others.empty() ? "; it has " : ", ") + other;
+    throw InputError(fmt::format("{}: its points have no numbers by the name '{}'{}", path, name,
+                                 others.empty() ? "; it has none" : others));
+  }
+  if (found->second.size() != surface.points.size())
+    throw InputError(fmt::format("{}: {} values of '{}' for {} points", path, found->second.size(),
+                                 name, surface.points.size()));
+  return Eigen::Map<const Eigen::VectorXd>(found->second.data(),
+                                           Eigen::Index(found->second.size()));
 }
 
 }  // namespace surf::io

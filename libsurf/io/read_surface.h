@@ -34,4 +34,10 @@ Triangles read_surface(const std::string& path, const ReadOptions& options = {})
 /// True if `path` ends like a surface file that can be read.
 bool is_readable_surface(const std::string& path);
 
+/// The numbers of the points that a .ply or .vtp file holds by this name, such as deviation_mm, in
+/// the order of read_surface().
+/// @throws InputError  as read_surface(); the file has no such array, or not one number for each
+///                     point
+Eigen::VectorXd read_point_array(const std::string& path, const std::string& name);
+
 }  // namespace surf::io

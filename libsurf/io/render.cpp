@@ -6,8 +6,10 @@
 #include <vtkAutoInit.h>
 #include <vtkCamera.h>
 #include <vtkCellArray.h>
+#include <vtkDoubleArray.h>
 #include <vtkFloatArray.h>
 #include <vtkImageData.h>
+#include <vtkLookupTable.h>
 #include <vtkNew.h>
 #include <vtkPointData.h>
 #include <vtkPoints.h>
@@ -22,12 +24,15 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
+#include <cmath>
 #include <cstdlib>
 #include <cstring>
 #include <memory>
 #include <thread>
+#include <vector>
 
 #include "libsurf/base/error.h"
+#include "libsurf/io/draw.h"
 
 VTK_MODULE_INIT(vtkRenderingOpenGL2)
 
@@ -37,6 +42,18 @@ namespace {
 /// Where the camera stands, seen from the surface [RAS].
 constexpr std::array<std::array<double, 3>, 2> kCameras = {{{0.7, 0.85, 0.45}, {-1.0, 0.0, 0.1}}};
 constexpr std::array<double, 3> kSurfaceColor = {0.93, 0.78, 0.66};
+/// Viridis at every eighth.
+constexpr std::array<std::array<double, 3>, 9> kViridis = {{{0.267, 0.005, 0.329},
+                                                            {0.278, 0.176, 0.484},
+                                                            {0.230, 0.322, 0.546},
+                                                            {0.173, 0.449, 0.558},
+                                                            {0.128, 0.567, 0.551},
+                                                            {0.157, 0.684, 0.502},
+                                                            {0.369, 0.789, 0.383},
+                                                            {0.678, 0.864, 0.190},
+                                                            {0.993, 0.906, 0.144}}};
+constexpr int kTableSize = 256;
+constexpr double kShown = 0.98;  // of the values lie below the upper end
 
 /// VTK ends the process where it finds no display, so look first. The connection stays open
 /// until the picture is made: a server resets itself when its last client leaves, and would refuse
@@ -86,6 +103,56 @@ Points<3> vertex_normals(const Triangles& surface) {
   return normals;
 }
 
+/// What the bar spans.
+std::array<double, 2> range_of(const RenderOptions& options) {
+  if (options.range) return *options.range;
+  const Eigen::VectorXd& values = options.colors->values;
+  std::vector<double> sorted(values.begin(), values.end());
+  std::sort(sorted.begin(), sorted.end());
+  const double low = std::min(0.0, sorted.front()),
+               high = sorted[std::size_t(kShown * double(sorted.size() - 1))];
+  return {low, high > low ? high : low + 1};
+}
+
+/// The colour at 0 to 1.
+std::array<double, 3> color_at(double share) {
+  const double at = std::clamp(share, 0.0, 1.0) * double(kViridis.size() - 1);
+  const std::size_t first = std::min(std::size_t(at), kViridis.size() - 2);
+  std::array<double, 3> out;
+  for (std::size_t c = 0; c < 3; ++c)
+    out[c] = std::lerp(kViridis[first][c], kViridis[first + 1][c], at - double(first));
+  return out;
+}
+
+vtkNew<vtkLookupTable> color_table(const std::array<double, 2>& range) {
+  vtkNew<vtkLookupTable> table;
+  table->SetNumberOfTableValues(kTableSize);
+  for (int k = 0; k < kTableSize; ++k) {
+    const std::array<double, 3> color = color_at(double(k) / (kTableSize - 1));
+    table->SetTableValue(k, color[0], color[1], color[2]);
+  }
+  table->SetTableRange(range[0], range[1]);
+  return table;
+}
+
+/// The colours at the foot of the picture, between the numbers of their ends.
+void draw_bar(Picture& picture, const std::array<double, 2>& range) {
+  constexpr Color kBlack = {0, 0, 0};
+  const int scale = std::max(1, picture.width() / 750), gap = 6 * scale;
+  const int height = text_height(scale), top = picture.height() - height - gap;
+  const int width = picture.width() / 4;
+  const std::string low = fmt::format("{:.3g}", range[0]), high = fmt::format("{:.3g}", range[1]);
+  int x = (picture.width() - width) / 2;
+  draw_text(picture, x - gap - text_width(low, scale), top, low, kBlack, scale);
+  draw_text(picture, x + width + gap, top, high, kBlack, scale);
+  for (int column = 0; column < width; ++column) {
+    const std::array<double, 3> color = color_at(double(column) / (width - 1));
+    for (int y = top; y < top + height; ++y)
+      for (std::size_t c = 0; c < 3; ++c)
+        picture.at(x + column, y)[c] = std::uint8_t(std::lround(255 * color[c]));
+  }
+}
+
 vtkNew<vtkPolyData> poly_data_of(const Triangles& surface) {
   vtkNew<vtkPoints> points;
   vtkNew<vtkFloatArray> normals;
@@ -105,9 +172,19 @@ vtkNew<vtkPolyData> poly_data_of(const Triangles& surface) {
   return data;
 }
 
-vtkNew<vtkActor> actor_of(const Triangles& surface, bool has_edges) {
+vtkNew<vtkActor> actor_of(const Triangles& surface, const RenderOptions& options,
+                          vtkLookupTable* table) {
   vtkNew<vtkPolyDataMapper> mapper;
-  mapper->SetInputData(poly_data_of(surface));
+  const vtkNew<vtkPolyData> data = poly_data_of(surface);
+  if (options.colors) {
+    vtkNew<vtkDoubleArray> values;
+    for (const double value : options.colors->values) values->InsertNextValue(value);
+    data->GetPointData()->SetScalars(values);
+    mapper->SetLookupTable(table);
+    mapper->UseLookupTableScalarRangeOn();
+    mapper->InterpolateScalarsBeforeMappingOn();
+  }
+  mapper->SetInputData(data);
   vtkNew<vtkActor> actor;
   actor->SetMapper(mapper);
   vtkProperty& look = *actor->GetProperty();
@@ -117,7 +194,7 @@ vtkNew<vtkActor> actor_of(const Triangles& surface, bool has_edges) {
   look.SetDiffuse(0.85);
   look.SetSpecular(0.15);
   look.SetSpecularPower(20);
-  look.SetEdgeVisibility(has_edges);
+  look.SetEdgeVisibility(options.has_edges);
   look.SetEdgeColor(0.15, 0.15, 0.2);
   return actor;
 }
@@ -163,6 +240,9 @@ void check(const Triangles& surface, const RenderOptions& options) {
       throw UsageError(fmt::format("size of the picture: expected 100 to 10000 pixels; got {} x {}",
                                    options.width, options.height));
   if (surface.elements.rows() == 0) throw InvalidMesh("the surface to draw has no triangles");
+  if (options.colors && options.colors->values.size() != surface.points.rows())
+    throw InvalidMesh(fmt::format("the surface to draw has {} points, but there are {} values",
+                                  surface.points.rows(), options.colors->values.size()));
 }
 
 }  // namespace
@@ -174,7 +254,10 @@ Picture render_surface(const Triangles& surface, const RenderOptions& options) {
   window->SetOffScreenRendering(1);
   window->SetMultiSamples(8);
   window->SetSize(options.width, options.height);
-  const vtkNew<vtkActor> actor = actor_of(surface, options.has_edges);
+  const std::array<double, 2> range =
+      options.colors ? range_of(options) : std::array<double, 2>{0, 1};
+  const vtkNew<vtkLookupTable> table = color_table(range);
+  const vtkNew<vtkActor> actor = actor_of(surface, options, table);
   const double n_views = kCameras.size();
   for (std::size_t i = 0; i < kCameras.size(); ++i) {
     vtkNew<vtkRenderer> renderer;
@@ -185,7 +268,9 @@ Picture render_surface(const Triangles& surface, const RenderOptions& options) {
     window->AddRenderer(renderer);
   }
   window->Render();
-  return picture_of(*window);
+  Picture picture = picture_of(*window);
+  if (options.colors) draw_bar(picture, range);
+  return picture;
 }
 
 }  // namespace surf::io

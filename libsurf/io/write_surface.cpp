@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 #include <vtkCellArray.h>
+#include <vtkDoubleArray.h>
 #include <vtkNew.h>
+#include <vtkPointData.h>
 #include <vtkPolyData.h>
 
 #include <Eigen/Geometry>
@@ -31,9 +33,9 @@ void append(std::string& bytes, const T* values, std::size_t n) {
 
 // STL and PLY are so simple that writing their bytes here is shorter than handing the surface
 // to VTK, and a full disk is then noticed in one place for all formats.
-std::string stl_bytes(const Triangles& surface, Space space) {
+std::string stl_bytes(const Triangles& surface, const WriteOptions& options) {
   const Floats points = surface.points.cast<float>();
-  std::string header = fmt::format("surfseg SPACE={} UNIT=mm", name(space));
+  std::string header = fmt::format("surfseg SPACE={} UNIT=mm", name(options.space));
   header.resize(80, ' ');
   std::string bytes;
   bytes.reserve(84 + 50 * surface.elements.rows());
@@ -53,14 +55,22 @@ std::string stl_bytes(const Triangles& surface, Space space) {
   return bytes;
 }
 
-std::string ply_bytes(const Triangles& surface, Space space) {
-  const Floats points = surface.points.cast<float>();
+std::string ply_bytes(const Triangles& surface, const WriteOptions& options) {
+  const Eigen::Index n_arrays = Eigen::Index(options.arrays.size());
+  Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> rows(surface.points.rows(),
+                                                                             3 + n_arrays);
+  rows.leftCols(3) = surface.points.cast<float>();
+  std::string properties;
+  for (Eigen::Index k = 0; k < n_arrays; ++k) {
+    rows.col(3 + k) = options.arrays[std::size_t(k)].values.cast<float>();
+    properties += fmt::format("property float {}\n", options.arrays[std::size_t(k)].name);
+  }
   std::string bytes = fmt::format(
       "ply\nformat binary_little_endian 1.0\ncomment surfseg\ncomment SPACE={}\n"
-      "element vertex {}\nproperty float x\nproperty float y\nproperty float z\n"
+      "element vertex {}\nproperty float x\nproperty float y\nproperty float z\n{}"
       "element face {}\nproperty list uchar int vertex_indices\nend_header\n",
-      name(space), points.rows(), surface.elements.rows());
-  append(bytes, points.data(), points.size());
+      name(options.space), rows.rows(), properties, surface.elements.rows());
+  append(bytes, rows.data(), rows.size());
   for (const auto element : surface.elements.rowwise()) {
     bytes += '\3';
     append(bytes, element.data(), 3);
@@ -75,9 +85,9 @@ void append_number(std::string& text, double value) {
   text.append(digits, end);
 }
 
-std::string obj_bytes(const Triangles& surface, Space space) {
+std::string obj_bytes(const Triangles& surface, const WriteOptions& options) {
   const Floats points = surface.points.cast<float>();
-  std::string text = fmt::format("# surfseg\n# SPACE={}\n", name(space));
+  std::string text = fmt::format("# surfseg\n# SPACE={}\n", name(options.space));
   for (const auto point : points.rowwise()) {
     text += 'v';
     for (int axis = 0; axis < 3; ++axis) {
@@ -91,7 +101,7 @@ std::string obj_bytes(const Triangles& surface, Space space) {
   return text;
 }
 
-std::string vtp_bytes(const Triangles& surface, Space space) {
+std::string vtp_bytes(const Triangles& surface, const WriteOptions& options) {
   vtkNew<vtkCellArray> cells;
   cells->AllocateExact(surface.elements.rows(), surface.elements.size());
   for (const auto element : surface.elements.rowwise())
@@ -99,10 +109,16 @@ std::string vtp_bytes(const Triangles& surface, Space space) {
   vtkNew<vtkPolyData> data;
   data->SetPoints(to_vtk(surface.points));
   data->SetPolys(cells);
-  return vtp_file(*data, space);
+  for (const PointArray& array : options.arrays) {
+    vtkNew<vtkDoubleArray> values;
+    values->SetName(array.name.c_str());
+    for (const double value : array.values) values->InsertNextValue(value);
+    data->GetPointData()->AddArray(values);
+  }
+  return vtp_file(*data, options.space);
 }
 
-using Encoder = std::string (*)(const Triangles&, Space);
+using Encoder = std::string (*)(const Triangles&, const WriteOptions&);
 struct Format {
   std::string_view extension;
   Encoder encode;
@@ -153,8 +169,12 @@ void write_surface(const std::string& path, const Triangles& surface, const Writ
   const Format& format = format_of(extension(path), path);
   Triangles in_file = rounded(surface, format);
   check(in_file, path);
+  for (const PointArray& array : options.arrays)
+    if (array.values.size() != in_file.points.rows())
+      throw InvalidMesh(fmt::format("{}: not written: array {} has {} values for {} points", path,
+                                    array.name, array.values.size(), in_file.points.rows()));
   in_file.points = converted(in_file.points, options.space);
-  write_bytes(path, format.encode(in_file, options.space));
+  write_bytes(path, format.encode(in_file, options));
 }
 
 }  // namespace surf::io

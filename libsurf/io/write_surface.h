@@ -2,16 +2,26 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "libsurf/base/types.h"
 #include "libsurf/io/space.h"
 
 namespace surf::io {
 
+/// A number of each point, by a name without blanks that ends in its unit if it has one.
+struct PointArray {
+  std::string name;
+  Eigen::VectorXd values;  ///< (n)
+};
+
 struct WriteOptions {
   /// Frame of the coordinates in the file. Every format states it as Slicer reads it:
   /// SPACE=LPS in STL's 80-byte header, in a comment of OBJ and PLY, in the field data of VTP.
   Space space = Space::kLps;
+  /// For PLY (properties of the vertices, float32) and VTP (point data, float64); STL and OBJ have
+  /// no place for them.
+  std::vector<PointArray> arrays = {};
 };
 
 /// Writes the surface (RAS mm) by the ending of `path`, whole or not at all: .stl and .ply
@@ -23,7 +33,7 @@ struct WriteOptions {
 /// @throws UsageError   another ending
 /// @throws OutputError  the folder is missing or not writable, or the disk is full
 /// @throws InvalidMesh  an element names a missing point, or a coordinate is not finite as
-///                      the file's float
+///                      the file's float; an array has another length than the points
 void write_surface(const std::string& path, const Triangles& surface,
                    const WriteOptions& options = {});
 

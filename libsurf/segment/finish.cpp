@@ -39,7 +39,9 @@ Finished<Dim> finish(const Setting<Dim>& setting, const Result<Dim>& result,
     throw NoObject("interrupted before there was a first shape");
   if (result.shape.elements.rows() == 0 && !result.removed.empty())
     throw InvalidMesh("the components that are asked for leave nothing; " + result.notes.back());
-  return checked<Dim>(setting, result.shape, extension);
+  Finished<Dim> out = checked<Dim>(setting, result.shape, extension);
+  out.certainty = result.certainty;
+  return out;
 }
 
 template <int Dim>
@@ -48,7 +50,16 @@ Finished<Dim> finish(const Setting<Dim>& setting, const Proposal<Dim>& proposal,
   return checked<Dim>(setting, proposal.shape, extension);
 }
 
-void write(const std::string& path, const Finished<3>& surface, const io::WriteOptions& options) {
+void write(const std::string& path, const Finished<3>& surface, io::WriteOptions options) {
+  if (surface.certainty) {
+    const Certainty<3>& certainty = *surface.certainty;
+    const std::vector<char>& flags = certainty.has_edge;
+    options.arrays.push_back({"deviation_mm", certainty.deviation_mm});
+    options.arrays.push_back({"edge_strength", certainty.edge_strength});
+    options.arrays.push_back({"has_edge", Eigen::Map<const Eigen::Matrix<char, Eigen::Dynamic, 1>>(
+                                              flags.data(), Eigen::Index(flags.size()))
+                                              .cast<double>()});
+  }
   io::write_surface(path, surface.shape, options);
 }
 

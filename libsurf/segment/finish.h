@@ -12,7 +12,8 @@ namespace surf::segment {
 template <int Dim>
 struct Finished {
   Simplices<Dim> shape;
-  Measures<Dim> measures;  ///< of that shape
+  Measures<Dim> measures;                        ///< of that shape
+  std::optional<Certainty<Dim>> certainty = {};  ///< of its vertices, if they were located
 };
 
 /// Rounds the result to the numbers of a file of this kind (".stl", ...; "" = not at all), and
@@ -29,8 +30,10 @@ template <int Dim>
 Finished<Dim> finish(const Setting<Dim>& setting, const Proposal<Dim>& proposal,
                      const std::string& extension);
 
-/// io::write_surface(), for results only: what was not finished cannot be written by mistake.
-void write(const std::string& path, const Finished<3>& surface, const io::WriteOptions& options);
+/// io::write_surface(), for results only: what was not finished cannot be written by mistake. To
+/// the arrays of the options it adds those of the certainty: deviation_mm, edge_strength and
+/// has_edge.
+void write(const std::string& path, const Finished<3>& surface, io::WriteOptions options);
 
 /// What happened, as JSON text: outcome, measures, components, what was removed, events, notes,
 /// what was chosen, proposals, stages (docs/file-formats.md). The energies and lengths under

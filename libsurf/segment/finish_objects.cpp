@@ -72,6 +72,7 @@ Finished<Dim> beside_others(const Setting<Dim>& setting, Finished<Dim> finished,
     finished.shape = std::move(left.shape);
   }
   if (out.walls.empty()) return finished;
+  finished.certainty.reset();  // that of vertices that are no longer there
   // A later cut may bring the shape near an earlier wall again only by rounding; it is looked at.
   for (std::size_t n = 0; n < earlier.size(); ++n)
     if (earlier[n].finished && setting.do_overlap(finished.shape, earlier[n].finished->shape))

@@ -88,6 +88,10 @@ struct Options {
   /// Settle the shape on the edges it has found: a last stage with the edge indicator alone. Not
   /// where the flow keeps the content.
   bool settle = true;
+  /// At last: a blurred step is fitted to the cells along the shape, which moves on to it where
+  /// there is one and comes to know how sure its place is (locate_edges.h). None = where the energy is
+  /// chosen by the image, unless settle is off.
+  std::optional<bool> locate;
   ComponentOptions components;
 
   std::string error() const;  ///< empty if valid

@@ -9,6 +9,7 @@ template <int Dim>
 struct Result {
   Simplices<Dim> shape;
   /// That of the last stage that minimised an energy; kProposed, kNoObject or kStopped if none did.
+  std::optional<Certainty<Dim>> certainty;  ///< of its vertices, if they were located
   Outcome outcome = Outcome::kEmpty;
   std::string message;                   ///< one sentence for a person: how that stage ended
   Simplices<Dim> start;                  ///< that the evolution began with

@@ -94,6 +94,7 @@ void run_stages(Work<Dim>& work) {
     if (!work.reports.empty() && work.reports.back().kind == StageKind::kCorrects &&
         !work.setting().is_embedded(work.shape)) {
       work.shape = before;
+      work.certainty.reset();
       work.notes.push_back(fmt::format("{}: made the {} intersect itself and is taken back",
                                        work.reports.back().name, work.setting().noun()));
     }
@@ -115,6 +116,8 @@ Result<Dim> to_result(Work<Dim> work) {
     Filtered<Dim> filtered =
         work.setting().filtered(work.shape, work.options.components, work.seeds_mm);
     out.shape = std::move(filtered.shape);
+    if (work.certainty)
+      out.certainty = certainty_of_part<Dim>(*work.certainty, work.shape, out.shape);
     out.removed = std::move(filtered.removed);
     note_removed<Dim>(out.removed, work.notes);
     if (out.outcome != Outcome::kProposed)

@@ -32,6 +32,10 @@ class Setting {
  public:
   virtual ~Setting() = default;
   virtual const ImageExtent<Dim>& extent() const = 0;
+  /// The values as they were read of the cells lower <= index < upper, first index fastest.
+  /// @pre  the image has all of them
+  virtual std::vector<float> values(const std::array<int, Dim>& lower,
+                                    const std::array<int, Dim>& upper) const = 0;
   virtual std::unique_ptr<EnergyModel<Dim>> make_model(const FieldOptions& options) const = 0;
   virtual std::unique_ptr<mesh::MovingMesh<Dim>> make_shape(
       const Simplices<Dim>& start, const mesh::MovingShapeOptions<Dim>& options) const = 0;

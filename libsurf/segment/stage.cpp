@@ -36,12 +36,12 @@ std::vector<StagePointer<Dim>> plan(const Options<Dim>& options, bool has_start)
   if (coarse_terms<Dim>(options.energies) && has_parts) out.push_back(coarse_stage<Dim>());
   out.push_back(evolve_stage<Dim>());
   if (options.open_cavities) out.push_back(cavities_stage<Dim>());
-  if (!options.settle || options.flow.keeps_content()) return out;
-  if (!options.energies.empty()) {
-    if (!settle_on_edges<Dim>(options.energies)) return out;
-    if (!are_fitted<Dim>(options.energies)) out.push_back(settle_stage<Dim>());
-  }
-  out.push_back(offset_stage<Dim>());
+  const bool is_fitted = options.energies.empty() || are_fitted<Dim>(options.energies);
+  const bool settles = options.settle && !options.flow.keeps_content() &&
+                       (options.energies.empty() || settle_on_edges<Dim>(options.energies));
+  if (settles && !is_fitted) out.push_back(settle_stage<Dim>());
+  if (settles) out.push_back(offset_stage<Dim>());
+  if (options.locate.value_or(settles && is_fitted)) out.push_back(locate_stage<Dim>());
   return out;
 }
 

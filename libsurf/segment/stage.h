@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "libsurf/flow/evolution.h"
+#include "libsurf/segment/certainty.h"
 #include "libsurf/segment/click.h"
 #include "libsurf/segment/fields.h"
 #include "libsurf/segment/outcome.h"
@@ -66,8 +67,9 @@ struct Work {
   double sigma_mm = 0, edge_length_mm = 0, geometry_tolerance_mm = 0, seed_radius_mm = 0;
   double whole_blur_mm = 0;  ///< of the edges round the seeds, smoothing included; 0 = unknown
   SeedModel seed = {};
-  double border_share = 0;                   ///< of the length or area on the image's border
-  std::optional<Verdict<Dim>> verdict = {};  ///< of the chosen proposal
+  double border_share = 0;                       ///< of the length or area on the image's border
+  std::optional<Verdict<Dim>> verdict = {};      ///< of the chosen proposal
+  std::optional<Certainty<Dim>> certainty = {};  ///< of the vertices of `shape`; none = unknown
   std::vector<StageReport> reports = {};
   std::vector<std::string> notes = {};
 

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <map>
 
 #include "libsurf/segment/detail/options_json.h"
@@ -19,6 +20,9 @@ struct Keys {
   static constexpr const char* place = Dim == 3 ? "place_ras_mm" : "place_mm";
   static constexpr const char* center = Dim == 3 ? "center_ras_mm" : "center_mm";
   static constexpr const char* centroid = Dim == 3 ? "centroid_ras_mm" : "centroid_mm";
+  static constexpr const char* content_deviation =
+      Dim == 3 ? "volume_deviation_mm3" : "area_deviation_mm2";
+  static constexpr const char* next_click = Dim == 3 ? "next_click_ras_mm" : "next_click_mm";
   static constexpr const char* change = Dim == 3 ? "volume_change_mm3" : "area_change_mm2";
   static constexpr const char* degenerate =
       Dim == 3 ? "degenerate_triangles" : "degenerate_elements";
@@ -61,6 +65,29 @@ void add_measures(const Measures<Dim>& measures, Json& out) {
       entry[K::cavities].push_back(part_to_json<Dim>(cavity));
     out[K::components].push_back(std::move(entry));
   }
+}
+
+double quantile(std::vector<double> values, double share) {
+  if (values.empty()) return 0;
+  const auto at = values.begin() + std::ptrdiff_t(share * double(values.size() - 1));
+  std::nth_element(values.begin(), at, values.end());
+  return *at;
+}
+
+template <int Dim>
+Json certainty_to_json(const Certainty<Dim>& certainty) {
+  const std::vector<double> deviations(certainty.deviation_mm.begin(),
+                                       certainty.deviation_mm.end()),
+      strengths(certainty.edge_strength.begin(), certainty.edge_strength.end());
+  Json out = {
+      {Keys<Dim>::content_deviation, certainty.content_deviation},
+      {"deviation_mm",
+       {{"median", quantile(deviations, 0.5)}, {"percentile_95", quantile(deviations, 0.95)}}},
+      {"edge_strength", {{"median", quantile(strengths, 0.5)}}},
+      {"share_without_edge", certainty.share_without_edge}};
+  if (certainty.next_click_mm)
+    out[Keys<Dim>::next_click] = point_to_json<Dim>(*certainty.next_click_mm);
+  return out;
 }
 
 Json texts_of(const std::vector<EnergyTerm>& terms) {
@@ -113,6 +140,7 @@ std::string summary_json(const Result<Dim>& result, const Measures<Dim>* measure
   if (const StageReport* main = result.main_stage(); main && main->kind == StageKind::kMinimises)
     out["energy"] = main->flow.final_energy;
   if (measures) add_measures<Dim>(*measures, out);
+  if (measures && result.certainty) out["certainty"] = certainty_to_json<Dim>(*result.certainty);
   out["border_share"] = result.border_share;
   for (const Removed<Dim>& part : result.removed)
     out["removed"].push_back({{"what", part.what},

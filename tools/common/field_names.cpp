@@ -31,6 +31,7 @@ const std::map<std::string, std::string>& option_names() {
       {"Options::open_cavities", "--open-cavities"},
       {"Options::n_levels", "--levels"},
       {"Options::settle", "--no-settle"},
+      {"Options::locate", "--locate"},
       {"Click::point_mm", "--seed"},
       {"Click::point_mm[outside]", "--outside"},
       {"Click::side", "--outside"},

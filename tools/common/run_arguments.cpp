@@ -147,6 +147,16 @@ void add_energy_options(CLI::App& command, RunArguments& a, const RunWords& word
       ->group(group);
   command.add_option("--gamma0", a.gamma0, fmt::format("Weight of its {} term [1]", words.measure))
       ->group(group);
+  command
+      .add_flag("--locate", a.locate,
+                fmt::format("At last move the {} on to the edges that fit the {} and say how sure "
+                            "they are [where the image chooses the energy]",
+                            words.shape, words.image))
+      ->group(group);
+  command
+      .add_flag("--no-locate", a.no_locate,
+                fmt::format("Leave the {} at the energy's minimum", words.shape))
+      ->group(group);
   command.add_flag("--no-settle", a.no_settle, "Skip the last stage, which settles on the edges")
       ->group(group);
 }
@@ -466,6 +476,9 @@ void set_run_options(const CLI::App& command, const RunArguments& a, double cell
   if (a.derivatives == "scharr") out.derivative_filter = surf::volume::DerivativeFilter::kScharr;
   out.energies = a.terms(command);
   out.settle = !a.no_settle;
+  if (a.locate && a.no_locate)
+    throw surf::UsageError("--locate, --no-locate: they contradict each other; give one of them");
+  if (a.locate || a.no_locate) out.locate = a.locate;
   out.open_cavities = a.open_cavities;
   out.components = {a.fill_cavities, a.min_component, a.kept()};
   set_flow<Dim>(a, out);

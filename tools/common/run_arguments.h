@@ -42,7 +42,7 @@ struct RunArguments {
   double coarseness = 4, integral_tolerance = 0.016;
   int levels = 1;
   double tolerance = 1e-4;
-  bool no_settle = false, open_cavities = false;
+  bool no_settle = false, locate = false, no_locate = false, open_cavities = false;
   double min_component = 0;
   bool fill_cavities = false;
   std::string keep = "all";

@@ -46,6 +46,18 @@ std::string verdict_of(const surf::segment::Result<Dim>& result) {
   return result.verdict ? "; " + result.verdict->text() : "";
 }
 
+/// ", volume +- 12.3 mm^3, 1.2 % without an edge, next click at (...) mm"
+template <int Dim>
+std::string certainty_of(const surf::segment::Finished<Dim>& finished) {
+  if (!finished.certainty) return "";
+  const auto& certainty = *finished.certainty;
+  std::string out = fmt::format(", {} +- {:.3g} mm^{}", Dim == 3 ? "volume" : "area",
+                                certainty.content_deviation, Dim);
+  if (certainty.share_without_edge > 0)
+    out += fmt::format(", {:.2g} % without an edge", 100 * certainty.share_without_edge);
+  return out;
+}
+
 }  // namespace
 
 template <int Dim>
@@ -251,8 +263,9 @@ ExitCode SegmentCommand<Dim>::run_one(const Input& input, const Objects& objects
   note_walls(objects, finished, n);
   summarise(exit_code, entries(&shape.measures));
   progress_.note(conclusion_of<Dim>(result));
-  progress_.note(fmt::format("{}: {}, {:.2f} s{}", path, describe(shape.measures),
-                             clock_.total_seconds(), verdict_of<Dim>(result)));
+  progress_.note(fmt::format("{}: {}{}, {:.2f} s{}", path, describe(shape.measures),
+                             certainty_of<Dim>(shape), clock_.total_seconds(),
+                             verdict_of<Dim>(result)));
   return exit_code;
 }
 
@@ -284,9 +297,9 @@ ExitCode SegmentCommand<Dim>::run_several(const Input& input, const Objects& obj
       is_at_limit |= code == kStoppedAtLimit;
       entry["file"] = path;
       note_walls(objects, finished, n);
-      progress_.note(fmt::format("{}: {}; {}{}", path, describe(*measures),
-                                 surf::segment::to_string(result.outcome),
-                                 verdict_of<Dim>(result)));
+      progress_.note(fmt::format(
+          "{}: {}; {}{}", path, describe(*measures) + certainty_of<Dim>(*finished[n].finished),
+          surf::segment::to_string(result.outcome), verdict_of<Dim>(result)));
     } else {
       try {
         std::rethrow_exception(finished[n].failure);

@@ -31,7 +31,8 @@ constexpr const char* kFooter =
     "  surfseg render brain.stl --volume head.nii.gz -o slices.png\n"
     "  surfseg render kidney.stl --volume ct/ --window soft-tissue --sheet 4x3 -o sheet.png\n"
     "  surfseg render lung.ply --volume ct/ --window lung --seed 90,0,-40 -o lung.png\n"
-    "  xvfb-run -a surfseg render brain.stl -o brain.png";
+    "  xvfb-run -a surfseg render brain.stl -o brain.png\n"
+    "  xvfb-run -a surfseg render brain.vtp --color-by deviation_mm -o doubt.png";
 
 struct Request {
   std::string surface, volume, output, unstated_space = "lps", space = "ras", axis = "axial";
@@ -40,6 +41,8 @@ struct Request {
   VolumeArguments which;
   int width = 1500;
   bool has_edges = false;
+  std::string color_by;
+  std::optional<std::string> color_range;
 
   bool has_slice_options() const {
     return at || window || sheet || !seeds.empty() || !outside.empty();
@@ -98,6 +101,11 @@ void check(const Request& request) {
         "--at, --window, --sheet, --seed, --outside: they belong to slices; give --volume too");
   if (!request.volume.empty() && request.has_edges)
     throw surf::UsageError("--edges: it belongs to the surface alone; leave out --volume");
+  if (!request.volume.empty() && !request.color_by.empty())
+    throw surf::UsageError("--color-by: it belongs to the surface alone; leave out --volume");
+  if (request.color_range && request.color_by.empty())
+    throw surf::UsageError("--color-range: there are no colours; give --color-by too");
+  if (request.color_range) parse_window("--color-range", *request.color_range);
   if (request.sheet && request.at)
     throw surf::UsageError(
         "--at: it belongs to three slices; a --sheet is spread over the surface");
@@ -109,14 +117,22 @@ void check(const Request& request) {
   check_outputs({{"--output", request.output}}, request.volume);
 }
 
+surf::io::RenderOptions render_options(const Request& request) {
+  surf::io::RenderOptions out{request.width, request.width / 2, request.has_edges};
+  if (!request.color_by.empty())
+    out.colors = surf::io::PointArray{
+        request.color_by, surf::io::read_point_array(request.surface, request.color_by)};
+  if (request.color_range) out.range = parse_window("--color-range", *request.color_range);
+  return out;
+}
+
 void run(const Request& request) {
   check(request);
   const surf::Triangles surface =
       surf::io::read_surface(request.surface, {file_space(request.unstated_space)});
   if (request.volume.empty())
-    return surf::io::write_png(
-        request.output,
-        surf::io::render_surface(surface, {request.width, request.width / 2, request.has_edges}));
+    return surf::io::write_png(request.output,
+                               surf::io::render_surface(surface, render_options(request)));
   const surf::volume::Volume volume = request.which.read(request.volume);
   surf::io::write_png(request.output, request.sheet ? draw_sheet(request, surface, volume)
                                                     : draw_slices(request, surface, volume));
@@ -169,6 +185,12 @@ void add_render_command(CLI::App& app, ExitCode&) {
   command->add_option("--width", request->width, "Width of the picture in pixels")
       ->capture_default_str();
   command->add_flag("--edges", request->has_edges, "Draw the edges of the triangles, in 3-D");
+  command->add_option("--color-by", request->color_by,
+                      "Colour the surface by numbers of its points that a .ply or .vtp holds, such "
+                      "as deviation_mm or edge_strength");
+  command->add_option("--color-range", request->color_range,
+                      "Numbers LOW,HIGH of the first and the last colour [0 and the 98th "
+                      "percentile]");
   command
       ->add_option("--unstated-space", request->unstated_space,
                    "Space of surface files that state none: ras or lps")

@@ -19,6 +19,14 @@ CurveSetting::CurveSetting(const Image& image)
     : image_(image),
       extent_{image.size(), image.pixel_to_plane(), image.plane_to_pixel(), image.range()} {}
 
+std::vector<float> CurveSetting::values(const std::array<int, 2>& lower,
+                                        const std::array<int, 2>& upper) const {
+  std::vector<float> out;
+  for (int j = lower[1]; j < upper[1]; ++j)
+    for (int i = lower[0]; i < upper[0]; ++i) out.push_back(image_.value(i, j));
+  return out;
+}
+
 std::unique_ptr<segment::EnergyModel<2>> CurveSetting::make_model(
     const volume::FieldOptions& options) const {
   return std::make_unique<ImageModel>(image_, extent_, options);

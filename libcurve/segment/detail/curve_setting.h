@@ -11,6 +11,8 @@ class CurveSetting : public segment::Setting<2> {
   explicit CurveSetting(const Image& image);
 
   const segment::ImageExtent<2>& extent() const override { return extent_; }
+  std::vector<float> values(const std::array<int, 2>& lower,
+                            const std::array<int, 2>& upper) const override;
   std::unique_ptr<segment::EnergyModel<2>> make_model(
       const volume::FieldOptions& options) const override;
   std::unique_ptr<mesh::MovingMesh<2>> make_shape(

@@ -223,12 +223,19 @@ class Reader {
     if (!corners) corners = element.find("vertex_index");
     if (is_face && element.n > 0 && (!corners || !element.properties[*corners].count))
       throw InputError(fmt::format("{}: faces have no list vertex_indices", path_));
+    std::vector<std::pair<std::size_t, std::vector<double>*>> arrays;
+    for (std::size_t at = 0; is_vertex && at < element.properties.size(); ++at)
+      if (const Property& p = element.properties[at];
+          !p.count && p.name != "x" && p.name != "y" && p.name != "z")
+        arrays.emplace_back(at, &surface_.arrays[p.name]);
     std::vector<std::vector<double>> row(element.properties.size());
     for (std::uint64_t i = 0; i < element.n; ++i) {
       read_row(element, row);
-      if (is_vertex)
+      if (is_vertex) {
         surface_.points.push_back(
             {row[*element.find("x")][0], row[*element.find("y")][0], row[*element.find("z")][0]});
+        for (const auto& [at, values] : arrays) values->push_back(row[at][0]);
+      }
       if (is_face) add_face(row[*corners]);
     }
   }

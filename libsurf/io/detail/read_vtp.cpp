@@ -1,7 +1,10 @@
 #include <fmt/format.h>
 #include <vtkCellArray.h>
+#include <vtkDataArray.h>
 #include <vtkFieldData.h>
+#include <vtkIdList.h>
 #include <vtkNew.h>
+#include <vtkPointData.h>
 #include <vtkPolyData.h>
 #include <vtkStringArray.h>
 #include <vtkXMLPolyDataReader.h>
@@ -34,6 +37,14 @@ FileSurface to_surface(const std::string& path, vtkPolyData* data) {
       throw InputError(fmt::format("{}: polygon {} has {} vertices; expected 3 or more", path,
                                    cell + 1, corners->GetNumberOfIds()));
     surface.add_polygon({corners->begin(), corners->end()});
+  }
+  for (int k = 0; k < data->GetPointData()->GetNumberOfArrays(); ++k) {
+    vtkDataArray* array = data->GetPointData()->GetArray(k);
+    if (array == nullptr || array->GetName() == nullptr || array->GetNumberOfComponents() != 1)
+      continue;
+    std::vector<double>& values = surface.arrays[array->GetName()];
+    for (vtkIdType i = 0; i < array->GetNumberOfTuples(); ++i)
+      values.push_back(array->GetComponent(i, 0));
   }
   return surface;
 }

@@ -6,6 +6,7 @@
 #include <charconv>
 #include <cstddef>
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -23,6 +24,8 @@ struct FileSurface {
   /// The line each element stands in; empty for binary formats.
   std::vector<std::size_t> lines;
   std::optional<Space> space;
+  /// Numbers of the points, one for each, by name; PLY and VTP have such.
+  std::map<std::string, std::vector<double>> arrays;
 
   /// Appends a polygon as a fan round its first vertex.
   void add_polygon(const std::vector<std::int64_t>& vertices) {

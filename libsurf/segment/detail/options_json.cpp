@@ -68,6 +68,7 @@ void for_each_field(OptionsType& o, const Visit& visit) {
   visit("n_levels", o.n_levels);
   visit("n_coarse_steps", o.n_coarse_steps);
   visit("settle", o.settle);
+  visit("locate", o.locate);
   visit("components.fill_cavities", o.components.fill_cavities);
   visit("components.min_content", o.components.min_content);
   visit("components.keep", o.components.keep);
@@ -102,7 +103,10 @@ Json value_to_json(const T& value) {
   else
     return value;
 }
-Json value_to_json(const std::optional<double>& value) { return value ? Json(*value) : Json(); }
+template <class T>
+Json value_to_json(const std::optional<T>& value) {
+  return value ? Json(*value) : Json();
+}
 Json value_to_json(const std::vector<EnergyTerm>& terms) {
   Json out = Json::array();
   for (const EnergyTerm& term : terms) out.push_back(to_string(term));
@@ -121,8 +125,9 @@ void value_from_json(const Json& json, T& value) {
     value = json.get<T>();
   }
 }
-void value_from_json(const Json& json, std::optional<double>& value) {
-  value = json.is_null() ? std::nullopt : std::optional<double>(json.get<double>());
+template <class T>
+void value_from_json(const Json& json, std::optional<T>& value) {
+  value = json.is_null() ? std::nullopt : std::optional<T>(json.get<T>());
 }
 void value_from_json(const Json& json, std::vector<EnergyTerm>& terms) {
   terms.clear();

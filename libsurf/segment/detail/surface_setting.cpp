@@ -52,6 +52,15 @@ std::vector<Component<3>> components_of(const Triangles& surface) {
 SurfaceSetting::SurfaceSetting(const volume::Volume& volume)
     : volume_(volume), extent_(extent_of(volume)) {}
 
+std::vector<float> SurfaceSetting::values(const std::array<int, 3>& lower,
+                                          const std::array<int, 3>& upper) const {
+  std::size_t n = 1;
+  for (int axis = 0; axis < 3; ++axis) n *= std::size_t(upper[axis] - lower[axis]);
+  std::vector<float> out(n);
+  volume_.copy_box(lower, upper, out.data());
+  return out;
+}
+
 std::unique_ptr<EnergyModel<3>> SurfaceSetting::make_model(const FieldOptions& options) const {
   return std::make_unique<ImageModel>(volume_, options.smoothing, options.filter);
 }

@@ -11,6 +11,8 @@ class SurfaceSetting : public Setting<3> {
   explicit SurfaceSetting(const volume::Volume& volume);
 
   const ImageExtent<3>& extent() const override { return extent_; }
+  std::vector<float> values(const std::array<int, 3>& lower,
+                            const std::array<int, 3>& upper) const override;
   std::unique_ptr<EnergyModel<3>> make_model(const FieldOptions& options) const override;
   std::unique_ptr<mesh::MovingMesh<3>> make_shape(
       const Triangles& start, const mesh::MovingShapeOptions<3>& options) const override;

@@ -18,7 +18,7 @@ constexpr double kLookNodes = 2.5;
 // weights below on twelve structures of seven scans and on phantoms: at 2.5 nodes a leak of the
 // proposal goes on (spleen, Dice 0.82 in place of 0.86), at 1.25 noisy phantoms keep the region's
 // error (0.11 in place of 0.05 voxel).
-constexpr double kReachNodes = 1, kReachBlurs = 2;
+constexpr double kReachNodes = 0.5, kReachBlurs = 2;
 constexpr double kEdgeLength = 1.5;  // cells, or deviations of the edges' blur
 // Of the steepest slope along the proposal: H is 1 / 5 there.
 constexpr double kStrength = 0.5;

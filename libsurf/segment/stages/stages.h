@@ -34,6 +34,14 @@ StagePointer<Dim> settle_stage();
 template <int Dim>
 StagePointer<Dim> offset_stage();
 
+/// On to the edges that are fitted to the image as it is, with how sure they are.
+template <int Dim>
+StagePointer<Dim> locate_stage();
+
+/// work.shape with its vertices at `to`, but past no click that it obeys and free of intersections.
+template <int Dim>
+Simplices<Dim> moved_past_clicks(const Work<Dim>& work, Points<Dim> to);
+
 /// The fields of this smoothing, as the options ask for them.
 template <int Dim>
 FieldOptions field_options(const Options<Dim>& options, double sigma_mm);

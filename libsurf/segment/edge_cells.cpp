@@ -1,0 +1,170 @@
+#include "libsurf/segment/edge_cells.h"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+
+namespace surf::segment {
+namespace {
+
+constexpr int kNewtonSteps = 6;
+constexpr double kNewtonTolerance = 1e-7;  // of the reach
+constexpr double kOnSide = 1e-9;           // of a barycentric coordinate: both elements have it
+
+/// The space that an element sweeps along the normals of its vertices.
+template <int Dim>
+class Prism {
+ public:
+  Prism(const fem::Geometry<Dim>& geometry, const Points<Dim>& normals, Eigen::Index t,
+        double reach_mm)
+      : reach_mm_(reach_mm), nu_(geometry.normals().row(t)) {
+    for (int i = 0; i < Dim; ++i) {
+      const int vertex = geometry.elements()(t, i);
+      p_[i] = geometry.points().row(vertex);
+      n_[i] = normals.row(vertex);
+      lean_[i] = n_[i].dot(nu_);
+    }
+    steepest_ = *std::max_element(lean_.begin(), lean_.end());
+  }
+
+  /// Indices of cells that may lie in it.
+  void box(const ImageExtent<Dim>& extent, std::array<int, Dim>& lower,
+           std::array<int, Dim>& upper) const {
+    Vector<Dim> low = Vector<Dim>::Constant(1e300), high = -low;
+    for (int i = 0; i < Dim; ++i)
+      for (const double t_mm : {-reach_mm_, reach_mm_}) {
+        const Vector<Dim> at = extent.world_to_index * Vector<Dim>(p_[i] + t_mm * n_[i]);
+        low = low.cwiseMin(at);
+        high = high.cwiseMax(at);
+      }
+    for (int axis = 0; axis < Dim; ++axis) {
+      lower[axis] = int(std::ceil(std::max(low[axis], 0.0)));
+      upper[axis] = int(std::floor(std::min(high[axis], extent.size[axis] - 1.0))) + 1;
+    }
+  }
+
+  /// Whether x lies in it, and where.
+  bool locate(const Vector<Dim>& x, EdgeCell<Dim>& out) const {
+    const double height = nu_.dot(x - p_[0]);
+    if (std::abs(height) > reach_mm_ * steepest_) return false;
+    double t = height / std::max(steepest_, 0.1);
+    Vector<Dim> unknown = Vector<Dim>::Constant(1.0 / Dim);  // lambda_2, ..., lambda_Dim, t
+    unknown[Dim - 1] = t;
+    for (int step = 0; step < kNewtonSteps; ++step) {
+      t = unknown[Dim - 1];
+      const double first = 1 - unknown.template head<Dim - 1>().sum();
+      Vector<Dim> normal = first * n_[0], residual = first * (p_[0] + t * n_[0]) - x;
+      Eigen::Matrix<double, Dim, Dim> J;
+      for (int i = 1; i < Dim; ++i) {
+        normal += unknown[i - 1] * n_[i];
+        residual += unknown[i - 1] * (p_[i] + t * n_[i]);
+        J.col(i - 1) = p_[i] - p_[0] + t * (n_[i] - n_[0]);
+      }
+      if (residual.norm() <= kNewtonTolerance * reach_mm_) return accept(unknown, out);
+      J.col(Dim - 1) = normal;
+      const Eigen::Matrix<double, Dim, Dim> inverse = J.inverse();
+      if (!inverse.allFinite()) return false;
+      unknown -= inverse * residual;
+      // The map is nearly affine: what is far outside after the first step stays outside.
+      if (step == 0 && unknown.template head<Dim - 1>().minCoeff() < -3) return false;
+    }
+    return false;
+  }
+
+ private:
+  bool accept(const Vector<Dim>& unknown, EdgeCell<Dim>& out) const {
+    out.lambda[0] = 1 - unknown.template head<Dim - 1>().sum();
+    for (int i = 1; i < Dim; ++i) out.lambda[i] = unknown[i - 1];
+    double lean = 0;
+    for (int i = 0; i < Dim; ++i) {
+      if (out.lambda[i] < -kOnSide) return false;
+      out.reach[i] = out.lambda[i] * lean_[i];
+      lean += out.reach[i];
+    }
+    out.distance_mm = unknown[Dim - 1] * lean;
+    return std::abs(unknown[Dim - 1]) <= reach_mm_ && lean > 0;
+  }
+
+  double reach_mm_, steepest_ = 0;
+  Vector<Dim> nu_;
+  std::array<Vector<Dim>, Dim> p_, n_;
+  std::array<double, Dim> lean_;
+};
+
+/// Each cell once, with the sheet that it is nearest to; by index.
+template <int Dim>
+void keep_nearest(std::vector<EdgeCell<Dim>>& cells) {
+  const auto key = [](const EdgeCell<Dim>& cell) {
+    return std::tuple(cell.index, std::abs(cell.distance_mm), cell.element);
+  };
+  std::sort(cells.begin(), cells.end(),
+            [&](const auto& a, const auto& b) { return key(a) < key(b); });
+  const auto is_same = [](const auto& a, const auto& b) { return a.index == b.index; };
+  cells.erase(std::unique(cells.begin(), cells.end(), is_same), cells.end());
+}
+
+/// Fills in the values, slab by slab along the last axis.
+template <int Dim>
+void read_values(const Setting<Dim>& setting, std::vector<EdgeCell<Dim>>& cells) {
+  std::array<int, Dim> lower = {}, upper = setting.extent().size;
+  std::uint64_t slab = 1;
+  for (int axis = 0; axis < Dim - 1; ++axis) slab *= std::uint64_t(upper[axis]);
+  std::vector<float> values;
+  std::uint64_t there = ~std::uint64_t(0);
+  for (EdgeCell<Dim>& cell : cells) {
+    if (cell.index / slab != there) {
+      there = cell.index / slab;
+      lower[Dim - 1] = int(there);
+      upper[Dim - 1] = int(there) + 1;
+      values = setting.values(lower, upper);
+    }
+    cell.value = values[cell.index % slab];
+  }
+}
+
+}  // namespace
+
+template <int Dim>
+std::vector<EdgeCell<Dim>> edge_cells(const Setting<Dim>& setting,
+                                      const fem::Geometry<Dim>& geometry,
+                                      const Points<Dim>& normals, double reach_mm) {
+  const ImageExtent<Dim>& extent = setting.extent();
+  std::vector<EdgeCell<Dim>> out;
+  for (Eigen::Index t = 0; t < geometry.n_elements(); ++t) {
+    if (geometry.place(t) == fem::Place::kBorder) continue;
+    const Prism<Dim> prism(geometry, normals, t, reach_mm);
+    std::array<int, Dim> lower, upper;
+    prism.box(extent, lower, upper);
+    bool is_empty = false;
+    for (int axis = 0; axis < Dim; ++axis) is_empty |= lower[axis] >= upper[axis];
+    if (is_empty) continue;
+    for (std::array<int, Dim> at = lower; at[Dim - 1] < upper[Dim - 1];) {
+      Vector<Dim> index;
+      std::uint64_t number = 0;
+      for (int axis = Dim - 1; axis >= 0; --axis) {
+        index[axis] = at[axis];
+        number = number * std::uint64_t(extent.size[axis]) + std::uint64_t(at[axis]);
+      }
+      EdgeCell<Dim> cell;
+      if (prism.locate(extent.index_to_world * index, cell)) {
+        cell.index = number;
+        cell.element = int(t);
+        out.push_back(cell);
+      }
+      for (int axis = 0; axis < Dim; ++axis) {
+        if (++at[axis] < upper[axis] || axis == Dim - 1) break;
+        at[axis] = lower[axis];
+      }
+    }
+  }
+  keep_nearest<Dim>(out);
+  read_values<Dim>(setting, out);
+  return out;
+}
+
+template std::vector<EdgeCell<2>> edge_cells<2>(const Setting<2>&, const fem::Geometry<2>&,
+                                                const Points<2>&, double);
+template std::vector<EdgeCell<3>> edge_cells<3>(const Setting<3>&, const fem::Geometry<3>&,
+                                                const Points<3>&, double);
+
+}  // namespace surf::segment

@@ -1,0 +1,257 @@
+#include "libsurf/segment/edge_profiles.h"
+
+#include <ceres/tiny_solver.h>
+
+#include <Eigen/SparseCholesky>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "libsurf/fem/stiffness.h"
+
+namespace surf::segment {
+namespace {
+
+using Sparse = Eigen::SparseMatrix<double>;
+
+constexpr double kHuber = 2;          // deviations of a bin's mean
+constexpr double kLeastCells = 0.5;   // of a bin that counts
+constexpr double kBinShare = 1e-3;    // of the deviation of a bin: levels and erf are models
+constexpr double kPlaceRange = 0.35;  // of the reach: deviation of where the step is expected
+constexpr double kFarOff = 4;         // deviations: cells beyond are not noise
+
+double erf_step(double z) { return std::erf(z / std::numbers::sqrt2); }
+double normal_density(double z) { return std::exp(-z * z / 2) / std::sqrt(2 * std::numbers::pi); }
+
+struct Bin {
+  double distance, mean, weight;
+};
+
+/// Residuals of one profile in (mid level, half height, place, log width), for ceres::TinySolver.
+class ProfileCost {
+ public:
+  using Scalar = double;
+  enum { NUM_RESIDUALS = Eigen::Dynamic, NUM_PARAMETERS = 4 };
+
+  ProfileCost(const std::vector<Bin>& bins, const ProfileOptions& options)
+      : bins_(bins), options_(options) {}
+  int NumResiduals() const { return int(bins_.size()) + 2; }
+
+  /// Column-major J, (residuals, 4).
+  bool operator()(const double* x, double* residuals, double* J) const {
+    const int n = NumResiduals();
+    const auto entry = [&](int row, int column) -> double& { return J[column * n + row]; };
+    const double width = std::exp(x[3]);
+    for (int k = 0; k < n - 2; ++k) {
+      const Bin& bin = bins_[k];
+      const double z = (bin.distance - x[2]) / width, step = erf_step(z);
+      const double raw = bin.weight * (x[0] + x[1] * step - bin.mean);
+      // Pseudo-Huber: r' = sign(r) sqrt(2 c^2 (sqrt(1 + r^2 / c^2) - 1)).
+      const double root = std::sqrt(1 + raw * raw / (kHuber * kHuber));
+      const double scale = std::sqrt(2 / (root + 1));  // r' / r
+      residuals[k] = raw * scale;
+      if (!J) continue;
+      const double by_raw = 1 / (scale * root);  // dr' / dr
+      const double slope = 2 * normal_density(z) * x[1] * by_raw * bin.weight;
+      entry(k, 0) = by_raw * bin.weight;
+      entry(k, 1) = by_raw * bin.weight * step;
+      entry(k, 2) = -slope / width;
+      entry(k, 3) = -slope * z;
+    }
+    const double place = kPlaceRange * options_.reach_mm, range = std::log(options_.width_range);
+    residuals[n - 2] = x[2] / place;
+    residuals[n - 1] = (x[3] - std::log(options_.width_mm)) / range;
+    if (J) {
+      for (int row : {n - 2, n - 1})
+        for (int column = 0; column < 4; ++column) entry(row, column) = 0;
+      entry(n - 2, 2) = 1 / place;
+      entry(n - 1, 3) = 1 / range;
+    }
+    return true;
+  }
+
+ private:
+  const std::vector<Bin>& bins_;
+  const ProfileOptions& options_;
+};
+
+/// (M + pool^2 A)^-1 on loads.
+template <int Dim>
+class Pool {
+ public:
+  Pool(const fem::Geometry<Dim>& geometry, double pool_mm) : mass_(geometry.lumped_mass()) {
+    Sparse K = pool_mm * pool_mm *
+               Sparse(fem::stiffness<Dim>(geometry, Eigen::VectorXd::Ones(geometry.n_elements())));
+    K += Sparse(mass_.asDiagonal());
+    solver_.compute(K);
+    // Cells of a kernel that falls off like exp(-r / pool): 4 pi pool^2 or 4 pool of them count.
+    area_mm_ = Dim == 3 ? 4 * std::numbers::pi * pool_mm * pool_mm : 4 * pool_mm;
+    area_mm_ = std::min(area_mm_, geometry.measure());
+  }
+  /// Per length or area of the shape, as many as the kernel reaches: counts stay counts.
+  Eigen::MatrixXd operator()(const Eigen::MatrixXd& loads) const {
+    return area_mm_ * Eigen::MatrixXd(solver_.solve(loads)).cwiseMax(0);
+  }
+  Eigen::MatrixXd signed_sums(const Eigen::MatrixXd& loads) const {
+    return area_mm_ * Eigen::MatrixXd(solver_.solve(loads));
+  }
+
+ private:
+  Eigen::VectorXd mass_;
+  Eigen::SimplicialLDLT<Sparse> solver_;
+  double area_mm_ = 1;
+};
+
+/// Sums over the cells of each bin: of 1, of the distances and of the values.
+struct BinSums {
+  Eigen::MatrixXd counts, distances, values;  // (n, bins)
+};
+
+/// A robust deviation: of the lower half of the amounts.
+double robust_deviation(std::vector<double> amounts) {
+  if (amounts.empty()) return 0;
+  const auto middle = amounts.begin() + std::ptrdiff_t(amounts.size() / 2);
+  std::nth_element(amounts.begin(), middle, amounts.end());
+  return *middle / 0.6745;
+}
+
+}  // namespace
+
+template <int Dim>
+ExpectedValue expected_value(const EdgeProfiles& profiles, const EdgeCell<Dim>& cell,
+                             const Elements<Dim>& T, double distance_mm) {
+  double inside = 0, outside = 0, width = 0;
+  ExpectedValue out;
+  for (int i = 0; i < Dim; ++i) {
+    const int vertex = T(cell.element, i);
+    inside += cell.lambda[i] * profiles.inside[vertex];
+    outside += cell.lambda[i] * profiles.outside[vertex];
+    width += cell.lambda[i] * profiles.width_mm[vertex];
+    out.noise += cell.lambda[i] * profiles.noise[vertex];
+  }
+  const double z = distance_mm / width;
+  out.value = (inside + outside) / 2 + (outside - inside) / 2 * erf_step(z);
+  out.slope = (outside - inside) * normal_density(z) / width;
+  return out;
+}
+
+template <int Dim>
+EdgeProfiles fit_edge_profiles(const fem::Geometry<Dim>& geometry,
+                               const std::vector<EdgeCell<Dim>>& cells,
+                               const Eigen::VectorXd& moved_mm, const ProfileOptions& options) {
+  const Elements<Dim>& T = geometry.elements();
+  const Eigen::Index n = geometry.n_vertices();
+  const int n_bins = 21;
+  const double bin_mm = 2 * options.reach_mm / n_bins;
+  BinSums sums{Eigen::MatrixXd::Zero(n, n_bins), Eigen::MatrixXd::Zero(n, n_bins),
+               Eigen::MatrixXd::Zero(n, n_bins)};
+  for (const EdgeCell<Dim>& cell : cells) {
+    const double d = distance_after<Dim>(cell, T, moved_mm);
+    const int bin = int(std::floor((d + options.reach_mm) / bin_mm));
+    if (bin < 0 || bin >= n_bins) continue;
+    for (int i = 0; i < Dim; ++i) {
+      const int vertex = T(cell.element, i);
+      sums.counts(vertex, bin) += cell.lambda[i];
+      sums.distances(vertex, bin) += cell.lambda[i] * d;
+      sums.values(vertex, bin) += cell.lambda[i] * cell.value;
+    }
+  }
+  const Pool<Dim> pool(geometry, options.pool_mm);
+  // Of values less their mean, so that rounding does not matter.
+  const double middle = sums.values.sum() / std::max(sums.counts.sum(), 1.0);
+  sums.values -= middle * sums.counts;
+  const Eigen::MatrixXd counts = pool(sums.counts), distances = pool.signed_sums(sums.distances),
+                        values = pool.signed_sums(sums.values);
+  EdgeProfiles out;
+  for (Eigen::VectorXd* field : {&out.inside, &out.outside, &out.width_mm, &out.place_mm,
+                                 &out.noise, &out.explained, &out.n_cells})
+    field->setZero(n);
+  std::vector<Bin> bins;
+  for (Eigen::Index i = 0; i < n; ++i) {
+    bins.clear();
+    double mean = 0, total = 0;
+    for (int k = 0; k < n_bins; ++k) {
+      if (!(counts(i, k) > kLeastCells)) continue;
+      bins.push_back({distances(i, k) / counts(i, k), values(i, k) / counts(i, k), counts(i, k)});
+      mean += values(i, k);
+      total += counts(i, k);
+    }
+    out.width_mm[i] = options.width_mm;
+    out.n_cells[i] = total;
+    if (bins.size() < 5) continue;
+    mean /= total;
+    double variance = 0, inner = 0, outer = 0, n_inner = 0, n_outer = 0;
+    for (const Bin& bin : bins) {
+      variance += bin.weight * std::pow(bin.mean - mean, 2) / total;
+      (bin.distance < 0 ? inner : outer) += bin.weight * bin.mean;
+      (bin.distance < 0 ? n_inner : n_outer) += bin.weight;
+    }
+    inner = n_inner > 0 ? inner / n_inner : mean;
+    outer = n_outer > 0 ? outer / n_outer : mean;
+    Eigen::Vector4d x((inner + outer) / 2, (outer - inner) / 2, 0, std::log(options.width_mm));
+    // Weights by the deviation of a bin's mean: first of all bins, then of what the fit leaves.
+    double deviation = std::max(std::sqrt(variance), options.least_noise);
+    std::vector<Bin> weighted = bins;
+    for (int round = 0; round < 2; ++round) {
+      for (std::size_t k = 0; k < bins.size(); ++k)
+        weighted[k].weight =
+            1 / std::hypot(deviation / std::sqrt(bins[k].weight / total * bins.size()),
+                           kBinShare * std::abs(outer - inner) + 1e-300);
+      const ProfileCost cost(weighted, options);
+      ceres::TinySolver<ProfileCost> solver;
+      solver.options.max_num_iterations = 25;
+      solver.Solve(cost, &x);
+      std::vector<double> amounts;
+      for (const Bin& bin : bins)
+        amounts.push_back(
+            std::abs(x[0] + x[1] * erf_step((bin.distance - x[2]) / std::exp(x[3])) - bin.mean) *
+            std::sqrt(bin.weight / total * bins.size()));
+      deviation = std::max(robust_deviation(std::move(amounts)), options.least_noise / 10);
+    }
+    double left = 0;
+    for (const Bin& bin : bins)
+      left +=
+          bin.weight / total *
+          std::pow(x[0] + x[1] * erf_step((bin.distance - x[2]) / std::exp(x[3])) - bin.mean, 2);
+    out.inside[i] = x[0] - x[1] + middle;
+    out.outside[i] = x[0] + x[1] + middle;
+    out.place_mm[i] = x[2];
+    out.width_mm[i] = std::exp(x[3]);
+    out.explained[i] = variance > 0 ? 1 - left / variance : 0;
+  }
+  // What single cells have besides.
+  Eigen::MatrixXd squares = Eigen::MatrixXd::Zero(n, 2);
+  std::vector<double> residuals, amounts;
+  for (const EdgeCell<Dim>& cell : cells) {
+    double place = 0;
+    for (int i = 0; i < Dim; ++i) place += cell.lambda[i] * out.place_mm[T(cell.element, i)];
+    const double d = distance_after<Dim>(cell, T, moved_mm) - place;
+    residuals.push_back(cell.value - expected_value<Dim>(out, cell, T, d).value);
+    amounts.push_back(std::abs(residuals.back()));
+  }
+  const double typical = std::max(robust_deviation(std::move(amounts)), options.least_noise);
+  for (std::size_t k = 0; k < cells.size(); ++k)
+    for (int i = 0; i < Dim; ++i) {
+      const int vertex = T(cells[k].element, i);
+      const double r = std::min(std::abs(residuals[k]), kFarOff * typical);
+      squares(vertex, 0) += cells[k].lambda[i] * r * r;
+      squares(vertex, 1) += cells[k].lambda[i];
+    }
+  squares = pool(squares);
+  for (Eigen::Index i = 0; i < n; ++i)
+    out.noise[i] =
+        std::max(squares(i, 1) > kLeastCells ? std::sqrt(squares(i, 0) / squares(i, 1)) : typical,
+                 options.least_noise);
+  return out;
+}
+
+#define SURFSEG_INSTANTIATE(Dim)                                                        \
+  template ExpectedValue expected_value<Dim>(const EdgeProfiles&, const EdgeCell<Dim>&, \
+                                             const Elements<Dim>&, double);             \
+  template EdgeProfiles fit_edge_profiles<Dim>(const fem::Geometry<Dim>&,               \
+                                               const std::vector<EdgeCell<Dim>>&,       \
+                                               const Eigen::VectorXd&, const ProfileOptions&);
+SURFSEG_INSTANTIATE(2)
+SURFSEG_INSTANTIATE(3)
+
+}  // namespace surf::segment

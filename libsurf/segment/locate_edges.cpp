@@ -1,0 +1,329 @@
+#include "libsurf/segment/locate_edges.h"
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <numbers>
+#include <optional>
+#include <unordered_map>
+
+#include "libsurf/segment/edge_profiles.h"
+#include "libsurf/segment/smooth_moves.h"
+
+namespace surf::segment {
+namespace {
+
+constexpr double kReachBlurs = 3, kReachCells = 1.5;
+constexpr double kPoolCells = 4;
+constexpr int kPasses = 4;
+constexpr int kReweightings = 3;
+constexpr std::array kLengths = {4.0, 6.0, 8.0, 12.0, 16.0, 24.0};  // cells
+constexpr double kLevelShare = 0.6;   // of the cells tell levels apart from the place
+constexpr double kClearStep = 8;      // deviations of the mean of all cells round a vertex
+constexpr double kExplained = 0.5;    // of the profile's variance
+constexpr double kBentDoubt = 0.1;    // of the content between flat elements and the bent shape
+constexpr double kOffsetDoubt = 0.3;  // of the vertices' offset by flat elements
+constexpr double kCauchy = 2.385;     // deviations: 95 % as efficient as squares under normal noise
+// Of the weights of a normal variable under this loss: their mean is 0.865, what they tell 0.95.
+constexpr double kInformation = 0.95 / 0.865;
+constexpr double kLeastNoise = 1e-3;  // of the image's range
+constexpr int kLag = 2;               // cells: noise is alike no further
+constexpr std::size_t kMostLagged = 20000;
+
+double median(Eigen::VectorXd values) {
+  if (values.size() == 0) return 0;
+  const auto middle = values.begin() + values.size() / 2;
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+/// The vertices' normals; on the border along it, 0 where only the border is.
+template <int Dim>
+Points<Dim> directions_of(const fem::Geometry<Dim>& geometry) {
+  Points<Dim> out = geometry.directions();
+  for (Eigen::Index i = 0; i < out.rows(); ++i)
+    if (const double norm = out.row(i).norm(); norm > 0) out.row(i) /= norm;
+  return out;
+}
+
+template <int Dim>
+class Locator {
+ public:
+  Locator(const Setting<Dim>& setting, const Simplices<Dim>& shape, double blur_mm)
+      : setting_(setting),
+        geometry_(shape.points, shape.elements,
+                  fem::Border<Dim>{setting.extent().normals(), faces(setting.extent(), shape)}),
+        normals_(directions_of<Dim>(geometry_)),
+        cell_mm_(setting.extent().cell_mm()),
+        blur_mm_(blur_mm),
+        reach_mm_(kReachBlurs * blur_mm + kReachCells * cell_mm_),
+        cells_(edge_cells<Dim>(setting, geometry_, normals_, reach_mm_)) {}
+
+  LocatedEdges<Dim> run() {
+    const Eigen::Index n = geometry_.n_vertices();
+    LocatedEdges<Dim> out;
+    Eigen::VectorXd u = Eigen::VectorXd::Zero(n);
+    ProfileOptions options;
+    options.reach_mm = reach_mm_;
+    options.width_mm = std::hypot(blur_mm_, 0.3 * cell_mm_);
+    options.pool_mm = kPoolCells * cell_mm_;
+    options.least_noise =
+        kLeastNoise * (setting_.extent().range[1] - double(setting_.extent().range[0]));
+    EdgeProfiles profiles;
+    std::unique_ptr<Posterior> posterior;
+    std::optional<SmoothMoves<Dim>> prior;
+    for (int pass = 0; pass < kPasses; ++pass) {
+      profiles = fit_edge_profiles<Dim>(geometry_, cells_, u, options);
+      if (pass == 0) {
+        options.width_mm = median(profiles.width_mm);
+        options.width_range = 1.25;
+        u = profiles.place_mm.cwiseMax(-reach_mm_ / 2).cwiseMin(reach_mm_ / 2);
+        continue;
+      }
+      const Observations data = observations(profiles, u, out.correlation, kAll);
+      if (pass == 1) {
+        out.length_mm = best_length(profiles, u);
+        prior.emplace(geometry_, normals_, out.length_mm);
+      }
+      posterior = std::make_unique<Posterior>(after(*prior, data));
+      u = posterior->mean().cwiseMax(-reach_mm_ / 2).cwiseMin(reach_mm_ / 2);
+    }
+    out.blur_mm = median(profiles.width_mm);
+    out.noise = median(profiles.noise);
+    judge(profiles, *posterior, u, out);
+    out.points = geometry_.points() + u.asDiagonal() * normals_;
+    return out;
+  }
+
+ private:
+  static std::vector<std::uint8_t> faces(const ImageExtent<Dim>& extent,
+                                         const Simplices<Dim>& shape) {
+    std::vector<std::uint8_t> out;
+    for (const auto point : shape.points.rowwise()) out.push_back(extent.faces(point.transpose()));
+    return out;
+  }
+
+  /// Fills in the certainty; vertices without an edge stay (u = 0).
+  void judge(const EdgeProfiles& profiles, const Posterior& posterior, Eigen::VectorXd& u,
+             LocatedEdges<Dim>& out) const {
+    Certainty<Dim>& certainty = out.certainty;
+    const Eigen::VectorXd& mass = geometry_.lumped_mass();
+    const Eigen::VectorXd height = (profiles.outside - profiles.inside).cwiseAbs();
+    const Eigen::VectorXd offsets = facet_offsets();
+    certainty.edge_strength = height.cwiseQuotient(profiles.noise);
+    // Levels that are off by dm move the step by 2 sqrt(pi) w dm / height.
+    const Eigen::VectorXd by_level =
+        (2 * std::sqrt(std::numbers::pi) * profiles.width_mm.array() / height.array().max(1e-300) *
+         profiles.noise.array() *
+         (out.correlation / (kLevelShare * profiles.n_cells.array().max(1))).sqrt());
+    // A pull of the prior that the noise does not explain is bias: it rounds edges off.
+    const Eigen::ArrayXd by_place =
+        posterior.variances().array().max(posterior.pull().array().square());
+    certainty.deviation_mm =
+        with_offset((by_place + by_level.array().square()).sqrt().matrix(), offsets);
+    certainty.has_edge.assign(std::size_t(u.size()), 0);
+    Eigen::VectorXd counted = mass;
+    const double pool = kPoolCells * cell_mm_;
+    const double pool_area =
+        std::min(Dim == 3 ? 4 * std::numbers::pi * pool * pool : 4 * pool, geometry_.measure());
+    double variance = 0, doubtful = 0, bent = 0;
+    std::vector<char> on_border(std::size_t(u.size()), 0);
+    for (Eigen::Index i = 0; i < u.size(); ++i) {
+      if (normals_.row(i).isZero()) {
+        on_border[std::size_t(i)] = 1;
+        certainty.deviation_mm[i] = certainty.edge_strength[i] = u[i] = counted[i] = 0;
+        continue;
+      }
+      const double step = height[i] / std::max(profiles.noise[i], 1e-300) *
+                          std::sqrt(profiles.n_cells[i] / out.correlation);
+      const bool has_edge = step >= kClearStep && profiles.explained[i] >= kExplained &&
+                            std::abs(profiles.place_mm[i]) <= profiles.width_mm[i] &&
+                            std::abs(u[i]) < reach_mm_ / 2 &&
+                            certainty.deviation_mm[i] < reach_mm_ / 2;
+      certainty.has_edge[std::size_t(i)] = has_edge;
+      if (has_edge) {
+        variance += mass[i] * pool_area * by_level[i] * by_level[i];
+        bent += mass[i] * std::abs(offsets[i]);
+        continue;
+      }
+      u[i] = counted[i] = 0;
+      certainty.deviation_mm[i] = std::max(certainty.deviation_mm[i], reach_mm_);
+      doubtful += mass[i] * reach_mm_;
+    }
+    variance += posterior.variance_of(counted) + std::pow(kBentDoubt * bent, 2);
+    certainty.content_deviation = std::hypot(std::sqrt(std::max(variance, 0.0)), doubtful);
+    find_doubt<Dim>({geometry_.points() + u.asDiagonal() * normals_, geometry_.elements()},
+                    on_border, certainty);
+  }
+
+  enum Part { kAll = -1, kFirst = 0, kSecond = 1 };
+
+  Posterior after(const SmoothMoves<Dim>& prior, const Observations& data) const {
+    const Eigen::VectorXd information =
+        (data.P * Eigen::VectorXd::Ones(data.b.size())).cwiseQuotient(geometry_.lumped_mass());
+    const double tau = prior.stiffness(median(information));
+    Eigen::VectorXd weights = prior.weights(prior.smoothing(), tau);
+    for (int round = 0;; ++round) {
+      Posterior out(prior.precision(tau, weights), data, prior.smoothing());
+      if (round == kReweightings) return out;
+      weights = prior.weights(out.mean(), tau);
+    }
+  }
+
+  /// The length that predicts one half of the cells best from the other.
+  double best_length(const EdgeProfiles& profiles, const Eigen::VectorXd& u) const {
+    double correlation = 1, best = 0, least = 1e300;
+    const std::array parts = {observations(profiles, u, correlation, kFirst),
+                              observations(profiles, u, correlation, kSecond)};
+    for (const double length : kLengths) {
+      const SmoothMoves<Dim> prior(geometry_, normals_, length * cell_mm_);
+      double loss = 0;
+      for (int half : {0, 1}) {
+        const Eigen::VectorXd moves = after(prior, parts[half]).mean();
+        loss += moves.dot(parts[1 - half].P * moves) / 2 - parts[1 - half].b.dot(moves);
+      }
+      if (loss < least) {
+        least = loss;
+        best = length;
+      }
+    }
+    return best * cell_mm_;
+  }
+
+  /// How far flat elements that follow a bent edge in the mean have their vertices beyond it, (n).
+  Eigen::VectorXd facet_offsets() const {
+    const Elements<Dim>& T = geometry_.elements();
+    Eigen::VectorXd out = Eigen::VectorXd::Zero(geometry_.n_vertices());
+    for (Eigen::Index t = 0; t < T.rows(); ++t) {
+      if (geometry_.place(t) == fem::Place::kBorder) continue;
+      Vector<Dim> middle = Vector<Dim>::Zero();
+      for (int i = 0; i < Dim; ++i) middle += geometry_.points().row(T(t, i)).transpose() / Dim;
+      double height = 0;  // of the edge over the middle, by the normals
+      for (int i = 0; i < Dim; ++i)
+        height += normals_.row(T(t, i)).dot(geometry_.points().row(T(t, i)) - middle.transpose()) /
+                  (2 * Dim);
+      const double mean = height * (Dim == 3 ? 0.75 : 2.0 / 3);
+      for (int i = 0; i < Dim; ++i)
+        out[T(t, i)] += mean * geometry_.measures()[t] / Dim / geometry_.lumped_mass()[T(t, i)];
+    }
+    return out;
+  }
+
+  /// Deviations of which two hold 95 % of |N(offset, deviation)|.
+  static Eigen::VectorXd with_offset(const Eigen::VectorXd& deviations,
+                                     const Eigen::VectorXd& offsets) {
+    Eigen::VectorXd out(deviations.size());
+    for (Eigen::Index i = 0; i < out.size(); ++i) {
+      const double offset = std::abs(offsets[i]),
+                   s = std::max(std::hypot(deviations[i], kOffsetDoubt * offset), 1e-300);
+      double low = 0, high = offset + 3 * s;
+      for (int step = 0; step < 40; ++step) {
+        const double q = (low + high) / 2;
+        const double inside = (std::erf((q - offset) / s / std::numbers::sqrt2) -
+                               std::erf((-q - offset) / s / std::numbers::sqrt2)) /
+                              2;
+        (inside < 0.95 ? low : high) = q;
+      }
+      out[i] = high / 2;
+    }
+    return out;
+  }
+
+  /// What the cells say of the moves: Gauss-Newton round u, Cauchy's loss by its weights.
+  Observations observations(const EdgeProfiles& profiles, const Eigen::VectorXd& u,
+                            double& correlation, Part part) const {
+    const Elements<Dim>& T = geometry_.elements();
+    std::vector<double> residuals(cells_.size());
+    std::vector<ExpectedValue> expected(cells_.size());
+    for (std::size_t k = 0; k < cells_.size(); ++k) {
+      expected[k] =
+          expected_value<Dim>(profiles, cells_[k], T, distance_after<Dim>(cells_[k], T, u));
+      residuals[k] = (cells_[k].value - expected[k].value) / expected[k].noise;
+    }
+    correlation = correlation_of(residuals);
+    Observations out;
+    out.b.setZero(geometry_.n_vertices());
+    std::vector<Eigen::Triplet<double>> entries;
+    for (std::size_t k = 0; k < cells_.size(); ++k) {
+      const EdgeCell<Dim>& cell = cells_[k];
+      if (part != kAll && part != half_of(cell.index)) continue;
+      const double slope = expected[k].slope / expected[k].noise;  // by the distance
+      const double q = residuals[k] / kCauchy;
+      const double weight = kInformation / (1 + q * q) / correlation;
+      double target = residuals[k];  // r = I - f(d - reach . u); df / du_i = -slope reach_i
+      for (int i = 0; i < Dim; ++i) target -= slope * cell.reach[i] * u[T(cell.element, i)];
+      for (int i = 0; i < Dim; ++i) {
+        const double gi = -slope * cell.reach[i];
+        out.b[T(cell.element, i)] += weight * gi * target;
+        for (int j = 0; j < Dim; ++j)
+          entries.emplace_back(T(cell.element, i), T(cell.element, j),
+                               -weight * gi * slope * cell.reach[j]);
+      }
+    }
+    out.P.resize(geometry_.n_vertices(), geometry_.n_vertices());
+    out.P.setFromTriplets(entries.begin(), entries.end());
+    return out;
+  }
+
+  /// 1 + the sum of the correlations of the residuals of cells up to kLag apart along each axis.
+  double correlation_of(const std::vector<double>& residuals) const {
+    std::unordered_map<std::uint64_t, std::size_t> at;
+    for (std::size_t k = 0; k < cells_.size(); ++k) at.emplace(cells_[k].index, k);
+    const auto clipped = [&](std::size_t k) { return std::clamp(residuals[k], -4.0, 4.0); };
+    double variance = 0;
+    for (std::size_t k = 0; k < residuals.size(); ++k) variance += clipped(k) * clipped(k);
+    variance /= std::max<double>(residuals.size(), 1);
+    const std::size_t stride = 1 + cells_.size() / kMostLagged;
+    std::array<int, Dim> lag;
+    lag.fill(-kLag);
+    double sum = 0;
+    while (true) {
+      std::int64_t step = 0, scale = 1;
+      bool is_zero = true;
+      for (int axis = 0; axis < Dim; ++axis) {
+        step += lag[axis] * scale;
+        scale *= setting_.extent().size[axis];
+        is_zero &= lag[axis] == 0;
+      }
+      double product = 0, n = 0;
+      if (!is_zero && step > 0)
+        for (std::size_t k = 0; k < cells_.size(); k += stride)
+          if (const auto other = at.find(cells_[k].index + std::uint64_t(step));
+              other != at.end()) {
+            product += clipped(k) * clipped(other->second);
+            ++n;
+          }
+      if (n > 0) sum += 2 * product / n / std::max(variance, 1e-300);
+      int axis = 0;
+      while (axis < Dim && ++lag[axis] > kLag) lag[axis++] = -kLag;
+      if (axis == Dim) break;
+    }
+    return std::max(1.0, 1 + sum);
+  }
+
+  /// One of two halves, at random (the finaliser of splitmix64).
+  static Part half_of(std::uint64_t index) {
+    index = (index ^ (index >> 30)) * 0xbf58476d1ce4e5b9u;
+    index = (index ^ (index >> 27)) * 0x94d049bb133111ebu;
+    return (index ^ (index >> 31)) & 1 ? kFirst : kSecond;
+  }
+
+  const Setting<Dim>& setting_;
+  fem::Geometry<Dim> geometry_;
+  Points<Dim> normals_;
+  double cell_mm_, blur_mm_, reach_mm_;
+  std::vector<EdgeCell<Dim>> cells_;
+};
+
+}  // namespace
+
+template <int Dim>
+LocatedEdges<Dim> locate_edges(const Setting<Dim>& setting, const Simplices<Dim>& shape,
+                               double blur_mm) {
+  return Locator<Dim>(setting, shape, blur_mm).run();
+}
+
+template LocatedEdges<2> locate_edges<2>(const Setting<2>&, const Segments&, double);
+template LocatedEdges<3> locate_edges<3>(const Setting<3>&, const Triangles&, double);
+
+}  // namespace surf::segment

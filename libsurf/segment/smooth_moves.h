@@ -1,0 +1,78 @@
+// Moves of a shape that make it as smooth as the image lets it be.
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/SparseCore>
+#include <memory>
+
+#include "libsurf/fem/geometry.h"
+
+namespace surf::segment {
+
+/// What observations say of the moves u of the vertices along their normals:
+/// -log p(data | u) = u^T P u / 2 - b^T u + const.
+struct Observations {
+  Eigen::SparseMatrix<double> P;  ///< (n, n)
+  Eigen::VectorXd b;              ///< (n)
+};
+
+/// The prior of the moves: the curvature of the moved shape varies little over less than a length
+/// L, but for few places such as edges. In the spirit of a smoothing spline,
+///
+///   -log p(u) = tau / 2 sum_i m_i w_i q_i^2,   q = M^-1 A (u - u_s),
+///
+/// M the lumped mass, A the stiffness; u_s takes off what in the shape is shorter than 1.5 L,
+/// u_s = -(H H X) . n with the high-pass filter H = (M + k^-4 A M^-1 A)^-1 k^-4 A M^-1 A at k =
+/// 2 pi / (1.5 L). So the shape's own noise, which comes from the same cells, is no evidence for
+/// itself, and longer waves are left to the observations. w_i = (nu + 1) / (nu + tau m_i q_i^2), nu
+/// = 3, makes the sum a Student distribution's: few large q, as along the edges of a box, cost
+/// little.
+template <int Dim>
+class SmoothMoves {
+ public:
+  /// @param normals  of the vertices; on the image's border nothing is known
+  SmoothMoves(const fem::Geometry<Dim>& geometry, const Points<Dim>& normals, double length_mm);
+
+  /// u_s, (n).
+  const Eigen::VectorXd& smoothing() const { return smoothing_; }
+  /// tau at which the prior outweighs observations of this much information per length or area for
+  /// waves shorter than L.
+  double stiffness(double information) const;
+  /// w for these moves, (n).
+  Eigen::VectorXd weights(const Eigen::VectorXd& moves, double tau) const;
+  /// The prior's precision, (n, n).
+  Eigen::SparseMatrix<double> precision(double tau, const Eigen::VectorXd& weights) const;
+
+ private:
+  double k_;
+  Eigen::VectorXd mass_, is_free_;
+  Eigen::SparseMatrix<double> A_;
+  Eigen::VectorXd smoothing_;
+};
+
+/// Moves after the observations: Gaussian, of precision Q + P.
+class Posterior {
+ public:
+  /// @param Q            of the prior
+  /// @param mean_before  of the prior, (n)
+  Posterior(const Eigen::SparseMatrix<double>& Q, const Observations& data,
+            const Eigen::VectorXd& mean_before);
+  Posterior(Posterior&&) noexcept;
+  ~Posterior();
+  const Eigen::VectorXd& mean() const { return mean_; }
+  /// Variance of each value, (n): the diagonal of (Q + P)^-1 by Takahashi's recursion on the
+  /// pattern of the Cholesky factor, exact.
+  Eigen::VectorXd variances() const;
+  /// Variance of c^T u.
+  double variance_of(const Eigen::VectorXd& c) const;
+  /// How far the prior pulls the mean from what the observations alone say, to first order:
+  /// (Q + P)^-1 Q (mean - mean_before), (n).
+  const Eigen::VectorXd& pull() const { return pull_; }
+
+ private:
+  struct Factor;
+  std::unique_ptr<Factor> factor_;
+  Eigen::VectorXd mean_, pull_;
+};
+
+}  // namespace surf::segment
