@@ -5,6 +5,7 @@
 
 #include "libsurf/mesh/detail/close_pairs.h"
 #include "libsurf/mesh/self_intersections.h"
+#include "libsurf/mesh/triangle_shape.h"
 
 namespace surf::mesh {
 namespace {
@@ -154,6 +155,37 @@ class Holding {
 Eigen::Index hold_intersecting(const Points<3>& from, Points<3>& to, const Elements<3>& elements,
                                HeldPairs pairs) {
   return Holding(from, to, elements, pairs).run();
+}
+
+Eigen::Index hold_slivers(const Points<3>& from, Points<3>& to, const Elements<3>& elements,
+                          double least_angle_deg) {
+  constexpr int kHalvings = 8;
+  const double most = cos_deg(least_angle_deg);
+  const auto sharpest = [&](const Points<3>& points, Eigen::Index e) {
+    const auto corner = [&](int c) { return Eigen::Vector3d(points.row(elements(e, c))); };
+    return angle_cosines(corner(0), corner(1), corner(2)).sharpest;
+  };
+  std::vector<char> was_held(std::size_t(to.rows()), 0);
+  for (int round = 0;; ++round) {
+    std::vector<char> is_thin(std::size_t(to.rows()), 0);
+    bool any = false;
+    for (Eigen::Index e = 0; e < elements.rows(); ++e) {
+      const double after = sharpest(to, e);
+      if (after <= most || after <= sharpest(from, e)) continue;
+      for (const int vertex : elements.row(e))
+        if (to.row(vertex) != from.row(vertex)) is_thin[vertex] = was_held[vertex] = any = true;
+    }
+    if (!any) break;
+    for (std::size_t i = 0; i < is_thin.size(); ++i) {
+      if (!is_thin[i]) continue;
+      const auto at = Eigen::Index(i);
+      if (round < kHalvings)
+        to.row(at) = 0.5 * (to.row(at) + from.row(at));
+      else
+        to.row(at) = from.row(at);
+    }
+  }
+  return std::count(was_held.begin(), was_held.end(), 1);
 }
 
 }  // namespace surf::mesh

@@ -25,6 +25,14 @@ enum class HeldPairs {
   kNone  ///< only triangles without area or that turned over
 };
 
+/// Shortens a step where it makes triangles thin: the ways of the vertices of triangles of `to`
+/// that have an angle below the least one, and a smaller one than before, are halved round after
+/// round, after eight rounds taken back.
+/// @param least_angle_deg  between 0 and 60
+/// @return  number of vertices whose way was shortened
+Eigen::Index hold_slivers(const Points<3>& from, Points<3>& to, const Elements<3>& elements,
+                          double least_angle_deg);
+
 /// Takes back what a step may not do: vertices of triangles of `to` that intersect, that have no
 /// area or whose normal turned by 90 degrees or more are set to where they were, round after round;
 /// after a few rounds with growing neighbourhoods, at last all of them. What `from` has already is

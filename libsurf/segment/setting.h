@@ -57,7 +57,8 @@ class Setting {
   virtual std::function<double(const Vector<Dim>&)> distance_to(
       const Simplices<Dim>& shape) const = 0;
   virtual bool is_embedded(const Simplices<Dim>& shape) const = 0;
-  /// The shape moved to `to`, but for what would then intersect.
+  /// The shape moved to `to`, but for what would then intersect; ways that would make triangles
+  /// thin are shortened.
   virtual Simplices<Dim> moved(const Simplices<Dim>& shape, const Points<Dim>& to) const = 0;
   /// Phantoms go, and what the options rule out.
   virtual Filtered<Dim> filtered(const Simplices<Dim>& shape, const ComponentOptions& options,

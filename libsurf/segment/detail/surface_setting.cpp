@@ -20,6 +20,9 @@
 namespace surf::segment {
 namespace {
 
+// Of triangles that are moved as they are, without mending: others are not made worse than that.
+constexpr double kLeastAngleDeg = 20;
+
 mesh::SolidFilter solid_filter(const ComponentOptions& options,
                                const std::vector<Vector<3>>& seeds) {
   mesh::SolidFilter filter;
@@ -110,6 +113,7 @@ Triangles SurfaceSetting::moved(const Triangles& shape, const Points<3>& to) con
   for (Eigen::Index i = 0; i < to.rows(); ++i)
     out.points.row(i) =
         extent_.clamped(to.row(i), extent_.faces(shape.points.row(i).transpose())).transpose();
+  mesh::hold_slivers(shape.points, out.points, out.elements, kLeastAngleDeg);
   mesh::hold_intersecting(shape.points, out.points, out.elements);
   return out;
 }

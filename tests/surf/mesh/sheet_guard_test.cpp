@@ -5,6 +5,7 @@
 #include <Eigen/Geometry>
 #include <random>
 
+#include "libsurf/mesh/measure.h"
 #include "libsurf/mesh/primitives.h"
 #include "libsurf/mesh/self_intersections.h"
 #include "tests/surf/mesh/surfaces.h"
@@ -137,6 +138,53 @@ TEST(SheetGuard, FindsPairsOnSurfacesFarApart) {
   const Eigen::RowVector3d far(1e5, 2e6, -3e6);
   for (Triangles* surface : {&from, &to}) surface->points.bottomRows(1).rowwise() += far;
   EXPECT_EQ(count(vertices_in_contact(from.points, to.points, from.elements, 0.7)), 2 * 49 - 2);
+}
+
+double smallest_angle_deg(const Points<3>& points, const Elements<3>& elements) {
+  return quality({points, elements}).min_angle_deg;
+}
+
+// Random ways that leave slivers: what is thin afterwards was so before, far ways are shortened and
+// short ones go to their end.
+TEST(HoldSlivers, ShortensWaysThatMakeTrianglesThin) {
+  const Triangles ball = ball({0, 0, 0}, 12, 2);
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> step(-1.4, 1.4);
+  Points<3> to = ball.points;
+  for (Eigen::Index i = 0; i < to.rows(); ++i)
+    for (int axis = 0; axis < 3; ++axis) to(i, axis) += step(random);
+  const Points<3> wanted = to;
+  ASSERT_LT(smallest_angle_deg(to, ball.elements), 8);
+  const Eigen::Index n = hold_slivers(ball.points, to, ball.elements, 20);
+  EXPECT_GE(smallest_angle_deg(to, ball.elements), 20 - 1e-9);
+  EXPECT_GT(n, 10);
+  EXPECT_LT(n, to.rows());
+  for (Eigen::Index i = 0; i < to.rows(); ++i) {
+    const double way = (to.row(i) - ball.points.row(i)).norm(),
+                 wish = (wanted.row(i) - ball.points.row(i)).norm();
+    EXPECT_LE(way, wish * (1 + 1e-12)) << i;
+  }
+  Points<3> near = ball.points;
+  near.array() += 0.01;
+  const Points<3> moved = near;
+  EXPECT_EQ(hold_slivers(ball.points, near, ball.elements, 20), 0);
+  EXPECT_EQ(near, moved);
+}
+
+// What is thin already may stay so, or become less thin.
+TEST(HoldSlivers, LetsThinTrianglesOpen) {
+  Points<3> from(4, 3), to;
+  from << 0, 0, 0, 10, 0, 0, 5, 0.5, 0, 5, -8, 0;
+  Elements<3> elements(2, 3);
+  elements << 0, 1, 2, 1, 0, 3;
+  to = from;
+  to(2, 1) = 1;
+  const Points<3> wanted = to;
+  EXPECT_EQ(hold_slivers(from, to, elements, 20), 0);
+  EXPECT_EQ(to, wanted);
+  to(2, 1) = 0.25;
+  EXPECT_EQ(hold_slivers(from, to, elements, 20), 1);
+  EXPECT_EQ(to, from);
 }
 
 /// Number of vertices held; what is left has no intersection, and no vertex is elsewhere than at
