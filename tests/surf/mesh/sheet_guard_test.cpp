@@ -147,27 +147,27 @@ double smallest_angle_deg(const Points<3>& points, const Elements<3>& elements) 
 // Random ways that leave slivers: what is thin afterwards was so before, far ways are shortened and
 // short ones go to their end.
 TEST(HoldSlivers, ShortensWaysThatMakeTrianglesThin) {
-  const Triangles ball = ball({0, 0, 0}, 12, 2);
+  const Triangles round = ball({0, 0, 0}, 12, 2);
   std::mt19937 random(3);
   std::uniform_real_distribution<double> step(-1.4, 1.4);
-  Points<3> to = ball.points;
+  Points<3> to = round.points;
   for (Eigen::Index i = 0; i < to.rows(); ++i)
     for (int axis = 0; axis < 3; ++axis) to(i, axis) += step(random);
   const Points<3> wanted = to;
-  ASSERT_LT(smallest_angle_deg(to, ball.elements), 8);
-  const Eigen::Index n = hold_slivers(ball.points, to, ball.elements, 20);
-  EXPECT_GE(smallest_angle_deg(to, ball.elements), 20 - 1e-9);
+  ASSERT_LT(smallest_angle_deg(to, round.elements), 8);
+  const Eigen::Index n = hold_slivers(round.points, to, round.elements, 20);
+  EXPECT_GE(smallest_angle_deg(to, round.elements), 20 - 1e-9);
   EXPECT_GT(n, 10);
   EXPECT_LT(n, to.rows());
   for (Eigen::Index i = 0; i < to.rows(); ++i) {
-    const double way = (to.row(i) - ball.points.row(i)).norm(),
-                 wish = (wanted.row(i) - ball.points.row(i)).norm();
+    const double way = (to.row(i) - round.points.row(i)).norm(),
+                 wish = (wanted.row(i) - round.points.row(i)).norm();
     EXPECT_LE(way, wish * (1 + 1e-12)) << i;
   }
-  Points<3> near = ball.points;
+  Points<3> near = round.points;
   near.array() += 0.01;
   const Points<3> moved = near;
-  EXPECT_EQ(hold_slivers(ball.points, near, ball.elements, 20), 0);
+  EXPECT_EQ(hold_slivers(round.points, near, round.elements, 20), 0);
   EXPECT_EQ(near, moved);
 }
 
