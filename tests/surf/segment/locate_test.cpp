@@ -189,7 +189,7 @@ TEST_F(LocateStage, IsWrittenWithTheSurfaceAndInTheSummary) {
   for (const char* ending : {".vtp", ".ply"}) {
     const Finished<3> finished = finish<3>(*setting, result, ending);
     const std::string file = path(std::string("ball") + ending);
-    write(file, finished, {});
+    segment::write(file, finished, {});
     const Eigen::VectorXd deviation = io::read_point_array(file, "deviation_mm");
     ASSERT_EQ(deviation.size(), result.shape.points.rows());
     EXPECT_LT((deviation - result.certainty->deviation_mm).cwiseAbs().maxCoeff(), 1e-6);
