@@ -28,6 +28,20 @@ TEST(Render, ShowsABallInBothViewsAndWhiteRoundIt) {
   EXPECT_EQ(picture.at(200, 100), kWhite);
 }
 
+TEST(Render, ColoursByNumbersOfThePoints) {
+  const Triangles ball = mesh::ball({0, 0, 0}, 12, 2);
+  RenderOptions options{.width = 400, .height = 200};
+  options.colors = PointArray{"height_mm", ball.points.col(2)};
+  options.range = {-12, 12};
+  const Picture picture = render_surface(ball, options);
+  // Yellow above, dark blue below.
+  const Color top = picture.at(100, 30), bottom = picture.at(100, 165);
+  EXPECT_GT(top[0], top[2] + 40);
+  EXPECT_GT(bottom[2], bottom[1] + 10);
+  options.colors->values.conservativeResize(5);
+  EXPECT_THROW(render_surface(ball, options), InvalidMesh);
+}
+
 TEST(Render, DrawsTheEdgesIfAsked) {
   RenderOptions options{.width = 400, .height = 200};
   const Triangles ball = mesh::ball({0, 0, 0}, 12, 6);

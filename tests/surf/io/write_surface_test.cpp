@@ -55,6 +55,27 @@ TEST_F(WriteSurface, KeepsDoublesInVtpAndFloatsElsewhere) {
   EXPECT_NE(double(float(exact)), exact);
 }
 
+TEST_F(WriteSurface, HoldsNumbersOfThePointsInPlyAndVtp) {
+  const Triangles surface = ball();
+  const Eigen::VectorXd heights = surface.points.col(2) / 7;
+  const WriteOptions options{Space::kLps, {{"height_mm", heights}, {"twice", 2 * heights}}};
+  for (const char* ending : {".ply", ".vtp"}) {
+    const std::string file = path(std::string("ball") + ending);
+    write_surface(file, surface, options);
+    EXPECT_TRUE(corners(read_surface(file)) == corners(rounded_to_file(surface, ending)));
+    const Eigen::VectorXd back = read_point_array(file, "height_mm");
+    if (std::string(ending) == ".vtp")
+      EXPECT_EQ(back, heights);
+    else
+      EXPECT_EQ(back, heights.cast<float>().cast<double>());
+    EXPECT_THROW(read_point_array(file, "depth_mm"), InputError);
+  }
+  write_surface(path("ball.stl"), surface, options);
+  EXPECT_THROW(read_point_array(path("ball.stl"), "height_mm"), InputError);
+  EXPECT_THROW(write_surface(path("b.ply"), surface, {Space::kLps, {{"short", heights.head(3)}}}),
+               InvalidMesh);
+}
+
 TEST_F(WriteSurface, StatesItsSpaceAsSlicerReadsIt) {
   for (const auto& [space, word] : {std::pair(Space::kLps, "LPS"), {Space::kRas, "RAS"}}) {
     for (const char* ending : kEndings)
