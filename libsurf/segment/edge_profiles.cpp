@@ -14,6 +14,7 @@ namespace {
 
 using Sparse = Eigen::SparseMatrix<double>;
 
+constexpr double kLeastMass = 1e-3;   // of the mean mass of vertices
 constexpr double kHuber = 2;          // deviations of a bin's mean
 constexpr double kLeastCells = 0.5;   // of a bin that counts
 constexpr double kBinShare = 1e-3;    // of the deviation of a bin: levels and erf are models
@@ -79,7 +80,9 @@ class ProfileCost {
 template <int Dim>
 class Pool {
  public:
-  Pool(const fem::Geometry<Dim>& geometry, double pool_mm) : mass_(geometry.lumped_mass()) {
+  // Vertices whose elements all lie on the image's border have no mass of their own.
+  Pool(const fem::Geometry<Dim>& geometry, double pool_mm)
+      : mass_(geometry.lumped_mass().cwiseMax(kLeastMass * geometry.lumped_mass().mean())) {
     Sparse K = pool_mm * pool_mm *
                Sparse(fem::stiffness<Dim>(geometry, Eigen::VectorXd::Ones(geometry.n_elements())));
     K += Sparse(mass_.asDiagonal());

@@ -160,7 +160,8 @@ class Locator {
 
   Posterior after(const SmoothMoves<Dim>& prior, const Observations& data) const {
     const Eigen::VectorXd information =
-        (data.P * Eigen::VectorXd::Ones(data.b.size())).cwiseQuotient(geometry_.lumped_mass());
+        (data.P * Eigen::VectorXd::Ones(data.b.size()))
+            .cwiseQuotient(geometry_.lumped_mass().cwiseMax(1e-300));
     const double tau = prior.stiffness(median(information));
     Eigen::VectorXd weights = prior.weights(prior.smoothing(), tau);
     for (int round = 0;; ++round) {

@@ -3,6 +3,7 @@
 #include <Eigen/SparseCholesky>
 #include <cmath>
 #include <numbers>
+#include <stdexcept>
 #include <vector>
 
 #include "libsurf/fem/stiffness.h"
@@ -18,6 +19,8 @@ constexpr double kStudent = 3;  // degrees of freedom
 // they would speak for themselves. At 1 the halves of the cells ask for too short an L (16 in place
 // of 24 cells on a ball under noise of 0.2, which then is 0.050 voxel off in place of 0.031).
 constexpr double kReference = 1.5;
+// Of the mean mass: vertices whose elements all lie on the image's border have none of their own.
+constexpr double kLeastMass = 1e-3;
 constexpr double kUnseen = 1e-9;  // of the least information: what nothing is known of stays
 
 }  // namespace
@@ -26,7 +29,7 @@ template <int Dim>
 SmoothMoves<Dim>::SmoothMoves(const fem::Geometry<Dim>& geometry, const Points<Dim>& normals,
                               double length_mm)
     : k_(2 * std::numbers::pi / length_mm),
-      mass_(geometry.lumped_mass()),
+      mass_(geometry.lumped_mass().cwiseMax(kLeastMass * geometry.lumped_mass().mean())),
       is_free_(Eigen::VectorXd::Ones(mass_.size())),
       A_(fem::stiffness<Dim>(geometry, Eigen::VectorXd::Ones(geometry.n_elements()))) {
   for (Eigen::Index i = 0; i < mass_.size(); ++i)
@@ -65,6 +68,8 @@ struct Posterior::Factor {
 
 Posterior::Posterior(const Sparse& Q, const Observations& data, const Eigen::VectorXd& mean_before)
     : factor_(std::make_unique<Factor>(Sparse(Q + data.P))) {
+  if (factor_->solver.info() != Eigen::Success)
+    throw std::logic_error("smooth moves: the precision is not positive definite");
   mean_ = factor_->solver.solve(Q * mean_before + data.b);
   pull_ = factor_->solver.solve(Q * (mean_ - mean_before));
 }
