@@ -162,7 +162,13 @@ class Locator {
     const Eigen::VectorXd information =
         (data.P * Eigen::VectorXd::Ones(data.b.size()))
             .cwiseQuotient(geometry_.lumped_mass().cwiseMax(1e-300));
-    const double tau = prior.stiffness(median(information));
+    // Of the vertices that see cells: those on the image's border do not.
+    std::vector<double> seen;
+    for (const double one : information)
+      if (one > 0) seen.push_back(one);
+    const auto n_seen = Eigen::Index(seen.size());
+    const double tau = prior.stiffness(
+        n_seen == 0 ? 1 : median(Eigen::Map<const Eigen::VectorXd>(seen.data(), n_seen)));
     Eigen::VectorXd weights = prior.weights(prior.smoothing(), tau);
     for (int round = 0;; ++round) {
       Posterior out(prior.precision(tau, weights), data, prior.smoothing());
