@@ -50,8 +50,8 @@ TEST_F(Marks, AreClicks) {
     EXPECT_EQ(inside[std::size_t(cell[0] + 40 * (cell[1] + 40 * cell[2]))], label == 1);
   EXPECT_EQ(json("s.json")["components"], 2);
   std::size_t n_clicks = 0;
-  for (const auto& entry : json("r.json")["objects"][0]["history"])
-    n_clicks += entry["do"] == "click";
+  const auto recipe = json("r.json");
+  for (const auto& entry : recipe["objects"][0]["history"]) n_clicks += entry["do"] == "click";
   EXPECT_EQ(n_clicks, 3u);
   must({"replay", "r.json", "-o", "again.stl", "-q"});
   EXPECT_EQ(bytes("again.stl"), bytes("s.stl"));
