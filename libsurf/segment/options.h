@@ -89,8 +89,8 @@ struct Options {
   /// where the flow keeps the content.
   bool settle = true;
   /// At last: a blurred step is fitted to the cells along the shape, which moves on to it where
-  /// there is one and comes to know how sure its place is (locate_edges.h). None = where the energy is
-  /// chosen by the image, unless settle is off.
+  /// there is one and comes to know how sure its place is (locate_edges.h). None = where the energy
+  /// is chosen by the image, unless settle is off.
   std::optional<bool> locate;
   ComponentOptions components;
 
