@@ -59,7 +59,8 @@ class Segmentation {
 
   /// @throws UsageError  the point is outside the image, an inside click outside the box of the
   ///                     options, or in the same cell as a click of the other side or, if it is
-  ///                     inside, as an inside click of another object; there are kMostClicks already
+  ///                     inside, as an inside click of another object; there are kMostClicks
+  ///                     already
   void add_click(Id id, const Click<Dim>& click);
   /// @throws UsageError  there is no such click
   void take_back_click(Id id, std::size_t index);

@@ -77,8 +77,8 @@ TEST_F(Segment, HasAnOutsidePointOutside) {
 // The ball in its box, whichever corners and space, and by recipe and summary again.
 TEST_F(Segment, FindsABallInItsBox) {
   make_ball({"--spacing", "1", "--noise", "0.1"});
-  must(segment({"--box", "-16,-16,-16,16,16,16", "-o", "s.vtp", "--json", "s.json", "--recipe",
-                "r.json"}));
+  must(segment(
+      {"--box", "-16,-16,-16,16,16,16", "-o", "s.vtp", "--json", "s.json", "--recipe", "r.json"}));
   EXPECT_GT(dice("s.vtp"), 0.98);
   must(segment({"--box", "16,16,-16,-16,-16,16", "--space", "lps", "-o", "lps.vtp", "-q"}));
   EXPECT_EQ(bytes("lps.vtp"), bytes("s.vtp"));

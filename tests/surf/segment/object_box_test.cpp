@@ -106,8 +106,7 @@ TYPED_TEST(ObjectBoxes, KeepWhatIsFoundWithin) {
   const SearchGrid<Dim> grid = this->grid(this->corners(0, 28));
   const std::vector<Click<Dim>> clicks = {inside<Dim>(14), outside<Dim>(26)};
   for (const std::size_t n : {1, 2}) {
-    const auto found =
-        search_clicks<Dim>(grid, std::span<const Click<Dim>>(clicks).subspan(0, n));
+    const auto found = search_clicks<Dim>(grid, std::span<const Click<Dim>>(clicks).subspan(0, n));
     ASSERT_TRUE(found && !found->found.empty());
     const Flags faces = outside_faces(grid);
     double both = 0, sum = 0;
