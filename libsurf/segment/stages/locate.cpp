@@ -24,8 +24,11 @@ class Locate : public Stage<Dim> {
     report.energies = work.reports.back().energies;
     report.sigma_mm = work.reports.back().sigma_mm;
     report.edge_length_mm = work.reports.back().edge_length_mm;
+    // Taken again along a shape that has moved a little it jumps from one scale to another.
     const double blur =
-        edges_along<Dim>(work.fields, work.options, work.shape, kLookCells * cell).blur_mm;
+        work.edge_blur_mm > 0
+            ? work.edge_blur_mm
+            : edges_along<Dim>(work.fields, work.options, work.shape, kLookCells * cell).blur_mm;
     LocatedEdges<Dim> located = locate_edges<Dim>(work.setting(), work.shape, blur);
     const Simplices<Dim> moved = moved_past_clicks<Dim>(work, located.points);
     const Points<Dim>& to = located.points;
