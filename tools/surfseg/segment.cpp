@@ -25,9 +25,6 @@
 namespace surfseg {
 namespace {
 
-const RunWords kWords = {"surface", "vox",   "volume", "volume",   "area",
-                         "3",       "X,Y,Z", "balls",  "cavities", true};
-
 /// The options as they were typed.
 struct Arguments : RunArguments {
   std::string volume, output;
@@ -138,7 +135,7 @@ class SurfaceCommand : public SegmentCommand<3> {
   }
 
   void check_values() const {
-    check_run_arguments(command(), arguments_, kWords);
+    check_run_arguments(command(), arguments_, kVolumeWords);
     arguments_.which.check();
     if (arguments_.keep == "seeded" && arguments_.seeds.empty() && arguments_.marks.empty() &&
         !arguments_.initial.is_body())
@@ -232,9 +229,9 @@ void add_options(CLI::App& command, Arguments& a) {
       "Surface to write: .stl, .obj, .ply or .vtp; of several objects organs/{object}.stl");
   a.which.add_to(command);
 
-  add_start_options(command, a, kWords);
+  add_start_options(command, a, kVolumeWords);
   add_object_option(command, a);
-  add_marks_option(command, a, kWords);
+  add_marks_option(command, a, kVolumeWords);
   const std::string start = "Where to start";
   command.add_option("--space", a.space, "Space of the points: ras or lps in mm, or ijk voxels")
       ->check(CLI::IsMember({"ras", "lps", "ijk"}))
@@ -263,7 +260,7 @@ void add_options(CLI::App& command, Arguments& a) {
   command.add_option("--initial-label", a.initial.label, "Label to take from the label map")
       ->capture_default_str()
       ->group(start);
-  add_run_options(command, a, kWords);
+  add_run_options(command, a, kVolumeWords);
 
   const std::string output = "Output and running";
   add_output_space(command, a.output_space, "the file", output);
