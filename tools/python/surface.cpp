@@ -1,6 +1,7 @@
 #include "tools/python/surface.h"
 
 #include <fmt/format.h>
+#include <pybind11/stl.h>
 
 #include "libsurf/base/error.h"
 #include "libsurf/base/file.h"

@@ -76,7 +76,7 @@ class Surface:
 
     @property
     def outcome(self) -> str:
-        """"converged", "stopped at a limit", "stopped", "proposed"."""
+        """"converged", "stopped at a limit", "interrupted", "proposed"."""
         return self._surface.outcome
 
     @property
