@@ -1,0 +1,563 @@
+#include "tools/studio/dialogue.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <fstream>
+#include <sstream>
+
+#include "libsurf/base/error.h"
+#include "libsurf/base/file.h"
+#include "libsurf/segment/recipe.h"
+#include "libsurf/segment/segment.h"
+#include "libsurf/volume/read_volume.h"
+#include "tools/studio/folder.h"
+
+namespace surfseg::studio {
+namespace {
+
+using surf::segment::Action;
+using surf::segment::AddClick;
+using surf::segment::Choose;
+using surf::segment::Evolve;
+using surf::segment::Propose;
+using surf::segment::Recolour;
+using surf::segment::Rename;
+using surf::segment::SetOptions;
+using surf::segment::TakeBackClick;
+
+constexpr std::chrono::milliseconds kBetweenFrames(100);
+
+/// Set off by an act, not one itself.
+bool is_consequence(const Action<3>& action) {
+  return std::holds_alternative<Evolve<3>>(action) || std::holds_alternative<Propose<3>>(action);
+}
+
+std::string words_of(const Action<3>& action) {
+  struct Words {
+    std::string operator()(const AddClick<3>& a) const {
+      return a.click.side == Side::kInside ? "inside click" : "outside click";
+    }
+    std::string operator()(const TakeBackClick&) const { return "deleted click"; }
+    std::string operator()(const SetOptions<3>&) const { return "options"; }
+    std::string operator()(const Propose<3>&) const { return "proposals"; }
+    std::string operator()(const Choose&) const { return "choice"; }
+    std::string operator()(const Evolve<3>&) const { return "evolution"; }
+    std::string operator()(const Rename&) const { return "name"; }
+    std::string operator()(const Recolour&) const { return "colour"; }
+  };
+  return std::visit(Words{}, action);
+}
+
+std::string text_of_file(const std::filesystem::path& path) {
+  std::ifstream in(path, std::ios::binary);
+  std::ostringstream out;
+  out << in.rdbuf();
+  if (!in) throw surf::InputError(fmt::format("{}: cannot be read", path.string()));
+  return out.str();
+}
+
+/// Beside it, under a name that is free.
+std::filesystem::path moved_aside(const std::filesystem::path& path) {
+  for (int n = 1;; ++n) {
+    std::filesystem::path aside = path;
+    aside += fmt::format(".{}", n);
+    if (std::filesystem::exists(aside)) continue;
+    std::filesystem::rename(path, aside);
+    return aside;
+  }
+}
+
+}  // namespace
+
+Dialogue::Dialogue(std::filesystem::path folder)
+    : folder_(std::move(folder)), state_(std::make_shared<State>()), worker_([this] { work(); }) {}
+
+Dialogue::~Dialogue() {
+  {
+    std::lock_guard lock(mutex_);
+    is_ending_ = true;
+    stop_.request_stop();
+  }
+  wake_.notify_all();
+  changed_.notify_all();
+  worker_.join();
+}
+
+void Dialogue::work() {
+  std::unique_lock lock(mutex_);
+  while (true) {
+    wake_.wait(lock, [&] {
+      return is_ending_ || !acts_.empty() || !wanted_.empty() || opening_.has_value();
+    });
+    if (is_ending_) return;
+    stop_ = {};
+    is_kept_ = false;
+    if (!acts_.empty()) {
+      const Act act = std::move(acts_.front());
+      acts_.pop_front();
+      lock.unlock();
+      act();
+    } else if (opening_) {
+      const auto opening = std::move(*opening_);
+      opening_.reset();
+      lock.unlock();
+      opening();
+    } else {
+      const int id = wanted_.front();
+      wanted_.pop_front();
+      lock.unlock();
+      run_evolution(id);
+    }
+    lock.lock();
+  }
+}
+
+/// On the worker, before anything else is computed.
+/// @param while_opening  may end what is being opened
+void Dialogue::do_now(const Act& act, bool while_opening) {
+  std::promise<void> done;
+  {
+    std::lock_guard lock(mutex_);
+    if (is_ending_) throw surf::UsageError("the studio is ending");
+    if (job_ && (job_->what == "read" || job_->what == "replay") && !while_opening)
+      throw surf::UsageError("the volume is being opened: wait until it is there");
+    acts_.push_back([&] {
+      try {
+        act();
+        done.set_value();
+      } catch (...) {
+        done.set_exception(std::current_exception());
+      }
+    });
+    stop_.request_stop();
+  }
+  wake_.notify_all();
+  done.get_future().get();
+}
+
+surf::segment::Segmentation<3>& Dialogue::segmentation() {
+  if (!segmentation_) throw surf::UsageError("no volume is open");
+  return *segmentation_;
+}
+
+/// The object evolves next.
+void Dialogue::want(int id) {
+  std::lock_guard lock(mutex_);
+  std::erase(wanted_, id);
+  wanted_.push_front(id);
+}
+
+void Dialogue::open(const std::filesystem::path& path,
+                    const std::optional<std::string>& series_uid) {
+  close();
+  {
+    std::lock_guard lock(mutex_);
+    opening_ = [this, path, series_uid] {
+      try {
+        read_volume(path, series_uid);
+      } catch (const std::exception& error) {
+        end_job();
+        publish_error(error.what());
+      }
+    };
+  }
+  wake_.notify_all();
+}
+
+void Dialogue::close() {
+  do_now(
+      [this] {
+        segmentation_.reset();
+        volume_.reset();
+        measures_.clear();
+        {
+          std::lock_guard lock(mutex_);
+          wanted_.clear();
+          opening_.reset();
+          recipe_.clear();
+        }
+        publish();
+      },
+      true);
+}
+
+void Dialogue::read_volume(const std::filesystem::path& path,
+                           const std::optional<std::string>& series_uid) {
+  begin_job(0, "read");
+  std::filesystem::path image = path, recipe = recipe_beside(folder_, path);
+  if (is_recipe(path)) {
+    recipe = path;
+    image = image_of_recipe(path);
+  }
+  const surf::volume::Volume volume =
+      surf::volume::read_volume(image.string(), {.series_uid = series_uid});
+  auto opened = std::make_shared<OpenVolume>(OpenVolume{++n_opened_, image.filename().string(),
+                                                        volume, surf::segment::make_setting(volume),
+                                                        recipe, volume.source().notes});
+  volume_ = opened;
+  segmentation_ = std::make_unique<surf::segment::Segmentation<3>>(opened->setting);
+  end_job();
+  if (std::filesystem::exists(recipe)) repeat_recipe(recipe);
+  if (segmentation_->objects().empty()) segmentation_->add_object();
+  publish();
+}
+
+/// One that cannot be repeated here is moved aside, so that nothing is lost.
+void Dialogue::repeat_recipe(const std::filesystem::path& recipe) {
+  begin_job(0, "replay");
+  try {
+    surf::segment::replay<3>(
+        text_of_file(recipe), *segmentation_,
+        [this](const auto& stage, const auto& record, const auto& shape) {
+          return show(stage, record, shape);
+        },
+        stop_.get_token());
+    end_job();
+  } catch (const surf::Error& error) {
+    end_job();
+    const std::filesystem::path aside = moved_aside(recipe);
+    publish_error(fmt::format("{}; it is now {}", error.what(), aside.filename().string()));
+  }
+}
+
+int Dialogue::add_object(const std::string& name) {
+  int id = 0;
+  do_now([&] {
+    id = segmentation().add_object(name);
+    save();
+    publish();
+  });
+  return id;
+}
+
+void Dialogue::remove_object(int id) {
+  do_now([&] {
+    segmentation().remove_object(id);
+    {
+      std::lock_guard lock(mutex_);
+      std::erase(wanted_, id);
+    }
+    save();
+    publish();
+  });
+}
+
+void Dialogue::rename(int id, const std::string& name) {
+  do_now([&] {
+    segmentation().rename(id, name);
+    save();
+    publish();
+  });
+}
+
+void Dialogue::recolour(int id, const surf::segment::Colour& colour) {
+  do_now([&] {
+    segmentation().recolour(id, colour);
+    save();
+    publish();
+  });
+}
+
+void Dialogue::click(int id, const Vector<3>& point_mm, Side side) {
+  do_now([&] {
+    segmentation().add_click(id, {point_mm, side});
+    want(id);
+    save();
+    publish();
+  });
+}
+
+void Dialogue::move_click(int id, std::size_t index, const Vector<3>& point_mm) {
+  do_now([&] {
+    const auto& clicks = segmentation().object(id).clicks;
+    if (index >= clicks.size()) throw surf::UsageError(fmt::format("there is no click {}", index));
+    const Click<3> click{point_mm, clicks[index].side};
+    segmentation().take_back_click(id, index);
+    try {
+      segmentation().add_click(id, click);
+    } catch (...) {
+      segmentation().undo(id);
+      throw;
+    }
+    want(id);
+    save();
+    publish();
+  });
+}
+
+void Dialogue::delete_click(int id, std::size_t index) {
+  do_now([&] {
+    segmentation().take_back_click(id, index);
+    if (!segmentation().object(id).clicks.empty()) want(id);
+    save();
+    publish();
+  });
+}
+
+void Dialogue::choose(int id, std::size_t proposal) {
+  do_now([&] {
+    segmentation().choose(id, proposal);
+    want(id);
+    save();
+    publish();
+  });
+}
+
+void Dialogue::set_options(int id, const std::function<void(Options<3>&)>& change) {
+  do_now([&] {
+    Options<3> options = segmentation().object(id).options;
+    change(options);
+    segmentation().set_options(id, options);
+    if (!segmentation().object(id).clicks.empty()) want(id);
+    save();
+    publish();
+  });
+}
+
+void Dialogue::evolve(int id) {
+  do_now([&] {
+    segmentation().object(id);
+    want(id);
+  });
+}
+
+void Dialogue::stop() {
+  {
+    std::lock_guard lock(mutex_);
+    is_kept_ = true;
+    wanted_.clear();
+    stop_.request_stop();
+  }
+  wake_.notify_all();
+}
+
+void Dialogue::undo(int id) {
+  do_now([&] {
+    auto& s = segmentation();
+    while (!s.history(id).empty() && is_consequence(s.history(id).back())) s.undo(id);
+    const auto history = s.history(id);
+    if (history.empty()) return;
+    // A click that was moved was taken back and added.
+    const bool was_moved = history.size() > 1 &&
+                           std::holds_alternative<AddClick<3>>(history.back()) &&
+                           std::holds_alternative<TakeBackClick>(history[history.size() - 2]);
+    s.undo(id);
+    if (was_moved) s.undo(id);
+    {
+      std::lock_guard lock(mutex_);
+      std::erase(wanted_, id);
+    }
+    save();
+    publish();
+  });
+}
+
+void Dialogue::redo(int id) {
+  do_now([&] {
+    auto& s = segmentation();
+    if (!s.redo(id)) return;
+    const bool may_be_moved = std::holds_alternative<TakeBackClick>(s.history(id).back());
+    bool is_first = true;
+    while (s.redo(id)) {
+      const Action<3> action = s.history(id).back();
+      const bool belongs = is_consequence(action) || (is_first && may_be_moved &&
+                                                      std::holds_alternative<AddClick<3>>(action));
+      is_first = false;
+      if (belongs) continue;
+      s.undo(id);
+      break;
+    }
+    save();
+    publish();
+  });
+}
+
+void Dialogue::run_evolution(int id) {
+  const auto objects = segmentation_ ? segmentation_->objects() : std::vector<int>();
+  if (std::find(objects.begin(), objects.end(), id) == objects.end()) return;
+  const auto has_inside = [](const auto& clicks) {
+    return std::any_of(clicks.begin(), clicks.end(),
+                       [](const auto& click) { return click.side == Side::kInside; });
+  };
+  if (!has_inside(segmentation_->object(id).clicks)) return publish();
+  begin_job(id, "evolve");
+  std::string error;
+  try {
+    segmentation_->evolve(
+        id,
+        [this](const auto& stage, const auto& record, const auto& shape) {
+          return show(stage, record, shape);
+        },
+        stop_.get_token());
+  } catch (const std::exception& exception) {
+    error = exception.what();
+  }
+  bool is_superseded =
+      error.empty() && segmentation_->object(id).state() == surf::segment::Outcome::kStopped;
+  {
+    std::lock_guard lock(mutex_);
+    is_superseded = is_superseded && !is_kept_;
+    if (is_superseded) wanted_.push_back(id);
+  }
+  if (is_superseded) segmentation_->undo(id);
+  end_job();
+  if (!is_superseded) save();
+  if (error.empty())
+    publish();
+  else
+    publish_error(error);
+}
+
+void Dialogue::begin_job(int object, const std::string& what) {
+  {
+    std::lock_guard lock(mutex_);
+    Job job;
+    job.number = ++n_jobs_;
+    job.object = object;
+    job.what = what;
+    job_ = job;
+    frame_.reset();
+    job_begin_ = std::chrono::steady_clock::now();
+    last_frame_ = {};
+  }
+  publish();
+}
+
+void Dialogue::end_job() {
+  std::lock_guard lock(mutex_);
+  job_.reset();
+  frame_.reset();
+}
+
+/// After every step; makes a frame now and then.
+bool Dialogue::show(const std::string& stage, const surf::flow::StepRecord& record,
+                    const std::function<surf::Triangles()>& shape) {
+  const auto now = std::chrono::steady_clock::now();
+  std::shared_ptr<const surf::Triangles> frame;
+  if (record.n_elements > 0 && now - last_frame_ >= kBetweenFrames) {
+    frame = std::make_shared<surf::Triangles>(shape());
+    last_frame_ = now;
+  }
+  {
+    std::lock_guard lock(mutex_);
+    if (!job_) return true;
+    job_->stage = stage;
+    job_->step = record.k;
+    job_->seconds = std::chrono::duration<double>(now - job_begin_).count();
+    if (frame) {
+      frame_ = std::move(frame);
+      ++job_->frame;
+    }
+    ++tick_;
+  }
+  changed_.notify_all();
+  return true;
+}
+
+void Dialogue::publish() {
+  auto next = std::make_shared<State>();
+  next->volume = volume_;
+  if (segmentation_) {
+    std::map<const void*, std::shared_ptr<const surf::segment::Measures<3>>> measures;
+    for (const int id : segmentation_->objects()) {
+      ObjectState object;
+      object.id = id;
+      object.object = segmentation_->object(id);
+      const auto& result = object.object.result;
+      if (surf::segment::has_shape(result->outcome) && result->shape.elements.rows() > 0) {
+        auto& known = measures_[result.get()];
+        if (!known)
+          known = std::make_shared<surf::segment::Measures<3>>(segmentation_->measures(id));
+        object.measures = measures[result.get()] = known;
+      }
+      const auto history = segmentation_->history(id);
+      for (auto action = history.rbegin(); action != history.rend(); ++action)
+        if (!is_consequence(*action)) {
+          object.can_undo = true;
+          object.undo_words = words_of(*action);
+          break;
+        }
+      if (segmentation_->redo(id)) {
+        object.can_redo = true;
+        segmentation_->undo(id);
+      }
+      next->objects.push_back(std::move(object));
+    }
+    measures_ = std::move(measures);
+  }
+  {
+    std::lock_guard lock(mutex_);
+    next->revision = state_->revision + 1;
+    next->error_number = state_->error_number;
+    next->error = state_->error;
+    next->job = job_;
+    state_ = std::move(next);
+    ++tick_;
+  }
+  changed_.notify_all();
+}
+
+void Dialogue::publish_error(const std::string& text) {
+  {
+    std::lock_guard lock(mutex_);
+    auto next = std::make_shared<State>(*state_);
+    next->error = text;
+    std::replace(next->error.begin(), next->error.end(), '\n', ' ');
+    ++next->error_number;
+    state_ = std::move(next);
+  }
+  publish();
+}
+
+/// Beside the scan, whole or not at all.
+void Dialogue::save() {
+  const std::string text = surf::segment::to_recipe<3>(*segmentation_, volume_->name);
+  {
+    std::lock_guard lock(mutex_);
+    recipe_ = text;
+  }
+  try {
+    surf::write_bytes(volume_->recipe.string(), text);
+  } catch (const surf::OutputError& error) {
+    publish_error(fmt::format("the state is not kept: {}", error.what()));
+  }
+}
+
+std::shared_ptr<const State> Dialogue::state() const {
+  std::lock_guard lock(mutex_);
+  return state_;
+}
+
+std::optional<Job> Dialogue::job() const {
+  std::lock_guard lock(mutex_);
+  return job_;
+}
+
+std::shared_ptr<const surf::Triangles> Dialogue::surface(int id, int* frame) const {
+  std::lock_guard lock(mutex_);
+  if (frame) *frame = 0;
+  if (job_ && job_->object == id && frame_) {
+    if (frame) *frame = job_->frame;
+    return frame_;
+  }
+  for (const ObjectState& object : state_->objects)
+    if (object.id == id && object.measures)
+      return {object.object.result, &object.object.result->shape};
+  return nullptr;
+}
+
+std::string Dialogue::recipe() const {
+  std::lock_guard lock(mutex_);
+  return recipe_;
+}
+
+void Dialogue::wait_for_change(std::uint64_t revision, std::uint64_t tick,
+                               std::chrono::milliseconds at_most) const {
+  std::unique_lock lock(mutex_);
+  changed_.wait_for(lock, at_most,
+                    [&] { return is_ending_ || state_->revision != revision || tick_ != tick; });
+}
+
+}  // namespace surfseg::studio

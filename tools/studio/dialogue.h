@@ -1,0 +1,165 @@
+// One open volume and the dialogue about it, on a thread of its own: what the studio's page sees
+// and asks for, without HTTP.
+#pragma once
+
+#include <atomic>
+#include <chrono>
+#include <condition_variable>
+#include <cstdint>
+#include <deque>
+#include <filesystem>
+#include <functional>
+#include <future>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <stop_token>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "libsurf/segment/segmentation.h"
+#include "libsurf/volume/volume.h"
+
+namespace surfseg::studio {
+
+using surf::Vector;
+using surf::segment::Click;
+using surf::segment::Options;
+using surf::segment::Side;
+
+/// A volume that is open.
+struct OpenVolume {
+  int number = 0;    ///< 1, 2, ... of those opened so far
+  std::string name;  ///< of its file or folder in the studio's folder
+  surf::volume::Volume volume;
+  std::shared_ptr<const surf::segment::Setting<3>> setting;
+  std::filesystem::path recipe;  ///< where the state is kept
+  std::vector<std::string> notes;
+};
+
+/// An object as it was at one moment.
+struct ObjectState {
+  int id = 0;
+  surf::segment::Object<3> object;
+  /// The final check of its surface; null if it has none.
+  std::shared_ptr<const surf::segment::Measures<3>> measures;
+  bool can_undo = false, can_redo = false;
+  std::string undo_words;  ///< what undo would take back: "inside click"
+};
+
+/// What is being computed.
+struct Job {
+  int number = 0;  ///< grows with every job
+  int object = 0;  ///< 0 = none
+  std::string what, stage;
+  int step = 0;
+  double seconds = 0;
+  int frame = 0;  ///< of the surface so far, grows; 0 = none yet
+};
+
+/// Everything at one moment, never changed once it is published.
+struct State {
+  std::uint64_t revision = 0;
+  std::shared_ptr<const OpenVolume> volume;
+  std::vector<ObjectState> objects;
+  std::optional<Job> job;
+  int error_number = 0;  ///< grows with every error
+  std::string error;     ///< the last one: one line
+};
+
+/// Requests may come from any thread; they are done in their order on the dialogue's own, and
+/// return when they have been accepted, not when what they set off has been computed. One that
+/// changes an object ends what is being computed for it: the newest counts.
+class Dialogue {
+ public:
+  /// @param folder  nothing outside of it is read or written
+  explicit Dialogue(std::filesystem::path folder);
+  ~Dialogue();
+  Dialogue(const Dialogue&) = delete;
+  Dialogue& operator=(const Dialogue&) = delete;
+
+  const std::filesystem::path& folder() const { return folder_; }
+
+  /// Reads a volume, and repeats the recipe beside it if there is one; or a recipe and the volume
+  /// that it belongs to. Errors are in the state.
+  /// @param path  in the folder, or as given on the command line
+  void open(const std::filesystem::path& path, const std::optional<std::string>& series_uid = {});
+  void close();
+
+  // @throws surf::UsageError  there is no volume or no such object, or what Segmentation says
+  int add_object(const std::string& name);
+  void remove_object(int id);
+  void rename(int id, const std::string& name);
+  void recolour(int id, const surf::segment::Colour& colour);
+  void click(int id, const Vector<3>& point_mm, Side side);
+  void move_click(int id, std::size_t index, const Vector<3>& point_mm);
+  void delete_click(int id, std::size_t index);
+  void choose(int id, std::size_t proposal);
+  /// @param change  of the object's present options
+  void set_options(int id, const std::function<void(Options<3>&)>& change);
+  void evolve(int id);
+  /// Ends what is being computed; the surface so far stays.
+  void stop();
+  /// One act of a person: a click, a change of options, a choice, with what it set off. Nothing if
+  /// there is none.
+  void undo(int id);
+  void redo(int id);
+
+  std::shared_ptr<const State> state() const;
+  /// The job as it is now; none if nothing is computed.
+  std::optional<Job> job() const;
+  /// The surface of this moment, also while it evolves; null if there is none.
+  std::shared_ptr<const surf::Triangles> surface(int id, int* frame = nullptr) const;
+  /// What repeats it all: JSON text.
+  std::string recipe() const;
+  /// Returns when the state or the job is another one than these, or after a while.
+  void wait_for_change(std::uint64_t revision, std::uint64_t tick,
+                       std::chrono::milliseconds at_most) const;
+  std::uint64_t tick() const { return tick_; }
+
+ private:
+  using Act = std::function<void()>;
+
+  void work();
+  void do_now(const Act& act, bool while_opening = false);
+  void read_volume(const std::filesystem::path& path, const std::optional<std::string>& series_uid);
+  void repeat_recipe(const std::filesystem::path& recipe);
+  void run_evolution(int id);
+  void begin_job(int object, const std::string& what);
+  void end_job();
+  bool show(const std::string& stage, const surf::flow::StepRecord& record,
+            const std::function<surf::Triangles()>& shape);
+  void publish();
+  void publish_error(const std::string& text);
+  void save();
+  surf::segment::Segmentation<3>& segmentation();
+  void want(int id);
+
+  const std::filesystem::path folder_;
+
+  // Of the worker alone.
+  std::shared_ptr<const OpenVolume> volume_;
+  std::unique_ptr<surf::segment::Segmentation<3>> segmentation_;
+  std::map<const void*, std::shared_ptr<const surf::segment::Measures<3>>> measures_;
+  int n_opened_ = 0, n_jobs_ = 0;
+
+  mutable std::mutex mutex_;
+  mutable std::condition_variable wake_, changed_;
+  std::deque<Act> acts_;
+  std::deque<int> wanted_;  ///< objects to be evolved, the next one first
+  std::optional<std::function<void()>> opening_;
+  std::shared_ptr<const State> state_;
+  std::optional<Job> job_;
+  std::shared_ptr<const surf::Triangles> frame_;
+  std::chrono::steady_clock::time_point job_begin_, last_frame_;
+  std::string recipe_;
+  bool is_kept_ = false;  ///< what is being computed stays when it is ended
+  bool is_ending_ = false;
+  std::stop_source stop_;
+  std::atomic<std::uint64_t> tick_ = 0;
+  std::thread worker_;
+};
+
+}  // namespace surfseg::studio

@@ -1,0 +1,169 @@
+#include "tools/studio/exports.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "libsurf/base/file.h"
+#include "libsurf/io/picture.h"
+#include "libsurf/io/slices.h"
+#include "libsurf/segment/finish_objects.h"
+#include "libsurf/volume/write_volume.h"
+#include "tools/common/outputs.h"
+#include "tools/studio/folder.h"
+
+namespace surfseg::studio {
+namespace {
+
+using Finished = std::vector<surf::segment::FinishedObject<3>>;
+
+const std::vector<std::string> kSurfaces = {"stl", "obj", "ply", "vtp"},
+                               kLabels = {"nii.gz", "nii", "nrrd", "mha"};
+
+Finished finished(const State& state, const std::string& extension) {
+  std::vector<const surf::segment::Result<3>*> results;
+  for (const ObjectState& object : state.objects) results.push_back(object.object.result.get());
+  return surf::segment::finish_objects<3>(*state.volume->setting, results, extension);
+}
+
+std::size_t index_of(const State& state, int id) {
+  for (std::size_t n = 0; n < state.objects.size(); ++n)
+    if (state.objects[n].id == id) return n;
+  throw surf::UsageError(fmt::format("there is no object {}", id));
+}
+
+const surf::segment::Finished<3>& sound(const surf::segment::FinishedObject<3>& object) {
+  if (!object.finished) std::rethrow_exception(object.failure);
+  return *object.finished;
+}
+
+void write_surface(const State& state, const Export& wanted, const std::string& path) {
+  const auto all = finished(state, surf::extension(path));
+  surf::segment::write(path, sound(all[index_of(state, wanted.object)]),
+                       {file_space(wanted.space)});
+}
+
+/// Each object has its number, one alone has 1.
+void write_labels(const State& state, const Export& wanted, const std::string& path) {
+  Finished all = finished(state, ".stl");
+  std::vector<std::uint8_t> labels = surf::segment::label_map<3>(*state.volume->setting, all);
+  if (wanted.object != 0) {
+    const std::size_t n = index_of(state, wanted.object);
+    sound(all[n]);
+    for (std::uint8_t& label : labels) label = label == n + 1 ? 1 : 0;
+  }
+  const auto& volume = state.volume->volume;
+  surf::volume::write_label_map(path, volume.size(), volume.index_to_world(), labels);
+}
+
+std::string quoted(std::string text) {
+  for (std::size_t at = 0; (at = text.find('"', at)) != std::string::npos; at += 2)
+    text.insert(at, 1, '"');
+  return '"' + text + '"';
+}
+
+void write_measures(const State& state, const std::string& path) {
+  std::string out =
+      "volume,object,outcome,verdict,volume_ml,volume_deviation_ml,area_cm2,triangles,components,"
+      "centroid_ras_x_mm,centroid_ras_y_mm,centroid_ras_z_mm,share_without_edge\n";
+  const auto all = finished(state, ".stl");
+  for (std::size_t n = 0; n < state.objects.size(); ++n) {
+    const auto& object = state.objects[n].object;
+    out += fmt::format("{},{},{},{}", quoted(state.volume->name), quoted(object.name),
+                       quoted(to_string(object.result->outcome)),
+                       object.result->verdict ? to_string(object.result->verdict->trust) : "");
+    if (!all[n].finished) {
+      out += ",,,,,,,,,\n";
+      continue;
+    }
+    const auto& measures = all[n].finished->measures;
+    const auto& certainty = all[n].finished->certainty;
+    out += fmt::format(",{:.9g},{},{:.9g},{},{},{:.6f},{:.6f},{:.6f},{}\n", measures.content / 1000,
+                       certainty ? fmt::format("{:.3g}", certainty->content_deviation / 1000) : "",
+                       measures.measure / 100, measures.n_elements, measures.components.size(),
+                       measures.centroid_mm[0], measures.centroid_mm[1], measures.centroid_mm[2],
+                       certainty ? fmt::format("{:.4g}", certainty->share_without_edge) : "");
+  }
+  surf::write_bytes(path, out);
+}
+
+void write_picture(const State& state, const Export& wanted, const std::string& path) {
+  const ObjectState& object =
+      state.objects.at(wanted.object == 0 ? 0 : index_of(state, wanted.object));
+  if (!object.measures) throw surf::NoObject("the object has no surface to draw");
+  surf::io::SliceOptions options;
+  for (const auto& click : object.object.clicks)
+    options.marks.push_back({click.point_mm, click.side == Side::kInside});
+  surf::io::write_png(
+      path, surf::io::draw_slices(object.object.result->shape, state.volume->volume, options));
+}
+
+std::string default_name(const State& state, const Export& wanted) {
+  std::string stem = wanted.object == 0 ? state.volume->name.substr(0, state.volume->name.find('.'))
+                                        : state.objects[index_of(state, wanted.object)].object.name;
+  std::replace_if(
+      stem.begin(), stem.end(),
+      [](unsigned char c) { return !(std::isalnum(c) || c == '-' || c == '_' || c >= 128); }, '-');
+  const std::string ending = !wanted.format.empty()      ? wanted.format
+                             : wanted.what == "surface"  ? "stl"
+                             : wanted.what == "labels"   ? "nii.gz"
+                             : wanted.what == "measures" ? "csv"
+                             : wanted.what == "picture"  ? "png"
+                                                         : "json";
+  return stem + (wanted.what == "labels" ? "-labels." : ".") + ending;
+}
+
+/// The name ends as what it holds does.
+void check_ending(const Export& wanted, const std::string& name) {
+  const auto expect = [&](const std::vector<std::string>& endings) {
+    const std::string extension = surf::extension(name);
+    for (const std::string& ending : endings)
+      if (extension == "." + ending) return;
+    throw surf::UsageError(
+        fmt::format("'{}': expected a name that ends in .{}", name, fmt::join(endings, ", .")));
+  };
+  if (wanted.what == "surface")
+    expect(kSurfaces);
+  else if (wanted.what == "labels")
+    expect(kLabels);
+  else if (wanted.what == "measures")
+    expect({"csv"});
+  else if (wanted.what == "picture")
+    expect({"png"});
+  else if (wanted.what == "recipe")
+    expect({"json"});
+  else
+    throw surf::UsageError(fmt::format("there is no export of '{}'", wanted.what));
+}
+
+}  // namespace
+
+Exported export_file(const Dialogue& dialogue, const Export& wanted) {
+  const auto state = dialogue.state();
+  if (!state->volume) throw surf::UsageError("no volume is open");
+  if (wanted.space != "lps" && wanted.space != "ras")
+    throw surf::UsageError(fmt::format("space: expected lps or ras; got '{}'", wanted.space));
+  const std::string name = wanted.name.empty() ? default_name(*state, wanted) : wanted.name;
+  check_ending(wanted, name);
+  const std::filesystem::path path = output_path(dialogue.folder(), name);
+  if (std::filesystem::exists(path)) {
+    if (!wanted.may_overwrite)
+      throw FileExists(fmt::format("'{}' is there already: overwrite it?", name));
+    if (name == state->volume->name)
+      throw surf::UsageError(fmt::format("'{}' is the volume that is open", name));
+  }
+  const std::string to = path.string();
+  if (wanted.what == "surface")
+    write_surface(*state, wanted, to);
+  else if (wanted.what == "labels")
+    write_labels(*state, wanted, to);
+  else if (wanted.what == "measures")
+    write_measures(*state, to);
+  else if (wanted.what == "picture")
+    write_picture(*state, wanted, to);
+  else
+    surf::write_bytes(to, dialogue.recipe());
+  return {name, std::filesystem::file_size(path)};
+}
+
+}  // namespace surfseg::studio

@@ -1,0 +1,110 @@
+#include "tools/studio/folder.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <fstream>
+#include <sstream>
+
+#include "libsurf/base/error.h"
+#include "libsurf/base/file.h"
+#include "libsurf/segment/recipe.h"
+
+namespace surfseg::studio {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t kMostEntries = 2000;
+constexpr int kMostLooked = 20;  // files of a folder that may be DICOM's
+constexpr std::array kVolumes = {".nii",  ".nii.gz", ".hdr", ".mha", ".mhd",
+                                 ".nrrd", ".nhdr",   ".vti", ".vdb", ".dcm"};
+
+std::string first_bytes(const fs::path& path, std::size_t n) {
+  std::ifstream in(path, std::ios::binary);
+  std::string out(n, '\0');
+  in.read(out.data(), std::streamsize(n));
+  out.resize(std::size_t(std::max<std::streamsize>(in.gcount(), 0)));
+  return out;
+}
+
+bool is_dicom(const fs::path& path) {
+  return first_bytes(path, 132).substr(0, 132).ends_with("DICM");
+}
+
+}  // namespace
+
+bool is_dicom_folder(const fs::path& folder) {
+  std::error_code error;
+  int n_looked = 0;
+  for (const auto& entry : fs::directory_iterator(folder, error)) {
+    if (!entry.is_regular_file(error)) continue;
+    if (is_dicom(entry.path())) return true;
+    if (++n_looked == kMostLooked) break;
+  }
+  return false;
+}
+
+bool is_recipe(const fs::path& path) {
+  return surf::extension(path.string()) == ".json" &&
+         first_bytes(path, 400).find("surfseg recipe") != std::string::npos;
+}
+
+std::vector<FolderEntry> entries_of(const fs::path& folder) {
+  std::vector<FolderEntry> out;
+  std::error_code error;
+  for (const auto& entry : fs::directory_iterator(folder, error)) {
+    const std::string name = entry.path().filename().string();
+    if (name.starts_with('.') || out.size() == kMostEntries) continue;
+    if (entry.is_directory(error)) {
+      if (is_dicom_folder(entry.path())) out.push_back({name, "DICOM folder", 0});
+      continue;
+    }
+    if (!entry.is_regular_file(error)) continue;
+    const std::string extension = surf::extension(name);
+    if (std::find(kVolumes.begin(), kVolumes.end(), extension) != kVolumes.end())
+      out.push_back({name, "volume", entry.file_size(error)});
+    else if (is_recipe(entry.path()))
+      out.push_back({name, "recipe", entry.file_size(error)});
+  }
+  std::sort(out.begin(), out.end(),
+            [](const FolderEntry& a, const FolderEntry& b) { return a.name < b.name; });
+  return out;
+}
+
+fs::path recipe_beside(const fs::path& folder, const fs::path& image) {
+  return folder / (image.filename().string() + ".surfseg.json");
+}
+
+fs::path image_of_recipe(const fs::path& recipe) {
+  std::ifstream in(recipe, std::ios::binary);
+  std::ostringstream text;
+  text << in.rdbuf();
+  const fs::path named = surf::segment::image_of_recipe(text.str());
+  const fs::path beside = recipe.parent_path() / named.filename();
+  if (named.empty() || !fs::exists(beside))
+    throw surf::InputError(fmt::format("{}: its volume '{}' is not beside it",
+                                       recipe.filename().string(), named.filename().string()));
+  return beside;
+}
+
+fs::path output_path(const fs::path& folder, const std::string& name) {
+  const bool is_plain = !name.empty() && name.size() <= 200 && name.front() != '.' &&
+                        fs::path(name).filename() == fs::path(name) &&
+                        name.find('/') == std::string::npos &&
+                        name.find('\\') == std::string::npos &&
+                        std::none_of(name.begin(), name.end(),
+                                     [](char c) { return (unsigned char)c < 32 || c == 127; });
+  if (!is_plain)
+    throw surf::UsageError(fmt::format(
+        "'{}': expected the name of a file, without a folder and not hidden", name.substr(0, 80)));
+  const fs::path out = folder / name;
+  std::error_code error;
+  const fs::file_status status = fs::symlink_status(out, error);
+  if (fs::exists(status) && !fs::is_regular_file(status))
+    throw surf::UsageError(fmt::format("'{}' is no plain file: choose another name", name));
+  return out;
+}
+
+}  // namespace surfseg::studio

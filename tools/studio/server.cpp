@@ -1,0 +1,394 @@
+#include "tools/studio/server.h"
+
+#include <fmt/format.h>
+#include <httplib.h>
+
+#include <atomic>
+#include <chrono>
+#include <mutex>
+#include <nlohmann/json.hpp>
+
+#include "libsurf/base/error.h"
+#include "libsurf/segment/presets.h"
+#include "tools/common/field_names.h"
+#include "tools/common/typed_options.h"
+#include "tools/studio/access.h"
+#include "tools/studio/exports.h"
+#include "tools/studio/object_options.h"
+#include "tools/studio/page_files.h"
+#include "tools/studio/state_json.h"
+#include "tools/studio/volume_file.h"
+
+namespace surfseg::studio {
+namespace {
+
+using httplib::Request;
+using httplib::Response;
+using nlohmann::ordered_json;
+
+constexpr std::size_t kMostBody = 1 << 20;
+constexpr int kThreads = 32, kMostStreams = 16;  // a stream holds a thread
+constexpr std::chrono::milliseconds kPing(1000), kBetweenProgress(100);
+constexpr const char* kJson = "application/json";
+
+const httplib::Headers kHeaders = {
+    {"Content-Security-Policy",
+     "default-src 'none'; script-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' "
+     "data: "
+     "blob:; connect-src 'self' data: blob:; frame-ancestors 'none'; base-uri 'none'; form-action "
+     "'none'"},
+    {"X-Content-Type-Options", "nosniff"},
+    {"Referrer-Policy", "no-referrer"},
+    {"Cross-Origin-Resource-Policy", "same-origin"},
+    {"Cross-Origin-Opener-Policy", "same-origin"},
+    {"Cache-Control", "no-store"}};
+
+/// A client's mistake; its text is one line.
+struct Refusal {
+  int status;
+  std::string text;
+  bool exists = false;
+};
+
+void refuse(Response& response, const Refusal& refusal) {
+  ordered_json body = {{"error", with_option_names(refusal.text, "surfseg")}};
+  if (refusal.exists) body["exists"] = true;
+  response.status = refusal.status;
+  response.set_content(body.dump(-1, ' ', false, ordered_json::error_handler_t::replace), kJson);
+}
+
+template <class Work>
+void answer(Response& response, Work&& work) {
+  try {
+    work();
+  } catch (const Refusal& refusal) {
+    refuse(response, refusal);
+  } catch (const FileExists& error) {
+    refuse(response, {409, error.what(), true});
+  } catch (const surf::OutputError& error) {
+    refuse(response, {500, error.what()});
+  } catch (const surf::Error& error) {
+    refuse(response, {400, error.what()});
+  } catch (const nlohmann::json::exception&) {
+    refuse(response, {400, "the request's JSON lacks what it needs, or has another type"});
+  } catch (const std::exception& error) {
+    refuse(response, {500, error.what()});
+  }
+}
+
+Vector<3> point_of(const ordered_json& request) {
+  const auto numbers = request.at("point").get<std::vector<double>>();
+  if (numbers.size() != 3) throw Refusal{400, "point: expected three numbers"};
+  return {numbers[0], numbers[1], numbers[2]};
+}
+
+surf::segment::Colour colour_of(const std::string& text) {
+  unsigned r, g, b;
+  int n = 0;
+  if (text.size() != 7 || std::sscanf(text.c_str(), "#%2x%2x%2x%n", &r, &g, &b, &n) != 3 || n != 7)
+    throw Refusal{400, "colour: expected #rrggbb"};
+  return {std::uint8_t(r), std::uint8_t(g), std::uint8_t(b)};
+}
+
+int number_of(const Request& request, const char* name) {
+  try {
+    return std::stoi(request.get_param_value(name));
+  } catch (const std::exception&) {
+    throw Refusal{400, fmt::format("{}: expected a number", name)};
+  }
+}
+
+std::string dumped(const ordered_json& json) {
+  // Names of files may be no UTF-8.
+  return json.dump(-1, ' ', false, ordered_json::error_handler_t::replace);
+}
+
+}  // namespace
+
+struct Server::Impl {
+  Dialogue& dialogue;
+  std::string version, token = random_token();
+  httplib::Server http;
+  int port = 0;
+
+  std::mutex mutex;
+  int volume_number = 0;  ///< that `volume_bytes` is of
+  std::shared_ptr<const std::string> volume_bytes;
+  std::atomic<std::uint64_t> last_stream = 0;
+  std::atomic<bool> is_ending = false;
+
+  Impl(Dialogue& d, const std::string& v) : dialogue(d), version(v) {}
+
+  httplib::Server::HandlerResponse check(const Request& request, Response& response) {
+    const Credentials credentials = {
+        request.get_header_value("Host"), request.get_header_value("Origin"),
+        request.get_header_value("Sec-Fetch-Site"), request.get_header_value("Cookie"),
+        request.get_header_value("Authorization")};
+    const int status = status_of(credentials, port, token);
+    if (status == 200) return httplib::Server::HandlerResponse::Unhandled;
+    // The first visit: the token goes from the address into a cookie.
+    if (status == 401 && request.method == "GET" && request.path == "/" &&
+        is_same_secret(request.get_param_value("token"), token)) {
+      response.set_header(
+          "Set-Cookie",
+          fmt::format("surfseg-{}={}; HttpOnly; SameSite=Strict; Path=/", port, token));
+      response.set_redirect("/");
+      return httplib::Server::HandlerResponse::Handled;
+    }
+    refuse(response, {status, status == 401   ? "no token: use the address that the program printed"
+                              : status == 403 ? "another page may not ask"
+                                              : "another host"});
+    return httplib::Server::HandlerResponse::Handled;
+  }
+
+  /// Made once for a volume.
+  std::shared_ptr<const std::string> volume() {
+    const auto state = dialogue.state();
+    if (!state->volume) throw Refusal{404, "no volume is open"};
+    std::lock_guard lock(mutex);
+    if (!volume_bytes || volume_number != state->volume->number) {
+      volume_bytes.reset();
+      volume_bytes = std::make_shared<const std::string>(
+          volume_file(state->volume->volume, display_of(state->volume->volume).coarser_by));
+      volume_number = state->volume->number;
+    }
+    return volume_bytes;
+  }
+
+  void surface(const Request& request, Response& response) {
+    const int id = number_of(request, "object");
+    int frame = 0;
+    const auto shape = dialogue.surface(id, &frame);
+    if (!shape) throw Refusal{404, fmt::format("object {} has no surface", id)};
+    const surf::segment::Certainty<3>* certainty = nullptr;
+    const auto state = dialogue.state();
+    for (const ObjectState& object : state->objects)
+      if (frame == 0 && object.id == id && &object.object.result->shape == shape.get() &&
+          object.object.result->certainty)
+        certainty = &*object.object.result->certainty;
+    response.set_content(surface_bytes(*shape, frame, certainty), "application/octet-stream");
+  }
+
+  void candidate(const Request& request, Response& response) {
+    const int id = number_of(request, "object"), number = number_of(request, "number");
+    const auto state = dialogue.state();
+    for (const ObjectState& object : state->objects) {
+      const auto& proposals = object.object.result->proposals;
+      if (object.id == id && number >= 0 && std::size_t(number) < proposals.size())
+        return response.set_content(surface_bytes(proposals[std::size_t(number)].shape, 0, nullptr),
+                                    "application/octet-stream");
+    }
+    throw Refusal{404, fmt::format("object {} has no proposal {}", id, number)};
+  }
+
+  std::string command(int id) {
+    const auto state = dialogue.state();
+    if (!state->volume) throw Refusal{404, "no volume is open"};
+    for (const ObjectState& object : state->objects)
+      if (object.id == id)
+        return fmt::format("surfseg replay '{}' --object '{}' -o '{}.stl'",
+                           state->volume->recipe.string(), object.object.name, object.object.name);
+    throw Refusal{404, fmt::format("there is no object {}", id)};
+  }
+
+  void events(const Request&, Response& response) {
+    const std::uint64_t number = ++last_stream;
+    response.set_chunked_content_provider(
+        "text/event-stream", [this, number, revision = std::uint64_t(-1), tick = std::uint64_t(0),
+                              last_progress = std::chrono::steady_clock::time_point()](
+                                 std::size_t, httplib::DataSink& sink) mutable {
+          if (is_ending || number + kMostStreams <= last_stream) {  // a newer one takes the place
+            sink.done();
+            return true;
+          }
+          std::string out;
+          const auto state = dialogue.state();
+          const auto now = std::chrono::steady_clock::now();
+          if (state->revision != revision) {
+            revision = state->revision;
+            tick = dialogue.tick();
+            out = "event: state\ndata: " + dumped(to_json(*state, dialogue.folder(), version)) +
+                  "\n\n";
+          } else if (dialogue.tick() != tick) {
+            if (now - last_progress < kBetweenProgress) {
+              std::this_thread::sleep_for(std::chrono::milliseconds(10));
+              return true;
+            }
+            last_progress = now;
+            tick = dialogue.tick();
+            if (const auto job = dialogue.job())
+              out = "event: progress\ndata: " + dumped(to_json(*job)) + "\n\n";
+          } else {
+            dialogue.wait_for_change(revision, tick, kPing);
+            if (state->revision != dialogue.state()->revision || dialogue.tick() != tick)
+              return true;
+            out = ": ping\n\n";
+          }
+          return out.empty() || sink.write(out.data(), out.size());
+        });
+  }
+
+  void act(const ordered_json& request) {
+    const auto action = request.at("action").get<std::string>();
+    const auto object = [&] { return request.at("object").get<int>(); };
+    const auto index = [&] { return request.at("index").get<std::size_t>(); };
+    if (action == "open") {
+      const auto path = request.at("path").get<std::string>();
+      const auto entries = entries_of(dialogue.folder());
+      if (std::none_of(entries.begin(), entries.end(),
+                       [&](const FolderEntry& entry) { return entry.name == path; }))
+        throw Refusal{400, fmt::format("'{}' is nothing that can be opened in this folder", path)};
+      std::optional<std::string> series;
+      if (request.contains("series")) series = request["series"].get<std::string>();
+      dialogue.open(dialogue.folder() / path, series);
+    } else if (action == "close") {
+      dialogue.close();
+    } else if (action == "add_object") {
+      dialogue.add_object(request.value("name", ""));
+    } else if (action == "remove_object") {
+      dialogue.remove_object(object());
+    } else if (action == "rename") {
+      dialogue.rename(object(), request.at("name").get<std::string>());
+    } else if (action == "recolour") {
+      dialogue.recolour(object(), colour_of(request.at("colour").get<std::string>()));
+    } else if (action == "click") {
+      const auto side = request.at("side").get<std::string>();
+      if (side != "inside" && side != "outside")
+        throw Refusal{400, "side: expected inside or outside"};
+      dialogue.click(object(), point_of(request),
+                     side == "inside" ? Side::kInside : Side::kOutside);
+    } else if (action == "move_click") {
+      dialogue.move_click(object(), index(), point_of(request));
+    } else if (action == "delete_click") {
+      dialogue.delete_click(object(), index());
+    } else if (action == "choose") {
+      dialogue.choose(object(), request.at("number").get<std::size_t>());
+    } else if (action == "set_options") {
+      const ordered_json changes = request.at("options");
+      dialogue.set_options(object(),
+                           [&](Options<3>& options) { change_options(options, changes); });
+    } else if (action == "preset") {
+      const auto name = request.at("name").get<std::string>();
+      const auto state = dialogue.state();
+      if (!state->volume) throw Refusal{409, "no volume is open"};
+      const Options<3> preset =
+          typed_options({"--preset", name}, state->volume->volume.voxel_size());
+      dialogue.set_options(object(), [&](Options<3>& options) { options = preset; });
+    } else if (action == "evolve") {
+      dialogue.evolve(object());
+    } else if (action == "stop") {
+      dialogue.stop();
+    } else if (action == "undo") {
+      dialogue.undo(object());
+    } else if (action == "redo") {
+      dialogue.redo(object());
+    } else if (action == "quit") {
+      is_ending = true;
+      http.stop();
+    } else {
+      throw Refusal{400, fmt::format("there is no action '{}'", action)};
+    }
+  }
+
+  void post(const Request& request, Response& response,
+            const std::function<ordered_json(const ordered_json&)>& work) {
+    answer(response, [&] {
+      // What a form of another page could send has another type.
+      if (!request.get_header_value("Content-Type").starts_with(kJson))
+        throw Refusal{415, "expected application/json"};
+      const ordered_json body = ordered_json::parse(request.body, nullptr, false);
+      if (!body.is_object()) throw Refusal{400, "expected a JSON object"};
+      response.set_content(dumped(work(body)), kJson);
+    });
+  }
+
+  void add_routes() {
+    http.set_pre_routing_handler(
+        [this](const Request& request, Response& response) { return check(request, response); });
+    for (const PageFile& file : page_files())
+      http.Get(std::string(file.path), [file](const Request&, Response& response) {
+        response.set_header("Content-Encoding", "gzip");
+        response.set_content(file.gzip.data(), file.gzip.size(), std::string(file.type));
+      });
+    const auto get = [this](const char* path, auto work) {
+      http.Get(path, [work](const Request& request, Response& response) {
+        answer(response, [&] { work(request, response); });
+      });
+    };
+    get("/api/state", [this](const Request&, Response& response) {
+      response.set_content(dumped(to_json(*dialogue.state(), dialogue.folder(), version)), kJson);
+    });
+    get("/api/options", [](const Request&, Response& response) {
+      response.set_content(dumped(describe_options()), kJson);
+    });
+    get("/api/volume.nii.gz", [this](const Request&, Response& response) {
+      const auto bytes = volume();
+      response.set_content_provider(
+          bytes->size(), "application/gzip",
+          [bytes](std::size_t offset, std::size_t length, httplib::DataSink& sink) {
+            return sink.write(bytes->data() + offset, std::min<std::size_t>(length, 1 << 20));
+          });
+    });
+    get("/api/surface", [this](const Request& q, Response& r) { surface(q, r); });
+    get("/api/candidate", [this](const Request& q, Response& r) { candidate(q, r); });
+    get("/api/command", [this](const Request& q, Response& r) {
+      r.set_content(dumped({{"text", command(number_of(q, "object"))}}), kJson);
+    });
+    http.Get("/api/events", [this](const Request& q, Response& r) { events(q, r); });
+    http.Post("/api/do", [this](const Request& request, Response& response) {
+      post(request, response, [this](const ordered_json& body) {
+        act(body);
+        return ordered_json{{"revision", dialogue.state()->revision}};
+      });
+    });
+    http.Post("/api/export", [this](const Request& request, Response& response) {
+      post(request, response, [this](const ordered_json& body) {
+        const Exported file =
+            export_file(dialogue, {.what = body.at("what").get<std::string>(),
+                                   .object = body.value("object", 0),
+                                   .format = body.value("format", ""),
+                                   .space = body.value("space", "lps"),
+                                   .name = body.value("name", ""),
+                                   .may_overwrite = body.value("overwrite", false)});
+        return ordered_json{{"file", file.name}, {"bytes", file.bytes}};
+      });
+    });
+  }
+};
+
+Server::Server(Dialogue& dialogue, int port, const std::string& version)
+    : impl_(std::make_unique<Impl>(dialogue, version)) {
+  httplib::Server& http = impl_->http;
+  http.new_task_queue = [] { return new httplib::ThreadPool(kThreads); };
+  http.set_payload_max_length(kMostBody);
+  http.set_keep_alive_max_count(1000);
+  http.set_keep_alive_timeout(5);
+  http.set_read_timeout(5, 0);
+  http.set_write_timeout(10, 0);
+  http.set_tcp_nodelay(true);
+  http.set_default_headers(kHeaders);
+  impl_->add_routes();
+  if (port == 0)
+    impl_->port = http.bind_to_any_port("127.0.0.1");
+  else if (http.bind_to_port("127.0.0.1", port))
+    impl_->port = port;
+  if (impl_->port <= 0)
+    throw surf::UsageError(
+        fmt::format("--port {}: it is taken or not allowed; leave it out for a free one", port));
+}
+
+Server::~Server() = default;
+
+std::string Server::address() const {
+  return fmt::format("http://127.0.0.1:{}/?token={}", impl_->port, impl_->token);
+}
+
+int Server::port() const { return impl_->port; }
+void Server::run() { impl_->http.listen_after_bind(); }
+
+void Server::stop() {
+  impl_->is_ending = true;
+  impl_->http.stop();
+}
+
+}  // namespace surfseg::studio

@@ -1,0 +1,193 @@
+#include "tools/studio/volume_file.h"
+
+#include <nifti/nifti1.h>
+#include <zlib.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <vector>
+
+#include "libsurf/base/error.h"
+
+namespace surfseg::studio {
+namespace {
+
+using surf::volume::Volume;
+
+constexpr double kMostBytes = 512e6;
+constexpr std::array<double, 2> kSoftTissue = {-160, 240};
+constexpr int kSamples = 40;  // along each axis, for percentiles
+constexpr double kSteps = 65000;
+
+bool is_whole(float value) { return value == std::floor(value); }
+
+/// Every so many voxels.
+std::vector<float> samples_of(const Volume& volume) {
+  std::vector<float> out;
+  const auto& size = volume.size();
+  std::array<int, 3> stride;
+  for (int axis = 0; axis < 3; ++axis) stride[axis] = std::max(1, size[axis] / kSamples);
+  for (int k = 0; k < size[2]; k += stride[2])
+    for (int j = 0; j < size[1]; j += stride[1])
+      for (int i = 0; i < size[0]; i += stride[0]) out.push_back(volume.value(i, j, k));
+  return out;
+}
+
+/// Slices of a volume, or of means of blocks of it.
+class Slices {
+ public:
+  Slices(const Volume& volume, int block) : volume_(volume), block_(block) {
+    for (int axis = 0; axis < 3; ++axis) size_[axis] = (volume.size()[axis] + block - 1) / block;
+  }
+  const std::array<int, 3>& size() const { return size_; }
+
+  const std::vector<float>& slice(int k) {
+    const auto& full = volume_.size();
+    const int first = k * block_, last = std::min(first + block_, full[2]);
+    values_.resize(std::size_t(full[0]) * full[1] * std::size_t(last - first));
+    volume_.copy_box({0, 0, first}, {full[0], full[1], last}, values_.data());
+    if (block_ == 1) return values_;
+    sums_.assign(std::size_t(size_[0]) * size_[1], 0);
+    counts_.assign(sums_.size(), 0);
+    const float* value = values_.data();
+    for (int z = first; z < last; ++z)
+      for (int j = 0; j < full[1]; ++j)
+        for (int i = 0; i < full[0]; ++i) {
+          const std::size_t at = std::size_t(j / block_) * size_[0] + i / block_;
+          sums_[at] += *value++;
+          ++counts_[at];
+        }
+    for (std::size_t at = 0; at < sums_.size(); ++at) sums_[at] /= counts_[at];
+    return sums_;
+  }
+
+ private:
+  const Volume& volume_;
+  int block_;
+  std::array<int, 3> size_;
+  std::vector<float> values_, sums_, counts_;
+};
+
+class Gzip {
+ public:
+  Gzip() {
+    if (deflateInit2(&stream_, 1, Z_DEFLATED, 15 + 16, 8, Z_DEFAULT_STRATEGY) != Z_OK)
+      throw surf::OutputError("zlib cannot begin to compress");
+  }
+  ~Gzip() { deflateEnd(&stream_); }
+  Gzip(const Gzip&) = delete;
+  Gzip& operator=(const Gzip&) = delete;
+
+  void add(const void* data, std::size_t n) { run(data, n, Z_NO_FLUSH); }
+  std::string finish() {
+    run(nullptr, 0, Z_FINISH);
+    return std::move(out_);
+  }
+
+ private:
+  void run(const void* data, std::size_t n, int flush) {
+    stream_.next_in = static_cast<Bytef*>(const_cast<void*>(data));
+    stream_.avail_in = uInt(n);
+    char buffer[1 << 16];
+    do {
+      stream_.next_out = reinterpret_cast<Bytef*>(buffer);
+      stream_.avail_out = sizeof buffer;
+      deflate(&stream_, flush);
+      out_.append(buffer, sizeof buffer - stream_.avail_out);
+    } while (stream_.avail_out == 0);
+  }
+
+  z_stream stream_ = {};
+  std::string out_;
+};
+
+struct Storage {
+  short datatype = DT_INT16;
+  double slope = 1, intercept = 0;
+};
+
+/// From the values as they will be written: one pass, slice by slice.
+Storage storage_of(Slices& slices, const std::array<float, 2>& range) {
+  bool are_whole = range[0] >= -32768 && range[1] <= 32767;
+  for (int k = 0; are_whole && k < slices.size()[2]; ++k) {
+    const auto& values = slices.slice(k);
+    are_whole = std::all_of(values.begin(), values.end(), is_whole);
+  }
+  if (are_whole) return {short(range[0] >= 0 && range[1] <= 255 ? DT_UINT8 : DT_INT16), 1, 0};
+  const double span = std::max(double(range[1]) - range[0], 1e-30);
+  return {DT_INT16, span / kSteps, range[0] + span / 2};
+}
+
+}  // namespace
+
+Display display_of(const Volume& volume) {
+  Display out;
+  std::vector<float> values = samples_of(volume);
+  const auto range = volume.range();
+  out.is_ct = range[0] <= -200 && std::all_of(values.begin(), values.end(), is_whole);
+  const auto quantile = [&](double share) {
+    const auto at = values.begin() + std::ptrdiff_t(share * double(values.size() - 1));
+    std::nth_element(values.begin(), at, values.end());
+    return double(*at);
+  };
+  out.window = {quantile(0.02), quantile(0.98)};
+  if (!(out.window[1] > out.window[0])) out.window = {range[0], range[1]};
+  if (out.is_ct) out.window = kSoftTissue;
+  const double bytes = 2.0 * double(volume.n_voxels());
+  while (bytes / std::pow(out.coarser_by, 3) > kMostBytes) ++out.coarser_by;
+  return out;
+}
+
+std::string volume_file(const Volume& volume, int coarser_by) {
+  Slices slices(volume, coarser_by);
+  const Storage storage = storage_of(slices, volume.range());
+  nifti_1_header header = {};
+  header.sizeof_hdr = sizeof header;
+  header.dim[0] = 3;
+  Eigen::Affine3d affine = volume.index_to_world();
+  // The centre of the first block.
+  affine.translation() += affine.linear() * Eigen::Vector3d::Constant((coarser_by - 1) / 2.0);
+  affine.linear() *= coarser_by;
+  for (int axis = 0; axis < 3; ++axis) {
+    header.dim[axis + 1] = short(slices.size()[axis]);
+    header.pixdim[axis + 1] = float(affine.linear().col(axis).norm());
+  }
+  for (int axis = 4; axis < 8; ++axis) header.dim[axis] = 1;
+  header.pixdim[0] = 1;
+  header.datatype = storage.datatype;
+  header.bitpix = storage.datatype == DT_UINT8 ? 8 : 16;
+  header.vox_offset = 352;
+  header.scl_slope = float(storage.slope);
+  header.scl_inter = float(storage.intercept);
+  header.xyzt_units = NIFTI_UNITS_MM;
+  header.sform_code = NIFTI_XFORM_SCANNER_ANAT;
+  for (int column = 0; column < 4; ++column) {
+    header.srow_x[column] = float(affine.matrix()(0, column));
+    header.srow_y[column] = float(affine.matrix()(1, column));
+    header.srow_z[column] = float(affine.matrix()(2, column));
+  }
+  std::memcpy(header.magic, "n+1", 4);
+  Gzip gzip;
+  gzip.add(&header, sizeof header);
+  gzip.add("\0\0\0", 4);
+  std::vector<std::uint8_t> bytes;
+  std::vector<std::int16_t> words;
+  for (int k = 0; k < slices.size()[2]; ++k) {
+    const auto& values = slices.slice(k);
+    if (storage.datatype == DT_UINT8) {
+      bytes.assign(values.begin(), values.end());
+      gzip.add(bytes.data(), bytes.size());
+      continue;
+    }
+    words.clear();
+    for (const float value : values)
+      words.push_back(
+          std::int16_t(std::lround((double(value) - storage.intercept) / storage.slope)));
+    gzip.add(words.data(), words.size() * sizeof(std::int16_t));
+  }
+  return gzip.finish();
+}
+
+}  // namespace surfseg::studio

@@ -1,0 +1,25 @@
+// A volume for the page: what its views show, and the NIfTI file they read.
+#pragma once
+
+#include <array>
+#include <string>
+
+#include "libsurf/volume/volume.h"
+
+namespace surfseg::studio {
+
+/// How the views show a volume.
+struct Display {
+  bool is_ct = false;  ///< values are whole and reach below -200, as in Hounsfield units
+  std::array<double, 2> window = {};  ///< black and white
+  int coarser_by = 1;                 ///< along each axis, so that it has at most 512 MB of voxels
+};
+
+Display display_of(const surf::volume::Volume& volume);
+
+/// NIfTI-1, gzip: the affine as sform, values as uint8 or int16 if all are such whole numbers, else
+/// as int16 with a slope that keeps 1/65000 of their range. Coarser ones are means of blocks, whose
+/// centres the affine has.
+std::string volume_file(const surf::volume::Volume& volume, int coarser_by);
+
+}  // namespace surfseg::studio
