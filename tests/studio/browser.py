@@ -7,9 +7,11 @@ import json
 import os
 import select
 import shutil
+import struct
 import subprocess
 import tempfile
 import time
+import zlib
 
 SHIFT, CTRL = 8, 2
 BUTTONS = {"none": 0, "left": 1, "right": 2, "middle": 4}
@@ -24,6 +26,20 @@ class BrowserError(Exception):
 def find_browser():
     """Chromium's path, or None where there is none."""
     return shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+
+
+def first_pixel(png):
+    """The first pixel of a PNG of 8 bits per channel: whatever its filter is, it has no neighbours before it."""
+    depth, colour_type = png[24], png[25]
+    data, at = b"", 8
+    while at < len(png):
+        length, kind = struct.unpack(">I4s", png[at:at + 8])
+        if kind == b"IDAT":
+            data += png[at + 8:at + 8 + length]
+        at += 12 + length
+    if depth != 8 or colour_type not in (2, 6):
+        raise BrowserError(f"a picture of colour type {colour_type} with {depth} bits")
+    return tuple(zlib.decompress(data)[1:4])
 
 
 class Browser:
@@ -187,6 +203,11 @@ class Browser:
         self.frame()
         with open(path, "wb") as file:
             file.write(base64.b64decode(self("Page.captureScreenshot", format="png")["data"]))
+
+    def pixel(self, x, y):
+        """The colour (r, g, b) that is seen at a position."""
+        clip = dict(x=x, y=y, width=1, height=1, scale=1)
+        return first_pixel(base64.b64decode(self("Page.captureScreenshot", format="png", clip=clip)["data"]))
 
     def close(self):
         try:

@@ -27,6 +27,7 @@ type Drag =
 const MARK_RADIUS = 6;
 
 let nv: Niivue;
+let started = false;
 let listener: SliceListener;
 export let loaded: LoadedVolume | null = null;
 let views: SliceView[] = [];
@@ -53,6 +54,7 @@ export async function startSlices(l: SliceListener): Promise<void> {
     return { mnMM: low, mxMM: high, rotation: new Float32Array(16),
       fovMM: low.map((x, k) => high[k] - x) } as unknown as ReturnType<Niivue['screenFieldOfViewExtendedVox']>;
   };
+  started = true;
   const top = overlay();
   top.addEventListener('pointerdown', down);
   top.addEventListener('pointermove', move);
@@ -103,7 +105,7 @@ export function draw(what: { volume?: boolean; overlay?: boolean; window?: boole
   dirty.volume ||= !!what.volume;
   dirty.window ||= !!what.window;
   dirty.overlay = true;
-  if (scheduled) return;
+  if (scheduled || !started) return;
   scheduled = true;
   requestAnimationFrame(() => {
     scheduled = false;
@@ -275,7 +277,7 @@ function drawLetters(c: CanvasRenderingContext2D, view: SliceView): void {
     c.fillStyle = '#ffcf6b'; c.fillText(text, x, y);
   };
   write(left, r.left + 12, r.top + r.height / 2);
-  write(right, r.left + r.width - 12, r.top + r.height / 2);
+  write(right, r.left + r.width - 30, r.top + r.height / 2);  // left of the slider
   write(top, r.left + r.width / 2, r.top + 13);
   write(bottom, r.left + r.width / 2, r.top + r.height - 12);
 }

@@ -317,6 +317,11 @@ const server = createServer(async (request, response) => {
       case '/api/options': json(OPTIONS); return;
       case '/api/command': json({ text: `surfseg replay ${find(object).name}.json -o '${find(object).name}.stl'` }); return;
       case '/mock/received': json(received); return;
+      case '/mock/value': {
+        const [i, j, k] = url.searchParams.get('voxel').split(',').map(Number);
+        json(data[i + size[0] * (j + size[1] * k)]);
+        return;
+      }
       case '/mock/error': fail('phantom.nii.gz: cannot be written: no space left on device'); json({}); return;
       case '/mock/cut': for (const s of streams) s.destroy(); json({}); return;
       case '/api/events':
