@@ -1,0 +1,84 @@
+// What buttons, keys and the mouse ask the program for.
+import type { Point, Side } from './protocol';
+import { showNotice } from './messages';
+import { act, getCommand, until } from './server';
+import { activeObject, page, setView, volume } from './state';
+import { showError } from './messages';
+
+/** The active object; made first where there is none. */
+async function objectForClick(): Promise<number | null> {
+  const active = activeObject();
+  if (active) return active.id;
+  return addObject();
+}
+
+export async function addObject(): Promise<number | null> {
+  if (!volume()) return null;
+  const known = new Set(page.state?.objects.map((o) => o.id));
+  const done = await act({ action: 'add_object' });
+  if (!done) return null;
+  const added = () => page.state?.objects.find((o) => (done.object === undefined ? !known.has(o.id) : o.id === done.object));
+  if (!(await until(() => added() !== undefined))) return null;
+  const id = added()!.id;
+  setView({ active: id, click: null });
+  return id;
+}
+
+export async function click(point: Point, side: Side): Promise<void> {
+  const object = await objectForClick();
+  if (object === null) return;
+  if (page.view.hidden.delete(object)) setView({});
+  await act({ action: 'click', object, point, side });
+}
+
+export async function moveClick(object: number, index: number, point: Point): Promise<void> {
+  await act({ action: 'move_click', object, index, point });
+}
+
+export async function deleteClick(object: number, index: number): Promise<void> {
+  setView({ click: null });
+  await act({ action: 'delete_click', object, index });
+}
+
+export async function undo(): Promise<void> {
+  const o = activeObject();
+  if (!o?.can_undo) return;
+  if (await act({ action: 'undo', object: o.id })) showNotice(`Undone${o.undo_words ? `: ${o.undo_words}` : ''}`);
+}
+export async function redo(): Promise<void> {
+  const o = activeObject();
+  if (!o?.can_redo) return;
+  if (await act({ action: 'redo', object: o.id })) showNotice(`Redone${o.redo_words ? `: ${o.redo_words}` : ''}`);
+}
+
+export async function stop(): Promise<void> { await act({ action: 'stop' }); }
+export async function evolve(): Promise<void> {
+  const o = activeObject();
+  if (o) await act({ action: 'evolve', object: o.id });
+}
+
+export function toggleHidden(id: number): void {
+  const hidden = page.view.hidden;
+  if (!hidden.delete(id)) hidden.add(id);
+  setView({});
+}
+
+export async function copyCommand(): Promise<void> {
+  const o = activeObject();
+  if (!o) return;
+  let text: string;
+  try { text = await getCommand(o.id); } catch (error) { showError((error as Error).message); return; }
+  try {
+    await navigator.clipboard.writeText(text);
+  } catch {
+    // Browsers that refuse the clipboard still copy a selection.
+    const area = document.createElement('textarea');
+    area.value = text;
+    document.body.append(area);
+    area.select();
+    const copied = document.execCommand('copy');
+    area.remove();
+    if (!copied) { showError(`The browser refused to copy: ${text}`); return; }
+  }
+  showNotice(`Copied: ${text}`);
+}

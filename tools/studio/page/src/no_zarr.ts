@@ -1,0 +1,2 @@
+// In the place of zarrita in NiiVue: the page gets NIfTI only.
+export {};

@@ -1,0 +1,50 @@
+// The line at the foot: what lies under the mouse, what the program does, whether it is there.
+import { byId, number, refill, h } from './dom';
+import type { Point } from './protocol';
+import { page } from './state';
+import { loaded, crosshairWorld, crosshairFraction } from './slices';
+
+const points = (p: Point, digits: number) => p.map((x) => x.toFixed(digits)).join(', ');
+
+let under: { world: Point; value: number } | null = null;
+
+/** Under the mouse, or at the crosshair where the mouse is elsewhere. */
+export function tellPosition(world: Point | null, value: number | null): void {
+  under = world && value !== null ? { world, value } : null;
+  drawPosition();
+}
+
+export function drawPosition(): void {
+  const here = crosshairWorld();
+  const what = under ?? (here && loaded ? { world: here, value: loaded.value(crosshairFraction()) } : null);
+  const cells = byId('position');
+  if (!what || !loaded) { refill(cells); return; }
+  const { world, value } = what;
+  const cell = (name: string, text: string) => h('span', { class: 'cell' }, h('span', { class: 'cell-name' }, name), text);
+  refill(cells, h('span', { class: 'cell-where' }, under ? 'mouse' : 'crosshair'),
+    cell('value', `${number(value, 5)}${loaded.about.is_ct ? ' HU' : ''}`),
+    cell('RAS', `${points(world, 1)} mm`), cell('LPS', `${points([-world[0], -world[1], world[2]], 1)} mm`),
+    cell('voxel', points(loaded.index(world), 0)));
+}
+
+const STAGES: Record<string, string> = { open: 'opening', evolve: 'evolving', search: 'searching' };
+
+export function jobWords(): string {
+  const job = page.job;
+  if (!job) return '';
+  const what = STAGES[job.what] ?? job.what;
+  const stage = job.stage && job.stage !== job.what ? `, ${job.stage}` : '';
+  return `${what}${stage}${job.step ? `, step ${job.step}` : ''}${job.seconds !== undefined ? `, ${job.seconds.toFixed(1)} s` : ''}`;
+}
+
+let told = '';
+export function drawStatus(): void {
+  byId('job').textContent = jobWords();
+  byId('job-spinner').hidden = !page.job;
+  byId('lost').hidden = page.connected;
+  // Screen readers hear the ends of things, not ten steps a second.
+  const o = page.state?.objects.find((x) => x.id === page.view.active);
+  const words = page.job ? `${STAGES[page.job.what] ?? page.job.what}` : o?.message
+    ? `${o.name}: ${o.message}${o.measures?.volume_ml !== undefined ? ` ${number(o.measures.volume_ml)} ml` : ''}` : '';
+  if (words !== told) { told = words; byId('spoken').textContent = words; }
+}

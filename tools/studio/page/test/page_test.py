@@ -1,0 +1,466 @@
+#!/usr/bin/python3
+"""The page in a real browser, against mock_server.mjs: python3 page_test.py [--screenshots FOLDER] [name ...]
+
+Says "skipped" and ends with 77 where Chromium or Node is missing. Needs dist/ (npm run build).
+"""
+import json
+import os
+import shutil
+import subprocess
+import sys
+import time
+import urllib.request
+
+HERE = os.path.dirname(os.path.abspath(__file__))
+sys.path.insert(0, os.path.join(HERE, "..", "..", "..", "..", "tests", "studio"))
+from browser import CTRL, SHIFT, Browser, find_browser  # noqa: E402
+
+PICTURES = None
+
+
+class Server:
+    def __init__(self, *arguments):
+        self.process = subprocess.Popen(["node", os.path.join(HERE, "mock_server.mjs"), *arguments], stdout=subprocess.PIPE, text=True)
+        self.address = self.process.stdout.readline().strip()
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.process.kill()
+        self.process.wait()
+        self.process.stdout.close()
+
+    def get(self, path):
+        with urllib.request.urlopen(self.address + path, timeout=20) as answer:
+            return json.load(answer)
+
+    def received(self, action):
+        return [r for r in self.get("mock/received") if r.get("action") == action or action in r]
+
+
+def picture(browser, name):
+    if PICTURES:
+        os.makedirs(PICTURES, exist_ok=True)
+        browser.screenshot(os.path.join(PICTURES, name + ".png"))
+
+
+def check(condition, words):
+    if not condition:
+        raise AssertionError(words)
+
+
+def open_page(browser, server, ready="window.studio && studio.ready"):
+    browser.open(server.address)
+    browser.until(ready)
+    browser.frame()
+
+
+def place(browser, pane, across=0.5, down=0.5):
+    box = browser.js(f"studio.pane('{pane}')")
+    return box["left"] + across * box["width"], box["top"] + down * box["height"]
+
+
+def done(browser, object_number=0):
+    browser.until(f"studio.state.objects[{object_number}]?.measures && !studio.state.job", 20)
+    browser.frame()
+
+
+def voxel(index_to_world, point):
+    """Index of a point: Cramer's rule, so that nothing of the page is used."""
+    m = [row[:3] for row in index_to_world[:3]]
+    right = [p - row[3] for p, row in zip(point, index_to_world)]
+
+    def det(a):
+        return (a[0][0] * (a[1][1] * a[2][2] - a[1][2] * a[2][1]) - a[0][1] * (a[1][0] * a[2][2] - a[1][2] * a[2][0])
+                + a[0][2] * (a[1][0] * a[2][1] - a[1][1] * a[2][0]))
+
+    return [det([[right[r] if c == k else m[r][c] for c in range(3)] for r in range(3)]) / det(m) for k in range(3)]
+
+
+def clicks_land_in_the_voxel_that_is_seen(browser):
+    """Six clicks on each kind of affine: the grey seen under the mouse is that of the voxel which the program is told."""
+    for affine in ("plain", "oblique", "sheared", "mirrored", "anisotropic"):
+        with Server("--affine", affine, "--size", "48") as server:
+            open_page(browser, server)
+            if browser.js("document.getElementById('smooth').checked"):
+                browser.press("#smooth")
+            browser.key("x")  # without the crosshair's lines
+            if browser.js("!document.getElementById('hint').hidden"):
+                browser.press("#hint-close")
+            if affine == "oblique":
+                browser.key("r")  # neurological from here on
+            browser.frame()
+            state = server.get("api/state")
+            low, high = state["volume"]["window"]
+            for pane, across, down, modifiers in (("axial", .55, .45, 0), ("axial", .42, .61, SHIFT), ("coronal", .5, .37, 0),
+                                                  ("coronal", .61, .58, SHIFT), ("sagittal", .44, .56, 0), ("sagittal", .63, .42, SHIFT)):
+                x, y = (round(v) for v in place(browser, pane, across, down))
+                # Outlines and marks of earlier clicks must not be what is seen.
+                for o in server.get("api/state")["objects"]:
+                    if o["id"] not in browser.js("studio.view.hidden"):
+                        browser.key("h")
+                browser.hover(x, y)
+                browser.frame()
+                time.sleep(0.1)
+                seen = browser.pixel(x, y)
+                count = len(server.received("click"))
+                browser.click(x + 0.5, y + 0.5, modifiers)
+                browser.until(f"studio.state.objects[0]?.clicks.length === {count + 1}")
+                sent = server.received("click")[-1]
+                index = voxel(state["volume"]["index_to_world"], sent["point"])
+                nearest = [round(v) for v in index]
+                value = server.get("mock/value?voxel=" + ",".join(map(str, nearest)))
+                expected = 255 * (min(max(value, low), high) - low) / (high - low)
+                check(seen[0] == seen[1] == seen[2], f"{affine} {pane}: something covers the slice: {seen}")
+                check(abs(seen[0] - expected) <= 3, f"{affine} {pane}: {seen[0]} is seen, voxel {nearest} ({index}) has {expected:.0f}")
+                check(sent["side"] == ("outside" if modifiers else "inside"), f"{affine} {pane}: side {sent['side']}")
+                told = browser.js("document.getElementById('position').textContent")
+                check(f"voxel{nearest[0]}, {nearest[1]}, {nearest[2]}" in told, f"{affine} {pane}: {nearest}, but the status line says {told}")
+
+
+def clicking_dragging_deleting_and_undoing(browser):
+    with Server() as server:
+        open_page(browser, server)
+        browser.press("#hint-close")
+        x, y = place(browser, "axial")
+        before = browser.js("studio.framesShown")
+        started = time.time()
+        browser.click(x, y)
+        browser.until("studio.framesShown > %d" % before)
+        first = time.time() - started
+        done(browser)
+        frames = browser.js("studio.framesShown") - before
+        check(frames >= 5, f"{frames} frames in a second of evolution")
+        print(f"    first outline after {first:.2f} s, {frames} frames")
+        picture(browser, "evolved")
+        check(browser.js("studio.surfaces[0].arrays") == 2, "deviation and edge strength have come")
+
+        browser.key("o")
+        x2, y2 = place(browser, "axial", .75, .5)
+        browser.click(x2, y2)
+        browser.until("studio.state.objects[0].clicks.length === 2")
+        check(server.received("click")[-1]["side"] == "outside", "the outside tool")
+        browser.click(*place(browser, "axial", .5, .62), modifiers=SHIFT)
+        browser.until("studio.state.objects[0].clicks.length === 3")
+        check(server.received("click")[-1]["side"] == "inside", "Shift turns the outside tool round")
+        done(browser)
+        browser.key("c")
+        browser.click(*place(browser, "axial", .5, .5))
+        browser.frame()
+        check(len(server.received("click")) == 3, "the crosshair's tool only looks")
+        browser.key("i")
+
+        point = browser.js("studio.state.objects[0].clicks[1].point")
+        start = browser.js(f"studio.position('axial', {json.dumps(point)})")
+        check(abs(start[0] - x2) < 1.5 and abs(start[1] - y2) < 1.5, f"the click is drawn where it was made: {start}")
+        end = (start[0] + 25, start[1] - 30)
+        expected = browser.js(f"studio.world('axial', {end[0]}, {end[1]})")
+        browser.drag(start, end, steps=5, release=False)
+        browser.frame()
+        picture(browser, "drag")
+        browser.mouse("mouseReleased", *end, "left", buttons=0, clickCount=1)
+        browser.until("studio.state.objects[0].clicks[1].point[0] !== %r" % point[0])
+        moved = server.received("move_click")[-1]
+        check(moved["index"] == 1, "the click that was dragged")
+        check(max(abs(a - b) for a, b in zip(moved["point"], expected)) < 1.5, f"{moved['point']} for {expected}")
+        check(len(server.received("click")) == 3, "a drag is no click")
+        done(browser)
+
+        browser.drag((start[0], start[1] + 60), (start[0] - 40, start[1] + 90))
+        browser.drag(end, (end[0] + 9, end[1]), release=False)
+        browser.key("Escape")
+        browser.mouse("mouseReleased", end[0] + 9, end[1], "left", buttons=0, clickCount=1)
+        check(len(server.received("move_click")) == 1, "Esc gives a drag up")
+
+        browser.click(*end)
+        browser.frame()
+        check(browser.js("studio.view.click?.index") == 1, "a click on a click selects it")
+        picture(browser, "selected")
+        browser.key("Delete")
+        browser.until("studio.state.objects[0].clicks.length === 2")
+        check(server.received("delete_click")[-1]["index"] == 1, "Delete takes the selected click")
+        browser.key("z", CTRL)
+        browser.until("studio.state.objects[0].clicks.length === 3")
+        browser.key("Z", CTRL | SHIFT)
+        browser.until("studio.state.objects[0].clicks.length === 2")
+        browser.press("#undo")
+        browser.until("studio.state.objects[0].clicks.length === 3")
+        browser.press(".click:last-child .icon-button")
+        browser.until("studio.state.objects[0].clicks.length === 2")
+        done(browser)
+
+        browser.press("#undo")
+        browser.until("studio.state.job !== null")
+        browser.key("Escape")
+        browser.until("studio.state.job === null")
+        check(server.received("stop"), "Esc stops")
+        browser.until("studio.state.objects[0].outcome === 'stopped'")
+        browser.key("g")
+        browser.until("studio.state.objects[0].outcome === 'converged'")
+
+
+def the_view_moves_by_mouse_and_keyboard(browser):
+    with Server("--ct") as server:
+        open_page(browser, server)
+        x, y = place(browser, "axial", .5, .4)
+        z = browser.js("studio.crosshair[2]")
+        browser.wheel(x, y, -100)
+        browser.until("studio.crosshair[2] > %r" % (z + 1))
+        check(abs(browser.js("studio.crosshair[2]") - z - 1.5) < 1e-3, "a notch of the wheel is one slice")
+        browser.wheel(x, y, 100)
+        browser.until("Math.abs(studio.crosshair[2] - %r) < 1e-3" % z)
+        under = browser.js(f"studio.world('axial', {x}, {y})")
+        browser.wheel(x, y, -300, CTRL)
+        browser.frame()
+        after = browser.js(f"studio.world('axial', {x}, {y})")
+        check(max(abs(a - b) for a, b in zip(under, after)) < 1e-6, "zooming keeps the point under the mouse")
+        check(browser.js(f"studio.world('axial', {x + 50}, {y})[0]") != under[0] - 50, "and zooms")
+        browser.drag((x, y), (x + 40, y + 30), button="middle")
+        browser.frame()
+        moved = browser.js(f"studio.world('axial', {x + 40}, {y + 30})")
+        check(max(abs(a - b) for a, b in zip(under, moved)) < 1e-6, "the picture follows the middle drag")
+        browser.key("0")
+        width = float(browser.js("document.getElementById('window-width').value"))
+        browser.drag((x, y), (x + 100, y), button="right")
+        check(float(browser.js("document.getElementById('window-width').value")) > 1.3 * width, "a right drag widens the window")
+        check(browser.js("document.getElementById('window-preset').value") == "own", "by hand")
+        picture(browser, "window")
+        browser.key("w")
+        for name, level, wide in (("soft", 40, 400), ("bone", 500, 2000), ("lung", -600, 1500), ("brain", 40, 80)):
+            browser.js(f"(() => {{ const s = document.getElementById('window-preset'); s.value = '{name}'; s.dispatchEvent(new Event('change')); }})()")
+            got = [float(browser.js(f"document.getElementById('window-{k}').value")) for k in ("level", "width")]
+            check(got == [level, wide], f"{name}: {got}")
+        check(not server.received("click"), "none of this was a click")
+
+        browser.key("r")
+        check(browser.js("studio.view.radiological") is False, "neurological")
+        left, right = (browser.js(f"studio.world('axial', {x + d}, {y})[0]") for d in (-50, 50))
+        check(left < right, "the patient's left is on the left")
+        browser.key("r")
+        left, right = (browser.js(f"studio.world('axial', {x + d}, {y})[0]") for d in (-50, 50))
+        check(left > right, "the patient's right is on the left")
+
+        browser.click(*place(browser, "coronal"), modifiers=CTRL)
+        here = browser.js("studio.crosshair")
+        browser.key("ArrowUp")
+        check(browser.js("studio.crosshair[2]") > here[2], "up in the coronal slice is superior")
+        browser.key("PageUp")
+        check(browser.js("studio.crosshair[1]") != here[1], "Page Up goes through the slices")
+        browser.key("2")
+        check(browser.js("studio.view.maximised") == "coronal", "enlarged")
+        browser.frame()
+        check(browser.js("studio.pane('coronal').width") > 900, "the pane has the whole stage")
+        picture(browser, "enlarged")
+        browser.key("2")
+        browser.key("Enter")
+        browser.until("studio.state.objects[0]?.clicks.length === 1")
+        here = browser.js("studio.crosshair")
+        sent = server.received("click")[-1]["point"]
+        check(max(abs(a - b) for a, b in zip(here, sent)) < 1e-6, "Enter clicks at the crosshair")
+        done(browser)
+
+
+def objects_and_proposals(browser):
+    with Server() as server:
+        open_page(browser, server)
+        browser.click(*place(browser, "axial"))
+        done(browser)
+        browser.until("document.querySelectorAll('.candidate').length === 3")
+        browser.press(".candidate:nth-child(2)")
+        browser.until("studio.state.objects[0].candidates[1]?.chosen")
+        check(server.received("choose")[-1]["number"] == 2, "a proposal is taken")
+        browser.press("#add-object")
+        browser.until("studio.state.objects.length === 2")
+        check(browser.js("studio.view.active") == 2, "a new object is the active one")
+        browser.click(*place(browser, "coronal", .33, .4))
+        browser.until("studio.state.objects[1].clicks.length === 1")
+        check(len(browser.js("studio.state.objects[0].clicks")) == 1, "clicks belong to the active object")
+        done(browser, 1)
+        browser.press(".object:nth-child(2) .name")
+        browser.js("document.activeElement.select()")
+        browser.type("left kidney")
+        browser.key("Enter")
+        browser.until("studio.state.objects[1].name === 'left kidney'")
+        browser.js("(() => { const c = document.querySelector('.object:nth-child(2) input[type=color]'); c.value = '#00ccaa';"
+                   " c.dispatchEvent(new Event('change')); })()")
+        browser.until("studio.state.objects[1].colour === '#00ccaa'")
+        browser.js("(() => { const s = document.querySelector('.mesh-colour select'); s.value = 'deviation'; s.dispatchEvent(new Event('change')); })()")
+        browser.until("document.querySelector('.legend')")
+        browser.js("new Promise(r => setTimeout(r, 900))")
+        picture(browser, "objects")
+        place_of = browser.js("studio.state.objects[1].verdict.place")
+        browser.press("[data-key=place]")
+        browser.frame()
+        here = browser.js("studio.crosshair")
+        check(max(abs(a - b) for a, b in zip(here, place_of)) <= 0.751, f"looks at {here} for {place_of}")
+        browser.press(".object:nth-child(1) .icon-button")
+        check(browser.js("studio.view.hidden") == [1], "hidden")
+        browser.press("[data-key=copy]")
+        browser.until("document.getElementById('notice').textContent.startsWith('Copied: surfseg replay')")
+        browser.press(".object:nth-child(2) .icon-button:last-child")
+        browser.until("studio.state.objects.length === 1")
+        browser.js("(() => { const s = document.querySelector('.mesh-colour select'); s.value = 'object'; s.dispatchEvent(new Event('change')); })()")
+
+
+def options_are_applied_together(browser):
+    with Server() as server:
+        open_page(browser, server)
+        browser.click(*place(browser, "axial"))
+        done(browser)
+        browser.press("#tab-options")
+        check(browser.js("document.getElementById('apply-options').disabled"), "nothing to apply yet")
+        browser.press("#option-edge_length_mm")
+        browser.type("1.5")
+        browser.js("(() => { const s = document.getElementById('option-topology'); s.value = 'fixed'; s.dispatchEvent(new Event('change')); })()")
+        browser.press("[data-key=add-energy]")
+        browser.press("[data-key=energy0-lambda]")
+        browser.type("2")
+        picture(browser, "options")
+        check(not server.received("set_options"), "edits are a draft")
+        browser.press("#apply-options")
+        browser.until("studio.state.objects[0].options.edge_length_mm === 1.5")
+        check(server.received("set_options")[-1]["options"] == {"edge_length_mm": 1.5, "topology": "fixed", "energies": ["minimal-surface:lambda=2"]},
+              f"{server.received('set_options')[-1]}")
+        done(browser)
+        browser.js("(() => { const i = document.getElementById('option-edge_length_mm'); i.value = '-1'; i.dispatchEvent(new Event('input')); })()")
+        browser.press("#apply-options")
+        browser.until("document.querySelector('.alert')")
+        check("expected more than 0 mm" in browser.js("document.querySelector('.alert').textContent"), "the program's own line")
+        picture(browser, "error")
+        browser.press(".alert button")
+        check(browser.js("document.querySelectorAll('.alert').length") == 0, "dismissed")
+
+
+def files_are_exported_and_overwritten_after_a_question(browser):
+    with Server() as server:
+        open_page(browser, server)
+        browser.click(*place(browser, "axial"))
+        done(browser)
+        browser.key("e")
+        browser.until("document.getElementById('export').open")
+        picture(browser, "export")
+        check(browser.js("document.getElementById('export-name').value") == "object-1.stl", "a name is proposed")
+        browser.press("#export-go")
+        browser.until("document.querySelector('.result.good')")
+        check(server.received("export")[-1]["export"] == dict(what="surface", object=1, format="stl", space="lps", name="object-1.stl", overwrite=False),
+              "the request")
+        browser.press("#export-go")
+        browser.until("document.querySelector('.result.bad')")
+        check(browser.js("document.getElementById('export-go').textContent") == "Overwrite", "asks first")
+        picture(browser, "overwrite")
+        browser.press("#export-go")
+        browser.until("document.querySelector('.result.good')")
+        check(server.received("export")[-1]["export"]["overwrite"] is True, "overwritten after the question")
+        browser.press("[data-key=kind-labels]")
+        check(browser.js("document.getElementById('export-name').value") == "object-1-labels.nii.gz", "the label map's name")
+        browser.js("document.getElementById('export-name').value = '../a.nii.gz'; document.getElementById('export-name').dispatchEvent(new Event('input'))")
+        browser.press("#export-go")
+        browser.until("document.querySelector('.result.bad')")
+        check("without a folder" in browser.js("document.querySelector('.result').textContent"), "the program's own line")
+        browser.key("Escape")
+        browser.until("!document.getElementById('export').open")
+        check(not server.received("stop"), "Esc closed the dialog only")
+
+
+def files_are_listed_where_no_volume_is_open(browser):
+    with Server("--closed") as server:
+        open_page(browser, server, "window.studio && studio.state")
+        browser.until("!document.getElementById('files').hidden")
+        picture(browser, "files")
+        browser.press("#files-filter")
+        browser.type("07")
+        browser.until("document.querySelectorAll('#files-list .path').length === 3")
+        browser.press("#files-list ul button")
+        browser.until("studio.ready")
+        check(server.received("open")[-1] == {"action": "open", "path": "dicom/patient-07", "series": "3"}, "a series is opened")
+        browser.press("#open-files")
+        browser.until("!document.getElementById('files').hidden")
+        browser.key("Escape")
+        browser.until("document.getElementById('files').hidden")
+
+
+def errors_and_a_lost_connection_are_told(browser):
+    server = Server()
+    try:
+        open_page(browser, server)
+        server.get("mock/error")
+        browser.until("document.querySelector('.alert')")
+        check(browser.js("document.querySelector('.alert').getAttribute('role')") == "alert", "told to screen readers")
+        check("no space left on device" in browser.js("document.querySelector('.alert').textContent"), "the line")
+        browser.press(".alert button")
+        server.get("mock/cut")
+        browser.until("!studio.connected")
+        browser.until("studio.connected", 10)
+        port = server.address.split(":")[2].strip("/")
+        server.__exit__()
+        browser.until("!document.getElementById('lost').hidden")
+        picture(browser, "lost")
+        server = Server("--port", port)
+        browser.until("studio.connected && studio.ready", 20)
+    finally:
+        server.__exit__()
+
+
+def dark_light_help_and_no_foreign_requests(browser):
+    with Server() as server:
+        browser.colour_scheme("dark")
+        browser.js("localStorage.clear()")
+        open_page(browser, server)
+        check(browser.js("document.documentElement.dataset.theme") == "dark", "as the system has it")
+        check(not browser.js("document.getElementById('hint').hidden"), "the hint is shown once")
+        picture(browser, "dark")
+        browser.press("#hint-close")
+        browser.colour_scheme("light")
+        browser.until("document.documentElement.dataset.theme === 'light'")
+        browser.key("t")
+        check(browser.js("document.documentElement.dataset.theme") == "dark", "chosen")
+        browser.key("?")
+        browser.until("document.getElementById('help').open")
+        picture(browser, "help")
+        browser.key("Escape")
+        open_page(browser, server)
+        check(browser.js("document.documentElement.dataset.theme") == "dark", "the choice lasts")
+        check(browser.js("document.getElementById('hint').hidden"), "the hint does not come again")
+        nameless = browser.js("""[...document.querySelectorAll('button, input, select')].filter(e => !e.textContent.trim() && !e.getAttribute('aria-label')
+            && !e.labels?.length).map(e => e.outerHTML)""")
+        check(not nameless, f"controls without a name: {nameless}")
+        foreign = [u for u in browser.requests() if not u.startswith(("http://127.0.0.1:", "data:", "blob:", "about:"))]
+        check(not foreign, f"{foreign}")
+
+
+TESTS = [clicks_land_in_the_voxel_that_is_seen, clicking_dragging_deleting_and_undoing, the_view_moves_by_mouse_and_keyboard,
+         objects_and_proposals, options_are_applied_together, files_are_exported_and_overwritten_after_a_question,
+         files_are_listed_where_no_volume_is_open, errors_and_a_lost_connection_are_told, dark_light_help_and_no_foreign_requests]
+
+
+def main():
+    global PICTURES
+    arguments = sys.argv[1:]
+    if "--screenshots" in arguments:
+        k = arguments.index("--screenshots")
+        PICTURES = arguments[k + 1]
+        del arguments[k:k + 2]
+    if not find_browser() or not shutil.which("node"):
+        print("page_test: skipped, Chromium or Node is missing")
+        return 77
+    failed = 0
+    for test in TESTS:
+        if arguments and test.__name__ not in arguments:
+            continue
+        started = time.time()
+        with Browser() as browser:
+            try:
+                test(browser)
+                log = [line for line in browser.log().splitlines() if "exception" in line or "Content Security Policy" in line]
+                check(not log, "the console says: " + "; ".join(log))
+                print(f"passed  {test.__name__.replace('_', ' ')} ({time.time() - started:.1f} s)", flush=True)
+            except Exception as error:
+                failed += 1
+                picture(browser, "failed-" + test.__name__)
+                print(f"FAILED  {test.__name__.replace('_', ' ')}: {error}\n{browser.log()}", flush=True)
+    return 1 if failed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
