@@ -32,6 +32,7 @@ surf::segment::Options<3> typed_options(std::vector<std::string> words, double c
   RunArguments arguments;
   CLI::App command{"", "segment"};
   command.set_help_flag();
+  add_start_options(command, arguments, kVolumeWords);
   add_run_options(command, arguments, kVolumeWords);
   add_preset_option(command, arguments.preset, "");
   check_names(command, words);
@@ -46,6 +47,8 @@ surf::segment::Options<3> typed_options(std::vector<std::string> words, double c
   } catch (const CLI::ParseError& error) {
     throw surf::UsageError(error.what());
   }
+  if (!arguments.seeds.empty() || !arguments.outside.empty() || !arguments.boxes.empty())
+    throw surf::UsageError("--seed, --outside, --box: clicks and boxes are given apart from options");
   check_run_arguments(command, arguments, kVolumeWords);
   surf::segment::Options<3> out;
   set_run_options<3>(command, arguments, cell_mm, out);

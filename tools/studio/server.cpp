@@ -174,9 +174,10 @@ struct Server::Impl {
     const auto state = dialogue.state();
     for (const ObjectState& object : state->objects) {
       const auto& proposals = object.object.result->proposals;
-      if (object.id == id && number >= 0 && std::size_t(number) < proposals.size())
-        return response.set_content(surface_bytes(proposals[std::size_t(number)].shape, 0, nullptr),
-                                    "application/octet-stream");
+      if (object.id == id && number >= 1 && std::size_t(number) <= proposals.size())
+        return response.set_content(
+            surface_bytes(proposals[std::size_t(number) - 1].shape, 0, nullptr),
+            "application/octet-stream");
     }
     throw Refusal{404, fmt::format("object {} has no proposal {}", id, number)};
   }
@@ -262,7 +263,9 @@ struct Server::Impl {
     } else if (action == "delete_click") {
       dialogue.delete_click(object(), index());
     } else if (action == "choose") {
-      dialogue.choose(object(), request.at("number").get<std::size_t>());
+      const int number = request.at("number").get<int>();
+      if (number < 1) throw Refusal{400, "number: expected 1 or more"};
+      dialogue.choose(object(), std::size_t(number - 1));
     } else if (action == "set_options") {
       const ordered_json changes = request.at("options");
       dialogue.set_options(object(),
@@ -366,6 +369,11 @@ Server::Server(Dialogue& dialogue, int port, const std::string& version)
   http.set_read_timeout(5, 0);
   http.set_write_timeout(10, 0);
   http.set_tcp_nodelay(true);
+  // The library's own choice would let another program listen on the same port.
+  http.set_socket_options([](socket_t socket) {
+    const int yes = 1;
+    setsockopt(socket, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
+  });
   http.set_default_headers(kHeaders);
   impl_->add_routes();
   if (port == 0)

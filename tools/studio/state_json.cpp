@@ -74,7 +74,7 @@ ordered_json to_json(const ObjectState& state) {
                       {"side", click.side == Side::kInside ? "inside" : "outside"}});
   ordered_json candidates = ordered_json::array();
   for (std::size_t n = 0; n < result.proposals.size(); ++n)
-    candidates.push_back({{"number", n},
+    candidates.push_back({{"number", n + 1},
                           {"words", to_string(result.proposals[n])},
                           {"score", result.proposals[n].score},
                           {"volume_ml", result.proposals[n].enclosed / 1000},
@@ -96,9 +96,10 @@ ordered_json to_json(const ObjectState& state) {
                       {"can_redo", state.can_redo},
                       {"undo_words", state.undo_words}};
   if (state.measures) out["measures"] = measures_to_json(*state.measures, result.certainty);
+  const std::string text = result.verdict ? result.verdict->text() : "";  // "check: right in ..."
   if (result.verdict && state.measures)
     out["verdict"] = {{"trust", to_string(result.verdict->trust)},
-                      {"words", result.verdict->text()},
+                      {"words", text.substr(text.find(": ") + 2)},
                       {"place", to_json(result.verdict->place_mm)}};
   return out;
 }

@@ -132,7 +132,7 @@ Display display_of(const Volume& volume) {
     std::nth_element(values.begin(), at, values.end());
     return double(*at);
   };
-  out.window = {quantile(0.02), quantile(0.98)};
+  out.window = {quantile(0.005), quantile(0.995)};
   if (!(out.window[1] > out.window[0])) out.window = {range[0], range[1]};
   if (out.is_ct) out.window = kSoftTissue;
   const double bytes = 2.0 * double(volume.n_voxels());

@@ -26,7 +26,7 @@ class Propose : public Stage<Dim> {
           "no region of like intensities round the clicks stands out from what surrounds it";
     }
     if (work.is_stopped()) {
-      report.outcome = work.proposals.empty() ? Outcome::kNoObject : Outcome::kStopped;
+      report.outcome = Outcome::kStopped;
       report.message = "interrupted while regions were looked for";
     }
     report.seconds =

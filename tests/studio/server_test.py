@@ -1,0 +1,406 @@
+#!/usr/bin/python3
+"""surfseg studio's server: what it does, and whom it refuses. No browser."""
+import http.client
+import json
+import os
+import shutil
+import signal
+import socket
+import subprocess
+import threading
+import time
+import unittest
+
+from studio import Studio, folder_with
+
+BALLS = ("balls.nii.gz", "separate-balls", "--size", "40", "--noise", "0.05")
+LEFT, RIGHT = (-0.5, 0, 0), (0.5, 0, 0)
+
+
+def replay(folder, recipe, *words):
+    subprocess.run([os.environ["SURFSEG_PROGRAM"], "replay", recipe, *words], cwd=folder, check=True,
+                   capture_output=True)
+
+
+def content(folder, name):
+    with open(os.path.join(folder, name), "rb") as file:
+        return file.read()
+
+
+class WithStudio(unittest.TestCase):
+    phantoms = [BALLS]
+    words = ["balls.nii.gz"]
+
+    def setUp(self):
+        self.folder = folder_with(*self.phantoms)
+        self.studio = Studio(self.folder, *self.words)
+        if self.words and self.words[0] != ".":
+            self.studio.until(lambda s: s["volume"] and s["job"] is None)
+
+    def tearDown(self):
+        self.studio.end()
+        shutil.rmtree(self.folder)
+
+
+class Dialogue(WithStudio):
+    def test_clicks_make_and_mend_a_surface_that_is_exported(self):
+        self.studio.click(LEFT)
+        one = self.studio.idle()["objects"][0]
+        self.assertEqual(one["outcome"], "converged")
+        self.assertTrue(one["measures"]["passed"])
+        self.studio.click(RIGHT)
+        two = self.studio.idle()["objects"][0]
+        self.assertAlmostEqual(two["measures"]["volume_ml"] / one["measures"]["volume_ml"], 2, delta=0.05)
+        self.studio.click((0, 0, 0), "outside")
+        self.assertEqual(len(self.studio.idle()["objects"][0]["clicks"]), 3)
+        for what, name in (("surface", "balls.stl"), ("surface", "balls.vtp"), ("labels", "labels.nii.gz"),
+                           ("recipe", "balls.json"), ("measures", "balls.csv"), ("picture", "balls.png")):
+            self.assertEqual(self.studio.export(what=what, object=1, name=name)["bytes"],
+                             os.path.getsize(os.path.join(self.folder, name)))
+        replay(self.folder, "balls.json", "-o", "again.stl", "--mask", "again.nii.gz")
+        replay(self.folder, "balls.json", "-o", "again.vtp")
+        self.assertEqual(content(self.folder, "balls.stl"), content(self.folder, "again.stl"))
+        self.assertEqual(content(self.folder, "balls.vtp"), content(self.folder, "again.vtp"))
+        self.assertEqual(content(self.folder, "labels.nii.gz"), content(self.folder, "again.nii.gz"))
+        self.assertEqual(len(content(self.folder, "balls.csv").splitlines()), 2)
+        command = json.loads(self.studio.get("/api/command?object=1"))["text"]
+        subprocess.run(command, shell=True, check=True, cwd=self.folder, capture_output=True,
+                       env={**os.environ, "PATH": os.path.dirname(os.environ["SURFSEG_PROGRAM"]) + ":" + os.environ["PATH"]})
+        self.assertEqual(content(self.folder, "object 1.stl"), content(self.folder, "balls.stl"))
+
+    def test_undo_takes_back_one_act_with_what_it_set_off(self):
+        self.studio.click(LEFT)
+        one = self.studio.idle()["objects"][0]
+        self.studio.click(RIGHT)
+        two = self.studio.idle()["objects"][0]
+        self.assertEqual(two["undo_words"], "inside click")
+        self.studio.do("undo", object=1)
+        undone = self.studio.idle()["objects"][0]
+        self.assertEqual(undone["measures"], one["measures"])
+        self.assertEqual(undone["clicks"], one["clicks"])
+        self.assertTrue(undone["can_redo"])
+        self.studio.do("redo", object=1)
+        self.assertEqual(self.studio.idle()["objects"][0]["measures"], two["measures"])
+        self.studio.do("move_click", object=1, index=1, point=[0.5, 0.1, 0])
+        moved = self.studio.idle()["objects"][0]
+        self.assertEqual([c["point"] for c in moved["clicks"]], [list(LEFT), [0.5, 0.1, 0]])
+        self.studio.do("undo", object=1)
+        self.assertEqual(self.studio.state()["objects"][0]["clicks"], two["clicks"])
+        self.studio.do("redo", object=1)
+        self.assertEqual(self.studio.state()["objects"][0]["clicks"], moved["clicks"])
+        self.studio.do("delete_click", object=1, index=1)
+        self.assertEqual(len(self.studio.idle()["objects"][0]["clicks"]), 1)
+        for _ in range(10):
+            self.studio.do("undo", object=1)
+        empty = self.studio.state()["objects"][0]
+        self.assertEqual((empty["clicks"], empty["can_undo"], empty["has_surface"]), ([], False, False))
+
+    def test_a_newer_click_supersedes_what_is_computed(self):
+        self.studio.click(LEFT)
+        self.studio.until(lambda s: s["job"] is not None)
+        self.studio.click(RIGHT)
+        both = self.studio.idle()["objects"][0]
+        self.assertEqual(len(both["clicks"]), 2)
+        self.studio.export(what="recipe", name="both.json")
+        done = [a["do"] for a in json.loads(content(self.folder, "both.json"))["objects"][0]["history"]]
+        self.assertEqual(done, ["click", "click", "evolve"], "no trace of what was superseded")
+
+    def test_stop_keeps_the_surface_so_far(self):
+        self.studio.click(LEFT)
+        self.studio.until(lambda s: s["job"] and s["job"]["what"] == "evolve")
+        for _ in range(2000):
+            if b'"frame":0' not in self.studio.get("/api/state").replace(b" ", b""):
+                break
+            status, _, _ = self.studio.request("GET", "/api/surface?object=1")
+            if status == 200:
+                break
+        self.studio.do("stop")
+        state = self.studio.until(lambda s: s["job"] is None)
+        self.assertIn(state["objects"][0]["outcome"], ("interrupted", "converged"))
+        self.studio.do("evolve", object=1)
+        self.assertEqual(self.studio.idle()["objects"][0]["outcome"], "converged")
+
+    def test_options_presets_and_proposals(self):
+        self.studio.click(LEFT)
+        fine = self.studio.idle()["objects"][0]
+        self.studio.do("set_options", object=1, options={"edge_length_mm": 0.2, "fill_cavities": True})
+        coarse = self.studio.idle()["objects"][0]
+        self.assertLess(coarse["measures"]["triangles"], fine["measures"]["triangles"])
+        self.assertEqual(coarse["options"], {"edge_length_mm": 0.2, "fill_cavities": True})
+        self.studio.do("set_options", object=1, options={"edge_length_mm": None})
+        self.assertEqual(self.studio.idle()["objects"][0]["options"], {"fill_cavities": True})
+        for options in ({"no": 1}, {"edge_length_mm": "2"}, {"coarseness": 0}, {"topology": "odd"},
+                        {"energies": ["no-such"]}):
+            answer = self.studio.do("set_options", 400, object=1, options=options)
+            self.assertNotIn("\n", answer["error"])
+        self.studio.do("choose", object=1, number=1)
+        self.studio.idle()
+        self.studio.do("choose", 400, object=1, number=99)
+        self.studio.do("choose", 400, object=1, number=0)
+        self.studio.do("preset", object=1, name="kidney-ct")
+        self.studio.do("preset", 400, object=1, name="no-such")
+        described = json.loads(self.studio.get("/api/options"))
+        self.assertIn("minimal-surface", [e["name"] for e in described["energies"]])
+
+    def test_objects_do_not_overlap(self):
+        self.studio.do("rename", object=1, name="left")
+        self.studio.click(LEFT)
+        self.studio.do("add_object", name="right")
+        self.studio.do("recolour", object=2, colour="#00ff80")
+        self.studio.click(RIGHT, object=2)
+        state = self.studio.idle()
+        self.assertEqual([(o["name"], len(o["clicks"])) for o in state["objects"]], [("left", 1), ("right", 1)])
+        self.assertEqual(state["objects"][1]["colour"], "#00ff80")
+        self.studio.do("rename", 400, object=2, name="left")
+        self.studio.do("recolour", 400, object=2, colour="green")
+        self.studio.export(what="labels", name="both.nii.gz")
+        self.studio.export(what="surface", object=2, name="right.stl")
+        self.studio.do("remove_object", object=1)
+        self.assertEqual([o["name"] for o in self.studio.state()["objects"]], ["right"])
+
+    def test_surfaces_are_bytes(self):
+        self.studio.click(LEFT)
+        measures = self.studio.idle()["objects"][0]["measures"]
+        body = self.studio.get("/api/surface?object=1")
+        vertices, triangles, arrays, frame = (int.from_bytes(body[4 * k:4 * k + 4], "little") for k in range(4))
+        self.assertEqual((vertices, triangles), (measures["vertices"], measures["triangles"]))
+        self.assertEqual((arrays, frame), (2, 0))
+        self.assertEqual(len(body), 16 + 12 * vertices + 12 * triangles + 8 * vertices)
+        self.assertGreater(len(self.studio.get("/api/candidate?object=1&number=1")), 1000)
+        for path in ("/api/surface?object=9", "/api/candidate?object=1&number=99"):
+            self.assertEqual(self.studio.request("GET", path)[0], 404)
+        self.assertEqual(self.studio.request("GET", "/api/surface?object=x")[0], 400)
+
+
+class Refusals(WithStudio):
+    def test_clicks_that_cannot_be(self):
+        self.studio.click((50, 0, 0), expect=400)
+        self.studio.click(LEFT)
+        self.studio.click(LEFT, "outside", expect=400)
+        self.studio.click(LEFT, object=7, expect=400)
+        for body in ({}, {"action": "fly"}, {"action": "click"}, {"action": "click", "object": "1", "point": LEFT, "side": "inside"},
+                     {"action": "click", "object": 1, "point": [0, 0], "side": "inside"},
+                     {"action": "click", "object": 1, "point": [0, 0, 0], "side": "both"},
+                     {"action": "delete_click", "object": 1, "index": 99}, {"action": "open", "path": "../balls.nii.gz"},
+                     {"action": "open", "path": "/etc/passwd"}):
+            status, answer, _ = self.studio.request("POST", "/api/do", body)
+            self.assertEqual(status, 400, body)
+            self.assertNotIn("\n", json.loads(answer)["error"])
+        self.assertEqual(self.studio.request("POST", "/api/do", "no JSON", {"Content-Type": "application/json"})[0], 400)
+        self.assertEqual(self.studio.request("POST", "/api/do", "{}", {"Content-Type": "text/plain"})[0], 415)
+
+    def test_names_of_files(self):
+        self.studio.click(LEFT)
+        self.studio.idle()
+        for name in ("../a.stl", "/tmp/a.stl", "a/b.stl", "..", ".hidden.stl", "a.exe", "a\nb.stl", "a\\b.stl", "x" * 300 + ".stl"):
+            self.assertIn("error", self.studio.export(400, what="surface", object=1, name=name))
+        os.symlink("/tmp/surfseg-elsewhere.stl", os.path.join(self.folder, "link.stl"))
+        self.studio.export(400, what="surface", object=1, name="link.stl", overwrite=True)
+        self.assertFalse(os.path.exists("/tmp/surfseg-elsewhere.stl"))
+        self.studio.export(what="surface", object=1, name="a.stl")
+        before = content(self.folder, "a.stl")
+        self.assertTrue(self.studio.export(409, what="surface", object=1, name="a.stl", space="ras")["exists"])
+        self.assertEqual(content(self.folder, "a.stl"), before)
+        self.studio.export(what="surface", object=1, name="a.stl", space="ras", overwrite=True)
+        self.assertNotEqual(content(self.folder, "a.stl"), before)
+        self.studio.export(400, what="labels", name="balls.nii.gz", overwrite=True)
+        self.studio.export(400, what="surface", object=9, name="b.stl")
+        self.studio.export(400, what="secrets", name="b.txt")
+
+    @unittest.skipIf(os.geteuid() == 0 and not os.path.exists("/dev/full"), "root writes everywhere")
+    def test_an_export_that_fails_leaves_nothing(self):
+        self.studio.click(LEFT)
+        self.studio.idle()
+        if os.geteuid() != 0:
+            os.chmod(self.folder, 0o500)
+            self.addCleanup(os.chmod, self.folder, 0o700)
+            self.assertIn("error", self.studio.export(500, what="surface", object=1, name="b.stl"))
+        os.mkdir(os.path.join(self.folder, "folder.stl")) if os.geteuid() == 0 else None
+        if os.geteuid() == 0:
+            self.assertIn("error", self.studio.export(400, what="surface", object=1, name="folder.stl"))
+
+
+class Access(WithStudio):
+    def test_who_has_no_token(self):
+        for path in ("/", "/studio.js", "/api/state", "/api/events", "/api/volume.nii.gz"):
+            self.assertEqual(self.studio.request("GET", path, token=False)[0], 401, path)
+        wrong = {"Authorization": "Bearer " + "0" * 32}
+        self.assertEqual(self.studio.request("GET", "/api/state", headers=wrong)[0], 401)
+        self.assertEqual(self.studio.request("GET", "/?token=" + "0" * 32, token=False)[0], 401)
+        self.assertEqual(self.studio.request("POST", "/api/do", {"action": "quit"}, token=False)[0], 401)
+
+    def test_the_token_becomes_a_cookie(self):
+        status, _, headers = self.studio.request("GET", "/?token=" + self.studio.token, token=False)
+        self.assertEqual((status, headers["Location"]), (302, "/"))
+        for word in ("HttpOnly", "SameSite=Strict", f"surfseg-{self.studio.port}="):
+            self.assertIn(word, headers["Set-Cookie"])
+        cookie = {"Cookie": headers["Set-Cookie"].split(";")[0]}
+        status, body, headers = self.studio.request("GET", "/", headers=cookie, token=False)
+        self.assertEqual((status, headers["Content-Encoding"]), (200, "gzip"))
+        self.assertIn("default-src 'none'", headers["Content-Security-Policy"])
+        self.assertEqual(headers["X-Content-Type-Options"], "nosniff")
+
+    def test_other_hosts_and_pages(self):
+        for headers, status in (({"Host": "evil.example"}, 421), ({"Host": f"127.0.0.1:{self.studio.port + 1}"}, 421),
+                                ({"Origin": "http://evil.example"}, 403), ({"Origin": "null"}, 403),
+                                ({"Origin": f"http://127.0.0.1:{self.studio.port}"}, 200),
+                                ({"Sec-Fetch-Site": "cross-site"}, 403), ({"Sec-Fetch-Site": "same-site"}, 403),
+                                ({"Sec-Fetch-Site": "same-origin"}, 200)):
+            self.assertEqual(self.studio.request("GET", "/api/state", headers=headers)[0], status, headers)
+
+    def test_paths_lead_nowhere_else(self):
+        for path in ("/../etc/passwd", "/%2e%2e/etc/passwd", "/..%2f..%2fetc/passwd", "/api/../../etc/passwd", "/balls.nii.gz",
+                     "/api/volume.nii.gz/../../x"):
+            status, body, _ = self.studio.request("GET", path)
+            self.assertIn(status, (400, 404), path)
+            self.assertNotIn(b"root:", body)
+
+    def test_large_bodies_and_halves(self):
+        with socket.create_connection(("127.0.0.1", self.studio.port)) as client:
+            client.sendall((f"POST /api/do HTTP/1.1\r\nHost: 127.0.0.1:{self.studio.port}\r\nAuthorization: Bearer {self.studio.token}\r\n"
+                            "Content-Type: application/json\r\nContent-Length: 1000000000\r\n\r\n{").encode())
+            client.settimeout(30)
+            self.assertIn(b"413", client.recv(100).split(b"\r\n")[0])
+        half = socket.create_connection(("127.0.0.1", self.studio.port))
+        half.sendall(b"POST /api/do HTTP/1.1\r\nHost: 127")
+        self.assertEqual(self.studio.state()["volume"]["path"], "balls.nii.gz")
+        half.close()
+
+    def test_many_streams_do_not_block_it(self):
+        streams = []
+        for _ in range(100):
+            connection = http.client.HTTPConnection("127.0.0.1", self.studio.port, timeout=30)
+            connection.request("GET", "/api/events", headers={"Authorization": f"Bearer {self.studio.token}"})
+            streams.append(connection)
+        started = time.time()
+        self.studio.click(LEFT)
+        self.studio.idle()
+        self.assertLess(time.time() - started, 60)
+        for connection in streams:
+            connection.close()
+
+    def test_two_tabs_see_the_same_and_one_may_go(self):
+        def listen(events):
+            connection = http.client.HTTPConnection("127.0.0.1", self.studio.port, timeout=60)
+            connection.request("GET", "/api/events", headers={"Authorization": f"Bearer {self.studio.token}"})
+            answer = connection.getresponse()
+            for line in answer:
+                if line.startswith(b"data: "):
+                    events.append(json.loads(line[6:]))
+                if events and "objects" in events[-1] and events[-1]["objects"][0]["has_surface"] and not events[-1]["job"]:
+                    return connection.close()
+
+        first, second = [], []
+        threads = [threading.Thread(target=listen, args=(events,)) for events in (first, second)]
+        for thread in threads:
+            thread.start()
+        gone = http.client.HTTPConnection("127.0.0.1", self.studio.port)
+        gone.request("GET", "/api/events", headers={"Authorization": f"Bearer {self.studio.token}"})
+        self.studio.until(lambda s: True)
+        self.studio.click(LEFT)
+        gone.close()
+        for thread in threads:
+            thread.join(60)
+            self.assertFalse(thread.is_alive())
+        self.assertEqual(first[-1]["objects"], second[-1]["objects"])
+        self.assertTrue(any("stage" in event for event in first), "progress is told")
+
+
+class KeptState(unittest.TestCase):
+    def test_after_a_kill_it_opens_where_it_was(self):
+        folder = folder_with(BALLS)
+        studio = Studio(folder, "balls.nii.gz")
+        studio.until(lambda s: s["volume"] and s["job"] is None)
+        studio.click(LEFT)
+        one = studio.idle()["objects"][0]
+        studio.click(RIGHT)  # killed amid its evolution
+        studio.process.send_signal(signal.SIGKILL)
+        studio.process.wait()
+        with Studio(folder, "balls.nii.gz") as again:
+            again.until(lambda s: s["volume"] and s["job"] is None)
+            state = again.state()["objects"][0]
+            self.assertEqual([c["point"] for c in state["clicks"]], [list(LEFT), list(RIGHT)])
+            again.do("undo", object=1)
+            self.assertEqual(again.idle()["objects"][0]["measures"], one["measures"])
+        studio.process.stdout.close()
+        studio.process.stderr.close()
+        shutil.rmtree(folder)
+
+    def test_a_broken_or_foreign_state_is_moved_aside(self):
+        folder = folder_with(BALLS, ("other.nii.gz", "ball", "--size", "24"))
+        with Studio(folder, "other.nii.gz") as studio:
+            studio.until(lambda s: s["volume"] and s["job"] is None)
+            studio.click((0, 0, 0))
+            studio.idle()
+        kept = os.path.join(folder, "balls.nii.gz.surfseg.json")
+        for text in (content(folder, "other.nii.gz.surfseg.json"), b"{ no JSON", b""):
+            with open(kept, "wb") as file:
+                file.write(text)
+            with Studio(folder, "balls.nii.gz") as studio:
+                state = studio.until(lambda s: s["volume"] and s["job"] is None and s["error"])
+                aside = state["error"]["text"].split()[-1]
+                self.assertEqual(content(folder, aside), text)
+                self.assertEqual(len(state["objects"]), 1)
+        shutil.rmtree(folder)
+
+    def test_a_folder_lists_what_can_be_opened(self):
+        folder = folder_with(BALLS, ("ball.nrrd", "ball", "--size", "16"))
+        with open(os.path.join(folder, "notes.txt"), "w") as file:
+            file.write("no volume")
+        with open(os.path.join(folder, "broken.nii"), "w") as file:
+            file.write("no volume")
+        with Studio(folder) as studio:
+            self.assertEqual([f["path"] for f in studio.state()["files"]], ["ball.nrrd", "balls.nii.gz", "broken.nii"])
+            studio.click(LEFT, expect=400)
+            studio.do("open", path="broken.nii")
+            state = studio.until(lambda s: s["error"] and s["job"] is None)
+            self.assertIn("broken.nii", state["error"]["text"])
+            studio.do("open", path="ball.nrrd")
+            self.assertEqual(studio.until(lambda s: s["volume"] and s["job"] is None)["volume"]["path"], "ball.nrrd")
+            studio.click((0, 0, 0))
+            studio.idle()
+            studio.do("open", path="balls.nii.gz")
+            studio.until(lambda s: s["volume"] and s["volume"]["path"] == "balls.nii.gz" and s["job"] is None)
+            studio.do("open", path="ball.nrrd.surfseg.json")
+            state = studio.until(lambda s: s["volume"] and s["volume"]["path"] == "ball.nrrd" and s["job"] is None)
+            self.assertEqual(len(state["objects"][0]["clicks"]), 1)
+        shutil.rmtree(folder)
+
+
+class Program(unittest.TestCase):
+    def run_studio(self, *words):
+        return subprocess.run([os.environ["SURFSEG_PROGRAM"], "studio", "--no-open", *words], capture_output=True, text=True, timeout=60)
+
+    def test_what_cannot_be_opened(self):
+        folder = folder_with()
+        for words, code in ((["no-such.nii"], 3), ([folder], 3), (["--port", "0", folder], 2), (["--fast"], 2)):
+            done = self.run_studio(*words)
+            self.assertEqual(done.returncode, code, done.stderr)
+            self.assertEqual(done.stderr.count("\n"), 1, done.stderr)
+        shutil.rmtree(folder)
+
+    def test_a_port_that_is_taken(self):
+        folder = folder_with(BALLS)
+        with Studio(folder) as studio:
+            done = self.run_studio("--port", str(studio.port), folder)
+            self.assertEqual(done.returncode, 2)
+            self.assertIn("taken", done.stderr)
+        shutil.rmtree(folder)
+
+    def test_ctrl_c_and_quit_end_it(self):
+        folder = folder_with(BALLS)
+        studio = Studio(folder, "balls.nii.gz")
+        studio.until(lambda s: s["volume"] and s["job"] is None)
+        studio.click(LEFT)
+        studio.process.send_signal(signal.SIGINT)
+        self.assertEqual(studio.process.wait(30), 130)
+        studio.end()
+        studio = Studio(folder)
+        studio.do("quit")
+        self.assertEqual(studio.process.wait(30), 0)
+        studio.end()
+        shutil.rmtree(folder)
+
+
+if __name__ == "__main__":
+    unittest.main(verbosity=2)

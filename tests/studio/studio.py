@@ -1,0 +1,95 @@
+"""A studio that runs in a folder of its own, and requests to it; Python alone."""
+import http.client
+import json
+import os
+import subprocess
+import tempfile
+import time
+
+
+class Studio:
+    def __init__(self, folder, *words, environment=None):
+        self.folder = folder
+        self.process = subprocess.Popen(
+            [os.environ["SURFSEG_PROGRAM"], "studio", "--no-open", *words], cwd=folder, text=True,
+            stdout=subprocess.PIPE, stderr=subprocess.PIPE, env={**os.environ, **(environment or {})})
+        self.address = self.process.stdout.readline().strip()
+        if not self.address:
+            raise RuntimeError(self.process.communicate()[1])
+        self.port = int(self.address.split(":")[2].split("/")[0])
+        self.token = self.address.split("token=")[1]
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.end()
+
+    def end(self):
+        self.process.terminate()
+        self.process.wait(20)
+        self.process.stdout.close()
+        self.process.stderr.close()
+
+    def request(self, method, path, body=None, headers=None, token=True):
+        """(status, body, headers); headers of None are left out."""
+        sent = {"Authorization": f"Bearer {self.token}"} if token else {}
+        if isinstance(body, dict):
+            body = json.dumps(body)
+            sent["Content-Type"] = "application/json"
+        sent.update(headers or {})
+        connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=60)
+        try:
+            connection.request(method, path, body, {k: v for k, v in sent.items() if v is not None})
+            answer = connection.getresponse()
+            return answer.status, answer.read(), dict(answer.getheaders())
+        finally:
+            connection.close()
+
+    def get(self, path):
+        status, body, _ = self.request("GET", path)
+        assert status == 200, (path, status, body)
+        return body
+
+    def do(self, action, expect=200, **what):
+        status, body, _ = self.request("POST", "/api/do", {"action": action, **what})
+        assert status == expect, (action, what, status, body)
+        return json.loads(body)
+
+    def export(self, expect=200, **what):
+        status, body, _ = self.request("POST", "/api/export", what)
+        assert status == expect, (what, status, body)
+        return json.loads(body)
+
+    def state(self):
+        return json.loads(self.get("/api/state"))
+
+    def click(self, point, side="inside", object=1, expect=200):
+        return self.do("click", expect, object=object, point=list(point), side=side)
+
+    def until(self, condition, limit=120):
+        end = time.time() + limit
+        while time.time() < end:
+            state = self.state()
+            if condition(state):
+                return state
+            time.sleep(0.02)
+        raise AssertionError(f"not within {limit} s: {json.dumps(state)[:2000]}")
+
+    def idle(self):
+        """The state when nothing is computed any more."""
+        return self.until(lambda s: s["job"] is None and s["volume"] is not None
+                          and all(o["has_surface"] or not o["clicks"] for o in s["objects"]))
+
+
+def phantom(folder, name, *words):
+    subprocess.run([os.environ["SURFSEG_PROGRAM"], "phantom", *words, "-o", os.path.join(folder, name)],
+                   check=True)
+
+
+def folder_with(*phantoms):
+    """A new folder with volumes: [(name, words...), ...]"""
+    folder = tempfile.mkdtemp(prefix="surfseg-studio-")
+    for name, *words in phantoms:
+        phantom(folder, name, *words)
+    return folder
