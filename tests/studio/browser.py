@@ -125,7 +125,7 @@ class Browser:
         """Waits until an expression is true; returns the seconds that took."""
         start = time.time()
         while time.time() - start < limit:
-            if self.js(expression):
+            if self.js(f"!!({expression})"):
                 return time.time() - start
             time.sleep(0.03)
         raise BrowserError(f"not true after {limit} s: {expression}\n{self.log()}")

@@ -14,7 +14,7 @@ let shown = '';
 export function drawCandidates(): void {
   const o = activeObject();
   const list = o?.candidates ?? [];
-  const key = JSON.stringify([o?.id, list, o?.clicks.at(-1), range, page.state?.volume?.revision, !!loaded]);
+  const key = JSON.stringify([o?.id, o?.colour, page.view.radiological, list, o?.clicks.at(-1), range, page.state?.volume?.revision, !!loaded]);
   if (key === shown) return;
   shown = key;
   const section = byId('candidates');

@@ -18,7 +18,7 @@ export function drawObjects(): void {
   const o = activeObject();
   const surface = o && surfaces.get(o.id);
   const details = JSON.stringify([o && { ...o, candidates: 0, options: 0, frame: 0 }, page.view.click, page.view.meshColour,
-    surface?.frame, !!surface?.deviation, page.job?.object === o?.id && !!page.job]);
+    surface?.frame, !!surface?.deviation, !!volume(), page.job?.object === o?.id && !!page.job]);
   if (details !== shownDetails) { shownDetails = details; drawDetails(o); }
 }
 

@@ -58,7 +58,8 @@ def open_page(browser, server, ready="window.studio && studio.ready"):
 
 def place(browser, pane, across=0.5, down=0.5):
     box = browser.js(f"studio.pane('{pane}')")
-    return box["left"] + across * box["width"], box["top"] + down * box["height"]
+    # Whole pixels: some events have no others.
+    return round(box["left"] + across * box["width"]), round(box["top"] + down * box["height"])
 
 
 def done(browser, object_number=0):
@@ -95,7 +96,7 @@ def clicks_land_in_the_voxel_that_is_seen(browser):
             low, high = state["volume"]["window"]
             for pane, across, down, modifiers in (("axial", .55, .45, 0), ("axial", .42, .61, SHIFT), ("coronal", .5, .37, 0),
                                                   ("coronal", .61, .58, SHIFT), ("sagittal", .44, .56, 0), ("sagittal", .63, .42, SHIFT)):
-                x, y = (round(v) for v in place(browser, pane, across, down))
+                x, y = place(browser, pane, across, down)
                 # Outlines and marks of earlier clicks must not be what is seen.
                 for o in server.get("api/state")["objects"]:
                     if o["id"] not in browser.js("studio.view.hidden"):
@@ -405,7 +406,6 @@ def errors_and_a_lost_connection_are_told(browser):
 def dark_light_help_and_no_foreign_requests(browser):
     with Server() as server:
         browser.colour_scheme("dark")
-        browser.js("localStorage.clear()")
         open_page(browser, server)
         check(browser.js("document.documentElement.dataset.theme") == "dark", "as the system has it")
         check(not browser.js("document.getElementById('hint').hidden"), "the hint is shown once")
