@@ -9,6 +9,7 @@
 #include <filesystem>
 
 #include "libsurf/base/error.h"
+#include "tools/common/option_group.h"
 
 namespace surfseg {
 namespace {
@@ -63,11 +64,9 @@ void check_outputs(const std::vector<Output>& outputs, const std::string& input)
 
 void add_output_space(CLI::App& command, std::string& space, const std::string& of,
                       const std::string& group) {
-  command
-      .add_option("--output-space", space, fmt::format("Frame of {}: lps (as Slicer) or ras", of))
-      ->check(CLI::IsMember({"lps", "ras"}))
-      ->capture_default_str()
-      ->group(group);
+  OptionGroup(command, group)
+      .add_choice("--output-space", space, fmt::format("Frame of {}: lps (as Slicer) or ras", of),
+                  {"lps", "ras"});
 }
 
 surf::io::Space file_space(const std::string& word) {

@@ -9,6 +9,7 @@
 #include "libcurve/segment/segment.h"
 #include "libsurf/base/error.h"
 #include "libsurf/base/file.h"
+#include "tools/common/option_group.h"
 #include "tools/common/outputs.h"
 #include "tools/common/segment_command.h"
 #include "tools/curveseg/commands.h"
@@ -100,9 +101,9 @@ void add_options(CLI::App& command, Arguments& a) {
   command.add_option("-o,--output", a.output, "Contours to write: .svg, .json, .vtp or .csv");
   command.add_option("--image", a.image.path, "The image [where the recipe says that it is]");
   add_image_choice(command, a.image);
-  const std::string group = "Output and running";
-  add_output_space(command, a.output_space, "a slice's .vtp", group);
-  command.add_option("--mask", a.mask, "Mask on the image's pixels: .png")->group(group);
+  const OptionGroup group(command, "Output and running");
+  add_output_space(command, a.output_space, "a slice's .vtp", group.name());
+  group.add("--mask", a.mask, "Mask on the image's pixels: .png");
 }
 
 }  // namespace

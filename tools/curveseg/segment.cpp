@@ -13,6 +13,7 @@
 #include "libsurf/base/file.h"
 #include "libsurf/segment/energy_assembly.h"
 #include "libsurf/segment/marks.h"
+#include "tools/common/option_group.h"
 #include "tools/common/outputs.h"
 #include "tools/common/preset_arguments.h"
 #include "tools/common/segment_command.h"
@@ -185,22 +186,15 @@ void add_options(CLI::App& command, Arguments& a) {
   add_curve_options(command, a);
   add_object_option(command, a);
   add_marks_option(command, a, kWords);
-  const std::string output = "Output and running";
-  add_output_space(command, a.output_space, "a slice's .vtp", output);
-  command
-      .add_option("--mask", a.mask,
-                  "Mask on the image's pixels, of several objects their labels 1, 2, ...: .png")
-      ->group(output);
-  command
-      .add_option("--picture,--overlay", a.overlay, "Picture of the contours over the image: .png")
-      ->group(output);
-  command
-      .add_option("--denoised", a.denoised,
-                  "With mumford-shah: the piecewise smooth image: .tif, or .png with its range "
-                  "mapped to 0..65535")
-      ->group(output);
-  command.add_option("--frames", a.frames, "Folder for such a picture of every step")
-      ->group(output);
+  const OptionGroup output(command, "Output and running");
+  add_output_space(command, a.output_space, "a slice's .vtp", output.name());
+  output.add("--mask", a.mask,
+             "Mask on the image's pixels, of several objects their labels 1, 2, ...: .png");
+  output.add("--picture,--overlay", a.overlay, "Picture of the contours over the image: .png");
+  output.add("--denoised", a.denoised,
+             "With mumford-shah: the piecewise smooth image: .tif, or .png with its range "
+             "mapped to 0..65535");
+  output.add("--frames", a.frames, "Folder for such a picture of every step");
   add_candidates_option(command, a);
   add_running_options(command, a);
 }

@@ -14,6 +14,7 @@
 #include "libsurf/fem/geometry.h"
 #include "libsurf/volume/write_volume.h"
 #include "tools/common/config.h"
+#include "tools/common/option_group.h"
 #include "tools/common/outputs.h"
 #include "tools/common/preset_arguments.h"
 #include "tools/common/progress.h"
@@ -150,21 +151,16 @@ class StackCommand {
 void add_options(CLI::App& command, Arguments& a) {
   command.add_option("VOLUME", a.volume, "Any volume that surfseg reads");
   command.add_option("-o,--output", a.output, "Contours to write: .json, .vtp or .csv");
-  const std::string group = "Which slices";
-  command.add_option("--from", a.from, "First slice, by its voxel index: where the seeds are")
-      ->group(group);
-  command.add_option("--to", a.to, "Last slice; may be less than the first")->group(group);
-  command.add_option("--slices", a.plane, "axial, sagittal or coronal")
-      ->check(CLI::IsMember({"axial", "sagittal", "coronal"}))
-      ->capture_default_str()
-      ->group(group);
-  a.which.add_to(command, group);
+  const OptionGroup group(command, "Which slices");
+  group.add("--from", a.from, "First slice, by its voxel index: where the seeds are");
+  group.add("--to", a.to, "Last slice; may be less than the first");
+  group.add_choice("--slices", a.plane, "axial, sagittal or coronal",
+                   {"axial", "sagittal", "coronal"});
+  a.which.add_to(command, group.name());
   add_curve_options(command, a);
-  const std::string output = "Output and running";
-  add_output_space(command, a.output_space, "the file", output);
-  command
-      .add_option("--mask", a.mask, "Label map on the volume's grid: .nii.gz, .nii, .mha, .nrrd")
-      ->group(output);
+  const OptionGroup output(command, "Output and running");
+  add_output_space(command, a.output_space, "the file", output.name());
+  output.add("--mask", a.mask, "Label map on the volume's grid: .nii.gz, .nii, .mha, .nrrd");
   add_running_options(command, a);
 }
 

@@ -7,6 +7,7 @@
 #include "libsurf/base/file.h"
 #include "libsurf/io/write_surface.h"
 #include "libsurf/volume/write_volume.h"
+#include "tools/common/option_group.h"
 #include "tools/common/outputs.h"
 #include "tools/common/segment_command.h"
 #include "tools/common/volume_arguments.h"
@@ -105,12 +106,10 @@ void add_options(CLI::App& command, Arguments& a) {
   command.add_option("-o,--output", a.output, "Surface to write: .stl, .obj, .ply or .vtp");
   command.add_option("--volume", a.volume, "The volume [where the recipe says that it is]");
   a.which.add_to(command);
-  const std::string group = "Output and running";
-  add_output_space(command, a.output_space, "the file", group);
-  command
-      .add_option("--mask", a.mask, "Label map on the volume's grid: .nii.gz, .nii, .mha, .nrrd")
-      ->group(group);
-  add_picture_option(command, a.picture, group);
+  const OptionGroup group(command, "Output and running");
+  add_output_space(command, a.output_space, "the file", group.name());
+  group.add("--mask", a.mask, "Label map on the volume's grid: .nii.gz, .nii, .mha, .nrrd");
+  add_picture_option(command, a.picture, group.name());
 }
 
 }  // namespace

@@ -13,6 +13,7 @@
 #include "libsurf/volume/write_volume.h"
 #include "tools/common/arguments.h"
 #include "tools/common/idle_options.h"
+#include "tools/common/option_group.h"
 #include "tools/common/outputs.h"
 #include "tools/common/preset_arguments.h"
 #include "tools/common/run_arguments.h"
@@ -235,56 +236,34 @@ void add_options(CLI::App& command, Arguments& a) {
   add_start_options(command, a, kWords);
   add_object_option(command, a);
   add_marks_option(command, a, kWords);
-  const std::string start = "Where to start";
-  command.add_option("--space", a.space, "Space of the points: ras or lps in mm, or ijk voxels")
-      ->check(CLI::IsMember({"ras", "lps", "ijk"}))
-      ->capture_default_str()
-      ->group(start);
-  command
-      .add_option("--initial", a.initial.file,
-                  "Initial surface of an evolution in place of seed balls: a mesh or a label map")
-      ->group(start);
-  command.add_option("--initial-ball", a.initial.ball, "Or a ball X,Y,Z,RADIUS: 12,-30,44,10mm")
-      ->group(start);
-  command
-      .add_option("--initial-ellipsoid", a.initial.ellipsoid,
-                  "Or an ellipsoid X,Y,Z,A,B,C along the axes of --space: 12,-30,44,10mm,8mm,15mm")
-      ->group(start);
-  command
-      .add_option("--initial-box", a.initial.box,
-                  "Or a box along the axes of --space from corner to corner: 0,-40,20,25,-10,50")
-      ->group(start);
-  command
-      .add_option(
-          "--landmarks", a.initial.landmarks,
-          "Or the ellipsoid next to points on the object: Slicer's .mrk.json or .fcsv, or X Y "
-          "Z a line in --space")
-      ->group(start);
-  command.add_option("--initial-label", a.initial.label, "Label to take from the label map")
-      ->capture_default_str()
-      ->group(start);
+  const OptionGroup start(command, "Where to start");
+  start.add_choice("--space", a.space, "Space of the points: ras or lps in mm, or ijk voxels",
+                   {"ras", "lps", "ijk"});
+  start.add("--initial", a.initial.file,
+            "Initial surface of an evolution in place of seed balls: a mesh or a label map");
+  start.add("--initial-ball", a.initial.ball, "Or a ball X,Y,Z,RADIUS: 12,-30,44,10mm");
+  start.add("--initial-ellipsoid", a.initial.ellipsoid,
+            "Or an ellipsoid X,Y,Z,A,B,C along the axes of --space: 12,-30,44,10mm,8mm,15mm");
+  start.add("--initial-box", a.initial.box,
+            "Or a box along the axes of --space from corner to corner: 0,-40,20,25,-10,50");
+  start.add("--landmarks", a.initial.landmarks,
+            "Or the ellipsoid next to points on the object: Slicer's .mrk.json or .fcsv, or X Y "
+            "Z a line in --space");
+  start.add_with_default("--initial-label", a.initial.label, "Label to take from the label map");
   add_run_options(command, a, kWords);
 
-  const std::string output = "Output and running";
-  add_output_space(command, a.output_space, "the file", output);
-  command
-      .add_option(
-          "--mask", a.mask,
-          "Label map on the volume's grid, objects 1, 2, ... in their order: .nii.gz, .nii, "
-          ".mha, .nrrd")
-      ->group(output);
-  add_picture_option(command, a.picture, output);
-  command
-      .add_option(
-          "--start", a.start,
-          "The surface that the evolution began with, .vtp: given to --initial, with the "
-          "energies and lengths under `chosen` of the summary, it gives the same bytes again")
-      ->group(output);
-  command
-      .add_option("--denoised", a.denoised,
-                  "Volume approximated smoothly inside and outside the surface, which "
-                  "mumford-shah finds along with it: .nii.gz, .nii, .mha, .nrrd")
-      ->group(output);
+  const OptionGroup output(command, "Output and running");
+  add_output_space(command, a.output_space, "the file", output.name());
+  output.add("--mask", a.mask,
+             "Label map on the volume's grid, objects 1, 2, ... in their order: .nii.gz, .nii, "
+             ".mha, .nrrd");
+  add_picture_option(command, a.picture, output.name());
+  output.add("--start", a.start,
+             "The surface that the evolution began with, .vtp: given to --initial, with the "
+             "energies and lengths under `chosen` of the summary, it gives the same bytes again");
+  output.add("--denoised", a.denoised,
+             "Volume approximated smoothly inside and outside the surface, which "
+             "mumford-shah finds along with it: .nii.gz, .nii, .mha, .nrrd");
   add_candidates_option(command, a);
   add_running_options(command, a);
 }
