@@ -62,6 +62,17 @@ void check_outputs(const std::vector<Output>& outputs, const std::string& input)
   }
 }
 
+void check_volume_name(const std::string& option, const std::string& path) {
+  if (!path.empty() && !surf::volume::is_writable_volume(path))
+    throw surf::UsageError(fmt::format(
+        "{}: {}: expected a name that ends in .nii.gz, .nii, .mha or .nrrd", option, path));
+}
+
+void check_picture(const std::string& option, const std::string& path) {
+  if (!path.empty() && surf::extension(path) != ".png")
+    throw surf::UsageError(fmt::format("{}: {}: expected a name that ends in .png", option, path));
+}
+
 void add_output_space(CLI::App& command, std::string& space, const std::string& of,
                       const std::string& group) {
   OptionGroup(command, group)

@@ -91,10 +91,7 @@ class StackCommand {
     if (ending != ".json" && ending != ".vtp" && ending != ".csv")
       throw surf::UsageError(fmt::format("-o: {}: expected a name that ends in .json, .vtp or .csv",
                                          arguments_.output));
-    if (!arguments_.mask.empty() && !surf::volume::is_writable_volume(arguments_.mask))
-      throw surf::UsageError(
-          fmt::format("--mask: {}: expected a name that ends in .nii.gz, .nii, .mha or .nrrd",
-                      arguments_.mask));
+    check_volume_name("--mask", arguments_.mask);
     arguments_.which.check();
     if (command_.count("--from") == 0 || command_.count("--to") == 0)
       throw surf::UsageError("--from, --to: the first and the last slice are needed");

@@ -126,9 +126,7 @@ void add_phantom_command(CLI::App& app, ExitCode&) {
       ->capture_default_str();
   command->footer(kFooter);
   command->callback([request] {
-    if (!surf::volume::is_writable_volume(request->output))
-      throw surf::UsageError(fmt::format(
-          "-o: {}: expected a name that ends in .nii.gz, .nii, .mha or .nrrd", request->output));
+    check_volume_name("-o", request->output);
     check_outputs({{"-o", request->output}});
     surf::volume::write_volume(request->output, surf::volume::make_phantom(options_of(*request)));
   });

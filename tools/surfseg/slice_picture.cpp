@@ -52,12 +52,6 @@ void add_picture_option(CLI::App& command, std::string& picture, const std::stri
            "Picture of three slices with the surface's outline and the clicks: .png");
 }
 
-void check_picture(const std::string& option, const std::string& picture) {
-  if (!picture.empty() && surf::extension(picture) != ".png")
-    throw surf::UsageError(
-        fmt::format("{}: {}: expected a name that ends in .png", option, picture));
-}
-
 void write_picture(const std::string& picture, const surf::Triangles& surface,
                    const surf::volume::Volume& volume,
                    const std::vector<surf::segment::Click<3>>& clicks) {
