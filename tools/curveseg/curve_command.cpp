@@ -6,7 +6,6 @@
 #include "libcurve/io/contour_file.h"
 #include "libcurve/mesh/rasterize.h"
 #include "libcurve/segment/segment.h"
-#include "tools/common/objects.h"
 #include "tools/curveseg/curve_run.h"
 
 namespace surfseg::curve_program {
@@ -16,31 +15,28 @@ void CurveFiles::check() const {
   check_picture("--mask", mask);
 }
 
-std::shared_ptr<const surf::segment::Setting<2>> CurveCommand::open(const std::string& path) {
-  path_ = path;
-  ImageArguments which = files_.image;
+surf::curve::Image CurveFiles::read(const std::string& path) const {
+  ImageArguments which = image;
   which.path = path;
-  image_ = which.read();
-  for (const std::string& note : image_->source().notes) progress().note("note: " + note);
-  return surf::curve::make_setting(*image_);
+  return which.read();
 }
 
-void CurveCommand::write(const surf::segment::Object<2>& object,
-                         const surf::segment::Finished<2>& finished) const {
-  write_shape(object_path(files_.output, object.name), finished);
+std::shared_ptr<const surf::segment::Setting<2>> CurveFiles::setting(
+    const surf::curve::Image& image) {
+  return surf::curve::make_setting(image);
 }
 
 void CurveCommand::write_labels(const std::vector<std::uint8_t>& labels) const {
-  if (files_.mask.empty()) return;
-  if (has_object(files_.output))
-    surf::curve::write_labels(files_.mask, image().size(), labels);
+  if (files().mask.empty()) return;
+  if (has_object(files().output))
+    surf::curve::write_labels(files().mask, image().size(), labels);
   else
-    surf::curve::write_mask(files_.mask, image().size(), labels);
+    surf::curve::write_mask(files().mask, image().size(), labels);
 }
 
 void CurveCommand::write_shape(const std::string& path,
                                const surf::segment::Finished<2>& shape) const {
-  surf::curve::write_contours(path, shape.shape, image(), file_space(files_.output_space));
+  surf::curve::write_contours(path, shape.shape, image(), file_space(files().output_space));
 }
 
 std::string CurveCommand::describe(const surf::segment::Measures<2>& measures) const {

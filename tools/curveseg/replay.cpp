@@ -1,6 +1,7 @@
 // curveseg replay: a recipe in, the contours that it makes again out.
 #include "tools/common/option_group.h"
 #include "tools/common/replay_command.h"
+#include "tools/common/verb.h"
 #include "tools/curveseg/commands.h"
 #include "tools/curveseg/curve_command.h"
 
@@ -22,18 +23,15 @@ void add_options(CLI::App& command, Arguments& a) {
 }  // namespace
 
 void add_replay_command(CLI::App& app, ExitCode& exit_code) {
-  const auto arguments = std::make_shared<Arguments>();
-  CLI::App* command = app.add_subcommand("replay", "Repeat what a recipe says, to the byte");
-  add_options(*command, *arguments);
-  command->footer(
-      "Examples:\n"
-      "  curveseg segment head.nii.gz --slice axial:80 --seed 90,110 -o v.json --recipe r.json\n"
-      "  curveseg replay r.json --slice axial:80 -o again.json\n"
-      "The image's content has to be the same: a hash of it is in the recipe.\n"
-      "Exit codes: those of segment; 3 if the recipe is broken, newer or of another image.");
-  command->callback([command, arguments, &exit_code] {
-    exit_code = ReplayCommand<CurveCommand>(*command, *arguments, *arguments).run();
-  });
+  add_verb<ReplayCommand<CurveCommand>>(
+      app, exit_code,
+      {"replay", "Repeat what a recipe says, to the byte",
+       "Examples:\n"
+       "  curveseg segment head.nii.gz --slice axial:80 --seed 90,110 -o v.json --recipe r.json\n"
+       "  curveseg replay r.json --slice axial:80 -o again.json\n"
+       "The image's content has to be the same: a hash of it is in the recipe.\n"
+       "Exit codes: those of segment; 3 if the recipe is broken, newer or of another image."},
+      add_options);
 }
 
 }  // namespace surfseg::curve_program

@@ -10,8 +10,8 @@
 #include "libsurf/base/error.h"
 #include "libsurf/segment/energy_assembly.h"
 #include "tools/common/option_group.h"
-#include "tools/common/preset_arguments.h"
 #include "tools/common/strokes.h"
+#include "tools/common/verb.h"
 #include "tools/curveseg/commands.h"
 #include "tools/curveseg/curve_command.h"
 #include "tools/curveseg/curve_run.h"
@@ -159,23 +159,19 @@ void add_options(CLI::App& command, Arguments& a) {
 }  // namespace
 
 void add_segment_command(CLI::App& app, ExitCode& exit_code) {
-  const auto arguments = std::make_shared<Arguments>();
-  CLI::App* command = app.add_subcommand("segment", "Grow or shrink curves in an image");
-  add_options(*command, *arguments);
-  command->footer(
-      "Examples:\n"
-      "  curveseg segment cells.png --seeds-grid 20px --energy chan-vese -o cells.svg --mask "
-      "cells-mask.png\n"
-      "  curveseg segment ring.tif --circle 128,128,120px --energy chan-vese --open-cavities \\\n"
-      "          -o ring.json --picture ring.png\n"
-      "  curveseg segment head.nii.gz --slice axial:80 --seed 90,110 -o ventricle.json\n"
-      "Exit codes: 0 done, 2 usage, 3 input, 4 output, 5 stopped at the iteration limit (result\n"
-      "written), 6 result fails a guarantee, 7 some of several objects not written, 8 no object\n"
-      "found (not written), 130/143 interrupted (last curves written).");
-  command->callback([command, arguments, &exit_code] {
-    apply_files(*command, arguments->config, arguments->preset);
-    exit_code = SegmentCurves(*command, *arguments).run();
-  });
+  add_verb<SegmentCurves>(
+      app, exit_code,
+      {"segment", "Grow or shrink curves in an image",
+       "Examples:\n"
+       "  curveseg segment cells.png --seeds-grid 20px --energy chan-vese -o cells.svg --mask "
+       "cells-mask.png\n"
+       "  curveseg segment ring.tif --circle 128,128,120px --energy chan-vese --open-cavities \\\n"
+       "          -o ring.json --picture ring.png\n"
+       "  curveseg segment head.nii.gz --slice axial:80 --seed 90,110 -o ventricle.json\n"
+       "Exit codes: 0 done, 2 usage, 3 input, 4 output, 5 stopped at the iteration limit (result\n"
+       "written), 6 result fails a guarantee, 7 some of several objects not written, 8 no object\n"
+       "found (not written), 130/143 interrupted (last curves written)."},
+      add_options);
 }
 
 }  // namespace surfseg::curve_program

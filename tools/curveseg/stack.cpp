@@ -16,12 +16,12 @@
 #include "tools/common/config.h"
 #include "tools/common/option_group.h"
 #include "tools/common/outputs.h"
-#include "tools/common/preset_arguments.h"
 #include "tools/common/progress.h"
 #include "tools/common/report.h"
 #include "tools/common/segment_command.h"
 #include "tools/common/signals.h"
 #include "tools/common/stage_clock.h"
+#include "tools/common/verb.h"
 #include "tools/curveseg/commands.h"
 #include "tools/curveseg/curve_run.h"
 #include "tools/curveseg/image_arguments.h"
@@ -164,19 +164,15 @@ void add_options(CLI::App& command, Arguments& a) {
 }  // namespace
 
 void add_stack_command(CLI::App& app, ExitCode& exit_code) {
-  const auto arguments = std::make_shared<Arguments>();
-  CLI::App* command = app.add_subcommand(
-      "stack", "Follow contours through the slices of a volume, each started from the last");
-  add_options(*command, *arguments);
-  command->footer(
-      "Example:\n"
-      "  curveseg stack spine.nii.gz --from 20 --to 45 --space ras --seed 3,-20,35 -o cord.vtp \\\n"
-      "          --mask cord.nii.gz\n"
-      "Contours are in the world. Where the object ends, so does the stack, with a note.");
-  command->callback([command, arguments, &exit_code] {
-    apply_files(*command, arguments->config, arguments->preset);
-    exit_code = StackCommand(*command, *arguments).run();
-  });
+  add_verb<StackCommand>(
+      app, exit_code,
+      {"stack", "Follow contours through the slices of a volume, each started from the last",
+       "Example:\n"
+       "  curveseg stack spine.nii.gz --from 20 --to 45 --space ras --seed 3,-20,35 -o cord.vtp "
+       "\\\n"
+       "          --mask cord.nii.gz\n"
+       "Contours are in the world. Where the object ends, so does the stack, with a note."},
+      add_options);
 }
 
 }  // namespace surfseg::curve_program

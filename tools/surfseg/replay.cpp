@@ -1,6 +1,7 @@
 // surfseg replay: a recipe in, the surface that it makes again out.
 #include "tools/common/option_group.h"
 #include "tools/common/replay_command.h"
+#include "tools/common/verb.h"
 #include "tools/surfseg/commands.h"
 #include "tools/surfseg/slice_picture.h"
 #include "tools/surfseg/surface_command.h"
@@ -24,18 +25,15 @@ void add_options(CLI::App& command, Arguments& a) {
 }  // namespace
 
 void add_replay_command(CLI::App& app, ExitCode& exit_code) {
-  const auto arguments = std::make_shared<Arguments>();
-  CLI::App* command = app.add_subcommand("replay", "Repeat what a recipe says, to the byte");
-  add_options(*command, *arguments);
-  command->footer(
-      "Examples:\n"
-      "  surfseg segment ct.nii.gz --seed 12,-30,44 -o kidney.stl --recipe kidney.json\n"
-      "  surfseg replay kidney.json -o again.stl\n"
-      "The volume's content has to be the same: a hash of it is in the recipe.\n"
-      "Exit codes: those of segment; 3 if the recipe is broken, newer or of another volume.");
-  command->callback([command, arguments, &exit_code] {
-    exit_code = ReplayCommand<SurfaceCommand>(*command, *arguments, *arguments).run();
-  });
+  add_verb<ReplayCommand<SurfaceCommand>>(
+      app, exit_code,
+      {"replay", "Repeat what a recipe says, to the byte",
+       "Examples:\n"
+       "  surfseg segment ct.nii.gz --seed 12,-30,44 -o kidney.stl --recipe kidney.json\n"
+       "  surfseg replay kidney.json -o again.stl\n"
+       "The volume's content has to be the same: a hash of it is in the recipe.\n"
+       "Exit codes: those of segment; 3 if the recipe is broken, newer or of another volume."},
+      add_options);
 }
 
 }  // namespace surfseg

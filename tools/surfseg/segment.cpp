@@ -12,9 +12,9 @@
 #include "tools/common/arguments.h"
 #include "tools/common/idle_options.h"
 #include "tools/common/option_group.h"
-#include "tools/common/preset_arguments.h"
 #include "tools/common/run_arguments.h"
 #include "tools/common/strokes.h"
+#include "tools/common/verb.h"
 #include "tools/surfseg/commands.h"
 #include "tools/surfseg/initial_surface.h"
 #include "tools/surfseg/slice_picture.h"
@@ -40,6 +40,7 @@ class SegmentSurface : public SurfaceCommand {
 
  protected:
   void check() const override {
+    if (arguments_.volume.empty()) throw surf::UsageError("VOLUME: a volume is missing");
     check_values();
     check_names();
     check_objects(command(), arguments_,
@@ -59,8 +60,8 @@ class SegmentSurface : public SurfaceCommand {
 
   Input read() override {
     auto setting = open(arguments_.volume);
-    return {std::move(setting), objects_of<3>(command(), arguments_, options(volume()),
-                                              boxes_mm(volume()), strokes(volume()))};
+    return {std::move(setting), objects_of<3>(command(), arguments_, options(image()),
+                                              boxes_mm(image()), strokes(image()))};
   }
 
   std::vector<std::string> idle_options() const override {
@@ -74,7 +75,7 @@ class SegmentSurface : public SurfaceCommand {
     if (const auto model = surf::segment::piecewise_smooth<3>(object.result->energies);
         model && !arguments_.denoised.empty())
       surf::volume::write_volume(path(arguments_.denoised),
-                                 surf::segment::denoised(volume(), finished.shape, model->mu));
+                                 surf::segment::denoised(image(), finished.shape, model->mu));
     if (!arguments_.start.empty())
       surf::io::write_surface(path(arguments_.start), object.result->start,
                               arguments_.write_options());
@@ -214,28 +215,23 @@ void add_options(CLI::App& command, Arguments& a) {
 }  // namespace
 
 void add_segment_command(CLI::App& app, ExitCode& exit_code) {
-  const auto arguments = std::make_shared<Arguments>();
-  CLI::App* command = app.add_subcommand("segment", "Grow a surface from seeds in a volume");
-  add_options(*command, *arguments);
-  command->footer(
-      "Examples:\n"
-      "  surfseg segment head.nii.gz --seed 3,-20,35 -o brain.stl\n"
-      "  surfseg segment ct/ --seed 120,88,40 --space ijk --radius 8mm -o kidney.ply --mask "
-      "kidney.nii.gz\n"
-      "  surfseg segment mr.nrrd --seed -12,40,7 --energy window:mean=380,half-width=150 \\\n"
-      "          --energy area:weight=2 --json summary.json -o tumour.obj\n"
-      "  surfseg segment ct.nii.gz --object liver --seed 95,182,373 --object kidney --seed "
-      "60,150,380 "
-      "\\\n"
-      "          -o {object}.stl --mask labels.nii.gz --recipe organs.json\n"
-      "Exit codes: 0 done, 2 usage, 3 input, 4 output, 5 stopped at the iteration limit (result\n"
-      "written), 6 result fails a guarantee, 7 some of several objects not written, 8 no object\n"
-      "found (not written), 130/143 interrupted (last surface written).");
-  command->callback([command, arguments, &exit_code] {
-    apply_files(*command, arguments->config, arguments->preset);
-    if (arguments->volume.empty()) throw surf::UsageError("VOLUME: a volume is missing");
-    exit_code = SegmentSurface(*command, *arguments).run();
-  });
+  add_verb<SegmentSurface>(
+      app, exit_code,
+      {"segment", "Grow a surface from seeds in a volume",
+       "Examples:\n"
+       "  surfseg segment head.nii.gz --seed 3,-20,35 -o brain.stl\n"
+       "  surfseg segment ct/ --seed 120,88,40 --space ijk --radius 8mm -o kidney.ply --mask "
+       "kidney.nii.gz\n"
+       "  surfseg segment mr.nrrd --seed -12,40,7 --energy window:mean=380,half-width=150 \\\n"
+       "          --energy area:weight=2 --json summary.json -o tumour.obj\n"
+       "  surfseg segment ct.nii.gz --object liver --seed 95,182,373 --object kidney --seed "
+       "60,150,380 "
+       "\\\n"
+       "          -o {object}.stl --mask labels.nii.gz --recipe organs.json\n"
+       "Exit codes: 0 done, 2 usage, 3 input, 4 output, 5 stopped at the iteration limit (result\n"
+       "written), 6 result fails a guarantee, 7 some of several objects not written, 8 no object\n"
+       "found (not written), 130/143 interrupted (last surface written)."},
+      add_options);
 }
 
 }  // namespace surfseg

@@ -5,7 +5,6 @@
 #include "libsurf/base/error.h"
 #include "libsurf/segment/segment.h"
 #include "libsurf/volume/write_volume.h"
-#include "tools/common/objects.h"
 #include "tools/surfseg/slice_picture.h"
 
 namespace surfseg {
@@ -24,34 +23,32 @@ void SurfaceFiles::check() const {
   which.check();
 }
 
-std::shared_ptr<const surf::segment::Setting<3>> SurfaceCommand::open(const std::string& path) {
-  path_ = path;
-  volume_ = files_.which.read(path);
-  for (const std::string& note : volume_->source().notes) progress().note("note: " + note);
-  return surf::segment::make_setting(*volume_);
+std::shared_ptr<const surf::segment::Setting<3>> SurfaceFiles::setting(
+    const surf::volume::Volume& volume) {
+  return surf::segment::make_setting(volume);
 }
 
 void SurfaceCommand::write(const surf::segment::Object<3>& object,
                            const surf::segment::Finished<3>& finished) const {
-  write_shape(object_path(files_.output, object.name), finished);
-  if (has_object(files_.picture))
-    write_picture(object_path(files_.picture, object.name), finished.shape, volume(),
+  ImageCommand::write(object, finished);
+  if (has_object(files().picture))
+    write_picture(object_path(files().picture, object.name), finished.shape, image(),
                   object.clicks);
 }
 
 void SurfaceCommand::write_together(const surf::Triangles& all,
                                     const std::vector<surf::segment::Click<3>>& clicks) const {
-  if (!has_object(files_.picture)) write_picture(files_.picture, all, volume(), clicks);
+  if (!has_object(files().picture)) write_picture(files().picture, all, image(), clicks);
 }
 
 void SurfaceCommand::write_labels(const std::vector<std::uint8_t>& labels) const {
-  if (!files_.mask.empty())
-    surf::volume::write_label_map(files_.mask, volume().size(), volume().index_to_world(), labels);
+  if (!files().mask.empty())
+    surf::volume::write_label_map(files().mask, image().size(), image().index_to_world(), labels);
 }
 
 void SurfaceCommand::write_shape(const std::string& path,
                                  const surf::segment::Finished<3>& shape) const {
-  surf::segment::write(path, shape, files_.write_options());
+  surf::segment::write(path, shape, files().write_options());
 }
 
 std::string SurfaceCommand::describe(const surf::segment::Measures<3>& measures) const {
