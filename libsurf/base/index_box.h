@@ -60,6 +60,16 @@ struct IndexBox {
     }
     return n_missing;
   }
+  /// Calls visit(at, here, stride) for every node, along each line of one axis in turn: `here`
+  /// counts from 0 along the axis, the next node of the line is `stride` on.
+  template <class Visit>
+  void for_lines(int axis, const Visit& visit) const {
+    const std::size_t step = stride(axis);
+    std::size_t at = 0;
+    for (const std::size_t end = n(); at < end;)
+      for (int here = 0; here < size[axis]; ++here)
+        for (std::size_t i = 0; i < step; ++i, ++at) visit(at, here, step);
+  }
 };
 
 }  // namespace surf

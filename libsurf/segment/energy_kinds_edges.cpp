@@ -63,8 +63,8 @@ EnergyKind<Dim> minimal_surface() {
       "gamma0 int_Gamma H dS + gamma int_Omega H dx, H = 1 / (1 + |grad I|^2 / lambda^2), (1.6), "
       "(5.1)",
       "The geodesic active contour: for objects with clear edges all round and without deep "
-      "concavities."};
-  kind.parameters = {gamma0_parameter<Dim>(), gamma_parameter<Dim>(), lambda_parameter<Dim>()};
+      "concavities.",
+      {gamma0_parameter<Dim>(), gamma_parameter<Dim>(), lambda_parameter<Dim>()}};
   kind.build = [](const KindContext<Dim>& context, const EnergyTerm& term) {
     auto sum = std::make_unique<energy::EnergySum<Dim>>();
     energy::add_minimal_surface<Dim>(*sum, edge_indicator<Dim>(context, term),
@@ -110,8 +110,8 @@ EnergyKind<Dim> alignment() {
       "int_Gamma phi(<grad I, nu>) dS, phi(s) = sign s / scale, or -sqrt(s^2 / scale^2 + 0.01) "
       "with sign = 0",
       "The edge alignment of Kimmel and Bruckstein: goes to where the Laplacian changes its sign, "
-      "whatever the slope of the background."};
-  kind.parameters = alignment_parameters<Dim>();
+      "whatever the slope of the background.",
+      alignment_parameters<Dim>()};
   kind.build = [](const KindContext<Dim>& context, const EnergyTerm& term) {
     return std::make_unique<energy::AnisotropicIntegral<Dim>>(
         alignment_density<Dim>(context, term));
@@ -122,10 +122,11 @@ EnergyKind<Dim> alignment() {
 template <int Dim>
 EnergyKind<Dim> prescribed_curvature() {
   EnergyKind<Dim> kind{
-      "prescribed-curvature", "1/2 int_Gamma H (kappa - curvature)^2 dS, (1.8)",
+      "prescribed-curvature",
+      "1/2 int_Gamma H (kappa - curvature)^2 dS, (1.8)",
       "Leventon's model: a curvature where no edge says otherwise, as a smoothness term that edges "
-      "switch off."};
-  kind.parameters = {curvature_parameter<Dim>(), lambda_parameter<Dim>()};
+      "switch off.",
+      {curvature_parameter<Dim>(), lambda_parameter<Dim>()}};
   kind.build = [](const KindContext<Dim>& context, const EnergyTerm& term) {
     return std::make_unique<energy::CurvatureIntegral<Dim>>(energy::squared_curvature<Dim>(
         edge_indicator<Dim>(context, term), parameter(term, "curvature")));
@@ -137,10 +138,11 @@ EnergyKind<Dim> prescribed_curvature() {
 template <int Dim>
 EnergyKind<Dim> average_edge() {
   EnergyKind<Dim> kind{
-      "average-edge", "int_Gamma H dS / |Gamma|, (1.9)",
+      "average-edge",
+      "int_Gamma H dS / |Gamma|, (1.9)",
       "The mean of the edge indicator along the boundary: follows concavities, where an integral "
-      "punishes length."};
-  kind.parameters = {lambda_parameter<Dim>()};
+      "punishes length.",
+      {lambda_parameter<Dim>()}};
   kind.build = [](const KindContext<Dim>& context, const EnergyTerm& term) {
     return std::make_unique<energy::BoundaryFunctional<Dim>>(
         energy::average<Dim>(energy::isotropic_density<Dim>(edge_indicator<Dim>(context, term))));
@@ -151,10 +153,9 @@ EnergyKind<Dim> average_edge() {
 
 template <int Dim>
 EnergyKind<Dim> average_alignment() {
-  EnergyKind<Dim> kind{"average-alignment",
-                       "int_Gamma phi(<grad I, nu>) dS / |Gamma|, (1.9), phi as in alignment",
-                       "The mean of the edge alignment along the boundary."};
-  kind.parameters = alignment_parameters<Dim>();
+  EnergyKind<Dim> kind{
+      "average-alignment", "int_Gamma phi(<grad I, nu>) dS / |Gamma|, (1.9), phi as in alignment",
+      "The mean of the edge alignment along the boundary.", alignment_parameters<Dim>()};
   kind.build = [](const KindContext<Dim>& context, const EnergyTerm& term) {
     return std::make_unique<energy::BoundaryFunctional<Dim>>(
         energy::average<Dim>(alignment_density<Dim>(context, term)));

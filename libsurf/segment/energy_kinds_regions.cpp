@@ -172,8 +172,8 @@ EnergyKind<Dim> mumford_shah() {
       "sum_i 1/2 int_(Omega_i) (u_i - I)^2 + mu |grad u_i|^2 dx + gamma |Gamma|, I by contrast, "
       "(5.4)",
       "A smooth approximation of both sides along with the shape: segments and "
-      "denoises at once."};
-  kind.parameters = mumford_shah_parameters<Dim>();
+      "denoises at once.",
+      mumford_shah_parameters<Dim>()};
   kind.build = [](const KindContext<Dim>& context, const EnergyTerm& term) {
     return context.model.mumford_shah(piecewise_smooth<Dim>(term));
   };

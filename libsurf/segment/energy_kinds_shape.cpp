@@ -73,9 +73,10 @@ EnergyKind<Dim> anisotropic() {
 template <int Dim>
 EnergyKind<Dim> willmore() {
   EnergyKind<Dim> kind{
-      "willmore", "1/2 int_Gamma (kappa - curvature)^2 dS, (1.8) with H = 1",
-      "Punishes bending, not size: keeps thin tubes; its weight is in mm^2 beside area."};
-  kind.parameters = {curvature_parameter<Dim>()};
+      "willmore",
+      "1/2 int_Gamma (kappa - curvature)^2 dS, (1.8) with H = 1",
+      "Punishes bending, not size: keeps thin tubes; its weight is in mm^2 beside area.",
+      {curvature_parameter<Dim>()}};
   kind.build = [](const KindContext<Dim>&, const EnergyTerm& term) {
     return std::make_unique<energy::CurvatureIntegral<Dim>>(energy::squared_curvature<Dim>(
         energy::constant_field<Dim>(1), parameter(term, "curvature")));

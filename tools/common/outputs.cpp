@@ -9,6 +9,8 @@
 #include <filesystem>
 
 #include "libsurf/base/error.h"
+#include "libsurf/base/file.h"
+#include "libsurf/volume/write_volume.h"
 #include "tools/common/option_group.h"
 
 namespace surfseg {
