@@ -73,20 +73,15 @@ TYPED_TEST(Evolution, RecordsTheShapeAfterEachStep) {
 }
 
 TYPED_TEST(Evolution, TakesNoStepIfNoneIsAllowed) {
-  FlowOptions options;
-  options.max_steps = 0;
-  const FlowSummary summary = descend<TypeParam::value>(options);
+  const FlowSummary summary = descend<TypeParam::value>({.max_steps = 0});
   EXPECT_EQ(summary.termination, Termination::kMaxSteps);
   EXPECT_EQ(summary.initial_energy, summary.final_energy);
   EXPECT_TRUE(summary.steps.empty());
 }
 
 TYPED_TEST(Evolution, ConvergesByTheShapeDerivativeAlone) {
-  FlowOptions options;
-  options.rel_tol = 1e-2;
-  options.energy_tol = 0;
-  options.energy_window = 1000;
-  const FlowSummary summary = descend<TypeParam::value>(options);
+  const FlowSummary summary =
+      descend<TypeParam::value>({.rel_tol = 1e-2, .energy_tol = 0, .energy_window = 1000});
   EXPECT_EQ(summary.termination, Termination::kConverged);
   EXPECT_NE(summary.message.find("shape derivative"), std::string::npos) << summary.message;
   double steepest = 0;
@@ -96,12 +91,8 @@ TYPED_TEST(Evolution, ConvergesByTheShapeDerivativeAlone) {
 }
 
 TYPED_TEST(Evolution, ConvergesWhenNoVertexMovesAnyFurther) {
-  FlowOptions options;
-  options.rel_tol = 0;
-  options.energy_tol = 0;
-  options.energy_window = 3;
-  options.displacement_tol_mm = 0.02;
-  const FlowSummary summary = descend<TypeParam::value>(options);
+  const FlowSummary summary = descend<TypeParam::value>(
+      {.rel_tol = 0, .energy_tol = 0, .energy_window = 3, .displacement_tol_mm = 0.02});
   EXPECT_EQ(summary.termination, Termination::kConverged);
   EXPECT_NE(summary.message.find("no vertex moved further"), std::string::npos) << summary.message;
   const auto& steps = summary.steps;
@@ -169,9 +160,7 @@ TYPED_TEST(Evolution, StopsOnRequestWithTheLastStepTaken) {
 }
 
 TYPED_TEST(Evolution, RefusesOptionsThatAreWrong) {
-  FlowOptions options;
-  options.max_steps = -1;
-  EXPECT_THROW(descend<TypeParam::value>(options), UsageError);
+  EXPECT_THROW(descend<TypeParam::value>({.max_steps = -1}), UsageError);
 }
 
 // Growth against a balance of forces: gamma |Omega| with gamma < 0 against |Gamma| is at rest at
