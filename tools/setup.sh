@@ -16,6 +16,7 @@ packages=(
   libcli11-dev nlohmann-json3-dev libfmt-dev
   libgtest-dev libbenchmark-dev
   python3-numpy python3-scipy python3-nibabel
+  python3-dev pybind11-dev python3-pytest
   xvfb xauth libgl1-mesa-dri help2man
 )
 

@@ -2,10 +2,13 @@
 
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
 #include <CGAL/Polygon_mesh_processing/clip.h>
+#include <CGAL/Polygon_mesh_processing/repair_degeneracies.h>
 #include <CGAL/Surface_mesh.h>
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
+#include <optional>
 #include <vector>
 
 #include "libsurf/base/error.h"
@@ -17,11 +20,24 @@ namespace PMP = CGAL::Polygon_mesh_processing;
 using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
 using Mesh = CGAL::Surface_mesh<Kernel::Point_3>;
 
+// Cells: vertices as near to a face as this are put on it, or the cut would leave triangles as
+// thin.
+constexpr double kSnap = 1e-3;
+// What two cuts may still leave beside each other: angles above 179 degrees, or one side this many
+// times longer than another of at most kSnap cells.
+const double kCap = std::cos(179 * CGAL_PI / 180);
+constexpr double kNeedle = 100;
+
 /// In indices of the box, where its faces are axis-parallel.
-Mesh to_cgal(const Triangles& surface, const ImageBox<3>& box) {
+/// @param snap  how near to a face a vertex is put on it [cells]
+Mesh to_cgal(const Triangles& surface, const ImageBox<3>& box, double snap) {
   Mesh mesh;
+  const auto first = box.first(), last = box.last();
   for (const auto& point : surface.points.rowwise()) {
-    const auto at = box.index(point.transpose());
+    auto at = box.index(point.transpose());
+    for (int axis = 0; axis < 3; ++axis)
+      for (const double face : {first[axis], last[axis]})
+        if (std::abs(at[axis] - face) <= snap) at[axis] = face;
     mesh.add_vertex({at[0], at[1], at[2]});
   }
   const bool is_mirrored = box.index_to_world.linear().determinant() < 0;
@@ -53,6 +69,23 @@ Triangles from_cgal(Mesh mesh, const ImageBox<3>& box) {
   return out;
 }
 
+/// What of the surface lies in the box, closed along its faces; nothing if that has no clear
+/// answer.
+std::optional<Mesh> cut(const Triangles& surface, const ImageBox<3>& box, double snap) {
+  Mesh mesh = to_cgal(surface, box, snap);
+  const auto first = box.first(), last = box.last();
+  const Kernel::Iso_cuboid_3 cuboid({first[0], first[1], first[2]}, {last[0], last[1], last[2]});
+  try {
+    if (!PMP::clip(mesh, cuboid,
+                   PMP::parameters::clip_volume(true).throw_on_self_intersection(true)))
+      return std::nullopt;
+  } catch (const PMP::Corefinement::Self_intersection_exception&) {
+    return std::nullopt;
+  }
+  PMP::experimental::remove_almost_degenerate_faces(mesh, kCap, kNeedle, kSnap);
+  return mesh;
+}
+
 }  // namespace
 
 Triangles clipped(const Triangles& surface, const ImageBox<3>& box) {
@@ -60,18 +93,11 @@ Triangles clipped(const Triangles& surface, const ImageBox<3>& box) {
   if (std::all_of(rows.begin(), rows.end(),
                   [&](const auto& point) { return box.contains(point.transpose()); }))
     return surface;
-  Mesh mesh = to_cgal(surface, box);
-  const auto first = box.first(), last = box.last();
-  const Kernel::Iso_cuboid_3 cuboid({first[0], first[1], first[2]}, {last[0], last[1], last[2]});
-  bool is_done = false;
-  try {
-    is_done = PMP::clip(mesh, cuboid,
-                        PMP::parameters::clip_volume(true).throw_on_self_intersection(true));
-  } catch (const PMP::Corefinement::Self_intersection_exception&) {
-  }
-  if (!is_done) throw InvalidMesh("a surface that reaches out of the volume cannot be clipped");
-  if (mesh.number_of_faces() == 0) throw InvalidMesh("nothing of the surface lies in the volume");
-  return from_cgal(std::move(mesh), box);
+  std::optional<Mesh> mesh = cut(surface, box, kSnap);
+  if (!mesh) mesh = cut(surface, box, 0);
+  if (!mesh) throw InvalidMesh("a surface that reaches out of the volume cannot be clipped");
+  if (mesh->number_of_faces() == 0) throw InvalidMesh("nothing of the surface lies in the volume");
+  return from_cgal(*std::move(mesh), box);
 }
 
 }  // namespace surf::mesh

@@ -66,6 +66,7 @@ struct Work {
   std::vector<EnergyTerm> energies = {};  ///< of the result, every parameter filled in
   double sigma_mm = 0, edge_length_mm = 0, geometry_tolerance_mm = 0, seed_radius_mm = 0;
   double whole_blur_mm = 0;  ///< of the edges round the seeds, smoothing included; 0 = unknown
+  double edge_blur_mm = 0;   ///< of the edges along the start, without smoothing; 0 = unknown
   SeedModel seed = {};
   double border_share = 0;                       ///< of the length or area on the image's border
   std::optional<Verdict<Dim>> verdict = {};      ///< of the chosen proposal

@@ -105,6 +105,16 @@ double axis_distance(const Capsule& a, const Capsule& b) {
 
 }  // namespace
 
+const std::map<std::string, PhantomKind>& phantom_kinds() {
+  static const std::map<std::string, PhantomKind> kinds = {
+      {"ball", PhantomKind::kBall},     {"two-balls", PhantomKind::kTwoBalls},
+      {"box", PhantomKind::kBox},       {"torus", PhantomKind::kTorus},
+      {"vessel", PhantomKind::kVessel}, {"separate-balls", PhantomKind::kSeparateBalls},
+      {"shell", PhantomKind::kShell},   {"tree", PhantomKind::kTree},
+      {"rods", PhantomKind::kRods}};
+  return kinds;
+}
+
 std::string PhantomOptions::error() const {
   for (const int n : size)
     if (n < 2 || n > 4096)

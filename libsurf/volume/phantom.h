@@ -5,6 +5,7 @@
 #include <Eigen/Core>
 #include <array>
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <string>
 
@@ -24,6 +25,9 @@ enum class PhantomKind {
   kTree,  ///< a trunk along z and five branches, capsules thicker than the vessel's; genus 0
   kRods   ///< the ball, bored through by 40 straight rods that are background; genus 40
 };
+
+/// All bodies by their names: "ball", "two-balls", ...
+const std::map<std::string, PhantomKind>& phantom_kinds();
 
 /// A ball swept along a segment, in units.
 struct Capsule {

@@ -25,6 +25,9 @@ struct RunWords {
   bool has_genus;
 };
 
+inline const RunWords kVolumeWords = {"surface", "vox",   "volume", "volume",   "area",
+                                      "3",       "X,Y,Z", "balls",  "cavities", true};
+
 /// The options as they were typed; lengths and the like are parsed when the image is known.
 struct RunArguments {
   std::vector<std::string> objects, seeds, outside, boxes, marks;

@@ -1,8 +1,6 @@
 // surfseg phantom: test volumes whose surface is known exactly.
 #include "libsurf/volume/phantom.h"
 
-#include <map>
-
 #include "libsurf/base/error.h"
 #include "libsurf/volume/write_volume.h"
 #include "tools/common/arguments.h"
@@ -14,13 +12,6 @@ namespace {
 
 using surf::volume::PhantomKind;
 using surf::volume::PhantomOptions;
-
-const std::map<std::string, PhantomKind> kKinds = {
-    {"ball", PhantomKind::kBall},     {"two-balls", PhantomKind::kTwoBalls},
-    {"box", PhantomKind::kBox},       {"torus", PhantomKind::kTorus},
-    {"vessel", PhantomKind::kVessel}, {"separate-balls", PhantomKind::kSeparateBalls},
-    {"shell", PhantomKind::kShell},   {"tree", PhantomKind::kTree},
-    {"rods", PhantomKind::kRods}};
 
 constexpr const char* kFooter =
     "In units u where the volume's shortest side is [-1, 1] and the body's centre is the "
@@ -40,7 +31,8 @@ constexpr const char* kFooter =
 
 std::string names_of_kinds() {
   std::string names;
-  for (const auto& [name, kind] : kKinds) names += (names.empty() ? "" : ", ") + name;
+  for (const auto& [name, kind] : surf::volume::phantom_kinds())
+    names += (names.empty() ? "" : ", ") + name;
   return names;
 }
 
@@ -70,7 +62,7 @@ std::array<int, 3> parse_size(const std::string& text) {
 
 PhantomOptions options_of(const Request& request) {
   PhantomOptions options;
-  options.kind = kKinds.at(request.kind);
+  options.kind = surf::volume::phantom_kinds().at(request.kind);
   options.size = parse_size(request.size);
   options.noise = request.noise;
   options.random_seed = request.random_seed;
@@ -103,7 +95,7 @@ void add_phantom_command(CLI::App& app, ExitCode&) {
       app.add_subcommand("phantom", "Make a test volume whose surface is known exactly.");
   command->add_option("KIND", request->kind, "Body: " + names_of_kinds())
       ->required()
-      ->check(CLI::IsMember(kKinds).description(""));
+      ->check(CLI::IsMember(surf::volume::phantom_kinds()).description(""));
   command->add_option("-o,--output", request->output, "Volume to write: .nii.gz, .nii, .mha, .nrrd")
       ->required();
   command->add_option("--size", request->size, "Voxels: N or NX,NY,NZ")->capture_default_str();

@@ -23,9 +23,6 @@
 namespace surfseg {
 namespace {
 
-const RunWords kWords = {"surface", "vox",   "volume", "volume",   "area",
-                         "3",       "X,Y,Z", "balls",  "cavities", true};
-
 /// The options as they were typed.
 struct Arguments : RunArguments, SurfaceFiles {
   std::string space = "ras";
@@ -96,7 +93,7 @@ class SegmentSurface : public SurfaceCommand {
   }
 
   void check_values() const {
-    check_run_arguments(command(), arguments_, kWords);
+    check_run_arguments(command(), arguments_, kVolumeWords);
     if (arguments_.keep == "seeded" && arguments_.seeds.empty() && arguments_.marks.empty() &&
         !arguments_.initial.is_body())
       throw surf::UsageError("--keep seeded: a --seed in each component to keep is needed");
@@ -177,9 +174,9 @@ void add_options(CLI::App& command, Arguments& a) {
       "Surface to write: .stl, .obj, .ply or .vtp; of several objects organs/{object}.stl");
   a.which.add_to(command);
 
-  add_start_options(command, a, kWords);
+  add_start_options(command, a, kVolumeWords);
   add_object_option(command, a);
-  add_marks_option(command, a, kWords);
+  add_marks_option(command, a, kVolumeWords);
   const OptionGroup start(command, "Where to start");
   start.add_choice("--space", a.space, "Space of the points: ras or lps in mm, or ijk voxels",
                    {"ras", "lps", "ijk"});
@@ -194,7 +191,7 @@ void add_options(CLI::App& command, Arguments& a) {
             "Or the ellipsoid next to points on the object: Slicer's .mrk.json or .fcsv, or X Y "
             "Z a line in --space");
   start.add_with_default("--initial-label", a.initial.label, "Label to take from the label map");
-  add_run_options(command, a, kWords);
+  add_run_options(command, a, kVolumeWords);
 
   const OptionGroup output(command, "Output and running");
   add_output_space(command, a.output_space, "the file", output.name());

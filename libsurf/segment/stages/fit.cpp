@@ -40,6 +40,7 @@ class Fit : public Stage<Dim> {
     const EdgesAlong edges =
         edges_along<Dim>(work.fields, work.options, work.shape, kLookNodes * node);
     const double reach = kReachNodes * node + kReachBlurs * edges.blur_mm;
+    work.edge_blur_mm = edges.blur_mm;
     work.sigma_mm = edges.sigma_mm;
     work.edge_length_mm =
         work.options.edge_length_mm.value_or(kEdgeLength * std::max(cell, edges.blur_mm));

@@ -18,8 +18,11 @@ class Locate : public CorrectingStage<Dim> {
 
   std::string correct(Work<Dim>& work) const override {
     const double cell = work.cell_mm();
+    // Taken again along a shape that has moved a little it jumps from one scale to another.
     const double blur =
-        edges_along<Dim>(work.fields, work.options, work.shape, kLookCells * cell).blur_mm;
+        work.edge_blur_mm > 0
+            ? work.edge_blur_mm
+            : edges_along<Dim>(work.fields, work.options, work.shape, kLookCells * cell).blur_mm;
     LocatedEdges<Dim> located = locate_edges<Dim>(work.setting(), work.shape, blur);
     const Simplices<Dim> moved = moved_past_clicks<Dim>(work, located.points);
     const Points<Dim>& to = located.points;

@@ -2,6 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+#include <random>
+
 #include "libsurf/base/error.h"
 #include "libsurf/mesh/measure.h"
 #include "libsurf/mesh/primitives.h"
@@ -89,6 +93,42 @@ TEST(Clip, KeepsTheVolumeOfACavityOut) {
       joined({box({0, 0, 0}, {4, 4, 4}, 1), flipped(box({1, 1, 1}, {3, 3, 3}, 1))});
   const auto cells = box_at({5, 5, 5}, Eigen::Matrix3d::Identity(), {2, -0.5, -0.5});
   expect_clipped(clipped(shell, cells), cells, 2 * 16 - 4);
+}
+
+double least_height(const Triangles& surface) {
+  double out = 1e300;
+  for (const auto& t : surface.elements.rowwise()) {
+    const Vector<3> a = surface.points.row(t[0]), b = surface.points.row(t[1]),
+                    c = surface.points.row(t[2]);
+    const double longest = std::max({(b - a).norm(), (c - b).norm(), (a - c).norm()});
+    out = std::min(out, (b - a).cross(c - a).norm() / longest);
+  }
+  return out;
+}
+
+// A cut beside a vertex leaves triangles as thin as their distance: below rounding they have no
+// measure, and nothing can be computed on them.
+TEST(Clip, LeavesNoSliversWhereVerticesAreAllButOnAFace) {
+  std::mt19937 random(3);
+  const auto uniform = [&](double low, double high) {
+    return std::uniform_real_distribution<double>(low, high)(random);
+  };
+  for (int run = 0; run < 60; ++run) {
+    Triangles surface = ball({0.1, -0.2, 0.3}, 4, 1.2);
+    const double face = uniform(-2, 3), other = uniform(-2, 2);
+    const auto cells = box_at({9, 9, 9}, Eigen::Matrix3d::Identity(), {face, other, -3.5});
+    for (Eigen::Index i = 0; i < surface.points.rows(); ++i) {
+      const double way = std::pow(10, uniform(-16, -2)) * (run % 2 == 0 ? 1 : -1);
+      if (std::abs(surface.points(i, 0) - face) < 0.3) surface.points(i, 0) = face + way;
+      if (run % 3 == 0 && std::abs(surface.points(i, 1) - other) < 0.3)
+        surface.points(i, 1) = other + way;
+    }
+    if (!verify(surface).passed()) continue;
+    const Triangles out = clipped(surface, cells);
+    const Verification verification = verify(out);
+    EXPECT_TRUE(verification.passed()) << run << ": " << verification.message();
+    EXPECT_GT(least_height(out), 1e-5) << run;
+  }
 }
 
 TEST(Clip, RefusesWhatHasNothingInTheBox) {

@@ -1,0 +1,354 @@
+"""The module on phantoms: what comes out, what stops it, what is refused."""
+
+import json
+import os
+import pathlib
+import resource
+import signal
+import subprocess
+import sys
+import threading
+import time
+
+import nibabel
+import numpy as np
+import pytest
+import surfseg
+
+OBLIQUE = np.array([[0.0, -1.2, 0.3, 12], [1.1, 0.1, 0, -7], [0, 0.2, 1.5, 30], [0, 0, 0, 1]])
+
+
+def ball_in(shape=(40, 44, 36), affine=OBLIQUE, radius_mm=14.0, dtype=np.int16):
+    """A ball about the middle voxel, its edge one voxel wide: (array, centre in RAS mm)."""
+    index = np.moveaxis(np.indices(shape), 0, -1)
+    centre = np.array(shape) // 2
+    distance = np.linalg.norm((index - centre) @ affine[:3, :3].T, axis=-1) - radius_mm
+    values = 100 + 800 / (1 + np.exp(4 * distance))
+    return np.rint(values).astype(dtype), affine[:3, :3] @ centre + affine[:3, 3]
+
+
+def volume_of_ball(radius_mm):
+    return 4 / 3 * np.pi * radius_mm**3
+
+
+def program(*words):
+    return subprocess.run([os.environ["SURFSEG_PROGRAM"], *map(str, words)], check=True,
+                          capture_output=True, text=True)
+
+
+@pytest.fixture(scope="module")
+def ball():
+    values, centre = ball_in()
+    return surfseg.segment(values, [centre], OBLIQUE)
+
+
+def test_finds_a_ball_in_an_oblique_volume(ball):
+    assert ball.outcome == "converged"
+    assert ball.volume_ml * 1000 == pytest.approx(volume_of_ball(14), rel=0.01)
+    values, centre = ball_in()
+    distances = np.linalg.norm(ball.vertices - centre, axis=1)
+    assert np.abs(distances - 14).max() < 0.3
+    assert ball.faces.dtype == np.int32 and ball.faces.max() == len(ball.vertices) - 1
+    # Outward: the divergence theorem gives the volume with its sign.
+    a, b, c = (ball.vertices[ball.faces[:, k]] for k in range(3))
+    assert np.einsum("ij,ij->i", a, np.cross(b, c)).sum() / 6 == pytest.approx(
+        ball.volume_ml * 1000)
+    assert ball.report["outcome"] == "converged"
+    assert ball.verdict["trust"] in ("trusted", "check", "doubtful")
+
+
+def test_arrays_share_memory_and_are_read_only(ball):
+    vertices = ball.vertices
+    assert vertices.base is not None and not vertices.flags.owndata
+    assert np.shares_memory(vertices, ball.vertices)
+    with pytest.raises(ValueError):
+        vertices[0, 0] = 1
+    assert len(ball.deviation_mm) == len(vertices) and (ball.deviation_mm >= 0).all()
+
+
+def test_arrays_outlive_their_surface():
+    values, centre = ball_in()
+    vertices = surfseg.segment(values, [centre], OBLIQUE).vertices
+    copy = vertices.copy()
+    surfseg.segment(values, [centre], OBLIQUE, edge_length=3)
+    assert (vertices == copy).all()
+
+
+def test_mask_is_on_the_images_grid(ball):
+    mask = ball.mask()
+    values, _ = ball_in()
+    assert mask.dtype == np.uint8 and mask.shape == values.shape
+    truth = values > 500
+    assert 2 * (mask & truth).sum() / (mask.sum() + truth.sum()) > 0.99
+    image = ball.nifti()
+    assert np.allclose(image.affine, OBLIQUE) and (np.asanyarray(image.dataobj) == mask).all()
+
+
+def test_spaces(ball):
+    lps, ijk = ball.vertices_in("lps"), ball.vertices_in("ijk")
+    assert np.allclose(lps * [-1, -1, 1], ball.vertices)
+    assert np.allclose(ijk @ OBLIQUE[:3, :3].T + OBLIQUE[:3, 3], ball.vertices)
+    values, centre = ball_in()
+    same = [surfseg.segment(values, [point], OBLIQUE, space=space).vertices
+            for space, point in (("lps", centre * [-1, -1, 1]), ("ijk", (20, 22, 18)))]
+    for vertices in same:
+        assert np.allclose(vertices, ball.vertices)
+    with pytest.raises(surfseg.UsageError, match="'ras', 'lps' or 'ijk'"):
+        ball.vertices_in("mni")
+
+
+@pytest.mark.parametrize("dtype", [np.uint8, np.int32, np.float32, np.float64, np.dtype(">i2")])
+def test_takes_every_real_type_and_order(dtype):
+    values, centre = ball_in(dtype=np.int16)
+    values = (values // 8).astype(dtype)
+    surfaces = [surfseg.segment(v, [centre], OBLIQUE)
+                for v in (values, np.asfortranarray(values), values[::1, ::-1][:, ::-1])]
+    assert (surfaces[0].vertices == surfaces[1].vertices).all()
+    assert (surfaces[0].vertices == surfaces[2].vertices).all()
+
+
+def test_takes_nibabel_images_and_paths(tmp_path, ball):
+    values, centre = ball_in()
+    image = nibabel.Nifti1Image(values, OBLIQUE)
+    path = tmp_path / "ball.nii.gz"
+    nibabel.save(image, path)
+    for source in (nibabel.load(path), path, str(path), surfseg.read(path)):
+        assert np.allclose(surfseg.segment(source, [centre]).vertices, ball.vertices, atol=1e-3)
+
+
+class SimpleITKImage:
+    """What of a SimpleITK image is used: [z, y, x], LPS."""
+
+    def __init__(self, values, affine):
+        self._values, self._lps = values.T, np.diag([-1, -1, 1, 1]) @ affine
+
+    def __array__(self, dtype=None):
+        return self._values
+
+    def GetSpacing(self):
+        return tuple(np.linalg.norm(self._lps[:3, :3], axis=0))
+
+    def GetDirection(self):
+        return tuple((self._lps[:3, :3] / self.GetSpacing()).ravel())
+
+    def GetOrigin(self):
+        return tuple(self._lps[:3, 3])
+
+
+def test_takes_simple_itk_images(ball):
+    values, centre = ball_in()
+    surface = surfseg.segment(SimpleITKImage(values, OBLIQUE), [centre])
+    assert np.allclose(surface.vertices, ball.vertices, atol=1e-6)
+
+
+def test_writes_the_programs_bytes(tmp_path):
+    volume = surfseg.phantom("torus", size=40, noise=0.05)
+    volume.save(str(tmp_path / "torus.nii.gz"))
+    program("phantom", "torus", "--size", 40, "--noise", 0.05, "-o", tmp_path / "same.nii.gz")
+    assert (tmp_path / "torus.nii.gz").read_bytes() == (tmp_path / "same.nii.gz").read_bytes()
+    surface = surfseg.segment(tmp_path / "torus.nii.gz", [(0.5, 0, 0)], outside=[(0, 0, 0)],
+                              edge_length="2vox")
+    for name in ("torus.stl", "torus.vtp", "torus.nii"):
+        surface.save(tmp_path / ("ours-" + name))
+    program("segment", tmp_path / "torus.nii.gz", "--seed=0.5,0,0", "--outside=0,0,0",
+            "--edge-length=2vox", "-o", tmp_path / "torus.stl", "--mask", tmp_path / "torus.nii")
+    program("segment", tmp_path / "torus.nii.gz", "--seed=0.5,0,0", "--outside=0,0,0",
+            "--edge-length=2vox", "-o", tmp_path / "torus.vtp")
+    for name in ("torus.stl", "torus.vtp", "torus.nii"):
+        assert (tmp_path / name).read_bytes() == (tmp_path / ("ours-" + name)).read_bytes(), name
+
+
+def test_evaluates_as_the_program_does(tmp_path, ball):
+    values, _ = ball_in()
+    reference = tmp_path / "reference.nii.gz"
+    nibabel.save(nibabel.Nifti1Image((values > 500).astype(np.uint8), OBLIQUE), reference)
+    scores = surfseg.evaluate(ball, reference)
+    assert scores["dice"] > 0.99 and scores["quality"]["passed"]
+    ball.save(tmp_path / "ball.vtp")
+    program("evaluate", tmp_path / "ball.vtp", "--reference", reference, "--json",
+            tmp_path / "scores.json")
+    theirs = json.loads((tmp_path / "scores.json").read_text())
+    assert theirs["distance"]["mean_mm"] == pytest.approx(scores["distance"]["mean_mm"])
+
+
+def test_a_dialogue_repeats_from_its_recipe():
+    volume = surfseg.phantom("separate-balls", size=40)
+    dialogue = surfseg.Segmentation(volume)
+    assert "mm" in dialogue_first_line(dialogue)
+    one = dialogue.evolve()
+    two = dialogue.add((0.5, 0, 0))
+    assert two.volume_ml == pytest.approx(2 * one.volume_ml, rel=0.05)
+    assert dialogue.clicks() == [((-0.5, 0, 0), True), ((0.5, 0, 0), True)]
+    recipe = dialogue.recipe()
+    assert dialogue.undo() and dialogue.undo()
+    assert (dialogue.surface().vertices == one.vertices).all()
+    assert dialogue.redo() and dialogue.redo() and not dialogue.redo()
+    assert (dialogue.surface().vertices == two.vertices).all()
+    again = surfseg.Segmentation(volume)
+    again.replay(recipe)
+    assert (again.surface().vertices == two.vertices).all()
+
+
+def dialogue_first_line(dialogue):
+    dialogue.click((-0.5, 0, 0))
+    return dialogue.propose()[0]
+
+
+def test_objects_have_names():
+    dialogue = surfseg.Segmentation(surfseg.phantom("separate-balls", size=32))
+    left = dialogue.add((-0.5, 0, 0), object="left")
+    right = dialogue.add((0.5, 0, 0), object="right")
+    assert dialogue.objects == ["left", "right"]
+    assert left.vertices[:, 0].max() < 0 < right.vertices[:, 0].min()
+    with pytest.raises(surfseg.UsageError, match="there are several"):
+        dialogue.evolve()
+    with pytest.raises(surfseg.UsageError, match="there is no 'middle'"):
+        dialogue.evolve(object="middle")
+
+
+def test_progress_is_called_and_stops():
+    volume = surfseg.phantom("ball", size=96, noise=0.1)
+    seen = []
+    surfseg.segment(volume, [(0, 0, 0)], progress=seen.append)
+    assert {p.stage for p in seen} and seen[-1].seconds > 0
+    assert all(isinstance(p, surfseg.Progress) for p in seen)
+    stopped = surfseg.segment(volume, [(0, 0, 0)], progress=lambda p: p.triangles == 0)
+    assert stopped.outcome == "interrupted" and len(stopped.faces) > 0
+
+
+def test_what_progress_raises_passes_through():
+    dialogue = surfseg.Segmentation(surfseg.phantom("ball", size=64))
+    dialogue.click((0, 0, 0))
+    with pytest.raises(ZeroDivisionError):
+        dialogue.evolve(progress=lambda p: 1 / 0 if p.triangles else None)
+    assert len(dialogue.surface().faces) > 0, "the shape so far"
+
+
+def test_ctrl_c_leaves_the_shape_so_far():
+    dialogue = surfseg.Segmentation(surfseg.phantom("ball", size=96, noise=0.1))
+    dialogue.click((0, 0, 0))
+    times = {}
+
+    def interrupt(progress):
+        if progress.triangles and not times:
+            times["sent"] = time.monotonic()
+            os.kill(os.getpid(), signal.SIGINT)
+
+    with pytest.raises(KeyboardInterrupt):
+        dialogue.evolve(progress=interrupt)
+    assert time.monotonic() - times["sent"] < 5, "one step, on a busy machine"
+    assert dialogue.surface().outcome == "interrupted"
+
+
+def test_other_threads_run_meanwhile_and_take_turns():
+    volume = surfseg.phantom("ball", size=48)
+    expected = surfseg.segment(volume, [(0, 0, 0)]).vertices
+    shared, results = surfseg.Segmentation(volume), []
+    shared.click((0, 0, 0))
+
+    def own():
+        results.append(surfseg.segment(volume, [(0, 0, 0)]).vertices)
+
+    threads = [threading.Thread(target=own) for _ in range(4)]
+    threads += [threading.Thread(target=shared.evolve) for _ in range(2)]
+    for thread in threads:
+        thread.start()
+    turns = 0
+    while any(thread.is_alive() for thread in threads):
+        turns += 1
+        time.sleep(0.001)
+    assert turns > 10, "the interpreter's lock is free"
+    assert len(results) == 4 and all((r == expected).all() for r in results)
+
+
+def test_threads_do_not_change_the_bytes():
+    volume = surfseg.phantom("torus", size=40)
+    one = surfseg.segment(volume, [(0.5, 0, 0)], threads=1)
+    two = surfseg.segment(volume, [(0.5, 0, 0)], threads=2)
+    assert (one.vertices == two.vertices).all()
+
+
+def test_a_hundred_calls_leak_nothing():
+    volume = surfseg.phantom("ball", size=20)
+
+    def once():
+        surface = surfseg.segment(volume, [(0, 0, 0)], locate=False, progress=lambda p: None)
+        surface.mask(), surface.vertices, surface.report
+
+    for _ in range(10):
+        once()
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    for _ in range(100):
+        once()
+    assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 20_000  # kB
+
+
+def test_an_array_is_copied_once():
+    program_text = """
+import numpy as np, resource, surfseg
+values = np.random.default_rng(0).random((160, 160, 160))
+peak = lambda: resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+before = peak()
+volume = surfseg.Volume(values, np.eye(4), "")
+print((peak() - before) * 1024 / values.size)
+"""
+    out = subprocess.run([sys.executable, "-c", program_text], check=True, capture_output=True,
+                         text=True)
+    assert float(out.stdout) < 6, "bytes a voxel: 4 of the volume and some slices"
+
+
+def test_options_are_those_of_the_program(ball):
+    values, centre = ball_in()
+    coarse = surfseg.segment(values, [centre], OBLIQUE, edge_length=4, fill_cavities=True,
+                             energy=["minimal-surface", "area:weight=0.01"])
+    assert len(coarse.faces) < len(ball.faces)
+
+    with pytest.raises(surfseg.UsageError, match="--edge-lenght is not an option; did you mean"):
+        surfseg.segment(values, [centre], OBLIQUE, edge_lenght=4)
+    with pytest.raises(surfseg.UsageError, match="expected a length with its unit"):
+        surfseg.segment(values, [centre], OBLIQUE, edge_length="4")
+    with pytest.raises(surfseg.UsageError, match="no-such"):
+        surfseg.segment(values, [centre], OBLIQUE, preset="no-such")
+
+
+@pytest.mark.parametrize("words, image, seeds, affine", [
+    ("three dimensions", np.zeros((4, 4)), [(0, 0, 0)], np.eye(4)),
+    ("real numbers", np.zeros((4, 4, 4), complex), [(0, 0, 0)], np.eye(4)),
+    ("4 x 4", np.zeros((4, 4, 4)), [(0, 0, 0)], np.eye(3)),
+    ("an array needs the 4 x 4 matrix", np.zeros((4, 4, 4)), [(0, 0, 0)], None),
+    ("three numbers", np.zeros((4, 4, 4)), [(0, 0)], np.eye(4)),
+    ("three numbers", np.zeros((4, 4, 4)), ["middle"], np.eye(4)),
+    ("finite numbers", np.zeros((4, 4, 4)), [(0, 0, np.nan)], np.eye(4)),
+])
+def test_refuses_in_one_line(words, image, seeds, affine):
+    with pytest.raises(surfseg.UsageError, match=words) as error:
+        surfseg.segment(image, seeds, affine)
+    assert "\n" not in str(error.value)
+
+
+def test_kinds_of_errors(tmp_path):
+    flat = np.zeros((8, 8, 8), np.float32)
+    with pytest.raises(surfseg.NoObject):
+        surfseg.segment(flat, [(4, 4, 4)], np.eye(4))
+    with pytest.raises(surfseg.UsageError, match="outside"):
+        surfseg.segment(flat, [(40, 4, 4)], np.eye(4))
+    with pytest.raises(surfseg.InputError):
+        surfseg.read(tmp_path / "missing.nii.gz")
+    flat[1, 2, 3] = np.nan
+    with pytest.raises(surfseg.InputError, match="(?i)nan"):
+        surfseg.segment(flat, [(4, 4, 4)], np.eye(4))
+    with pytest.raises(surfseg.OutputError):
+        surfseg.phantom("ball", 16).save(str(tmp_path / "no folder" / "ball.nii"))
+    for kind in (surfseg.UsageError, surfseg.InputError, surfseg.OutputError, surfseg.NoObject):
+        assert issubclass(kind, surfseg.Error)
+    assert issubclass(surfseg.UsageError, ValueError) and issubclass(surfseg.OutputError, OSError)
+
+
+EXAMPLES = pathlib.Path(__file__).parents[2] / "docs" / "examples"
+
+
+@pytest.mark.parametrize("name", sorted(path.name for path in EXAMPLES.glob("*.py")))
+def test_examples_of_the_docs_run(name):
+    if name == "finite_elements.py":
+        pytest.importorskip("scipy")
+    subprocess.run([sys.executable, EXAMPLES / name], check=True, capture_output=True)

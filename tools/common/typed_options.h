@@ -1,0 +1,18 @@
+// Options of a segmentation from words as one types them after `surfseg segment`.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "libsurf/segment/options.h"
+
+namespace surfseg {
+
+/// Everything but clicks and initial surface: lengths such as "--edge-length", "2mm"; "--energy",
+/// "chan-vese"; "--preset", "kidney-ct"; "--fill-cavities".
+/// @param cell_mm  side of a cube of a voxel's volume, for lengths in voxels
+/// @throws surf::UsageError  an option that there is not, or a value that it cannot have
+/// @throws surf::InputError  the preset's file cannot be read
+surf::segment::Options<3> typed_options(std::vector<std::string> words, double cell_mm);
+
+}  // namespace surfseg

@@ -1,0 +1,110 @@
+#include "tools/python/surface.h"
+
+#include <fmt/format.h>
+#include <pybind11/stl.h>
+
+#include "libsurf/base/error.h"
+#include "libsurf/base/file.h"
+#include "libsurf/io/read_surface.h"
+#include "libsurf/mesh/from_label_map.h"
+#include "libsurf/mesh/rasterize.h"
+#include "libsurf/volume/read_volume.h"
+#include "tools/common/outputs.h"
+#include "tools/common/surface_scores.h"
+
+namespace surfseg::python {
+namespace {
+
+surf::io::Space space_of(const std::string& space) {
+  if (space != "lps" && space != "ras")
+    throw surf::UsageError(fmt::format("space: expected 'lps' or 'ras'; got '{}'", space));
+  return file_space(space);
+}
+
+py::object certainty_array(const Surface& self, py::handle owner,
+                           Eigen::VectorXd surf::segment::Certainty<3>::*field) {
+  if (!self.finished().certainty) return py::none();
+  const Eigen::VectorXd& values = (*self.finished().certainty).*field;
+  return rows_of(values, owner).attr("reshape")(-1);
+}
+
+}  // namespace
+
+Surface::Surface(surf::volume::Volume volume, std::shared_ptr<const Setting> setting,
+                 std::shared_ptr<const Result> result)
+    : volume_(std::move(volume)),
+      setting_(std::move(setting)),
+      result_(std::move(result)),
+      finished_(surf::segment::finish<3>(*setting_, *result_, "")) {}
+
+std::string Surface::summary() const {
+  return surf::segment::summary_json<3>(*result_, &finished_.measures);
+}
+
+py::array_t<std::uint8_t> Surface::mask() const {
+  py::array_t<std::uint8_t, py::array::f_style> out(volume_.size());
+  std::uint8_t* data = out.mutable_data();
+  py::gil_scoped_release released;
+  const auto flags =
+      surf::mesh::rasterize(finished_.shape, volume_.size(), volume_.index_to_world());
+  std::copy(flags.begin(), flags.end(), data);
+  return out;
+}
+
+void Surface::save(const std::string& path, const std::string& space) const {
+  if (!surf::io::is_writable_surface(path))
+    throw surf::UsageError(
+        fmt::format("{}: expected a name that ends in .stl, .obj, .ply or .vtp", path));
+  surf::segment::write(path, surf::segment::finish<3>(*setting_, *result_, surf::extension(path)),
+                       {space_of(space)});
+}
+
+std::string Surface::scores(const std::string& path, std::optional<int> label) const {
+  Reference reference;
+  if (surf::io::is_readable_surface(path)) {
+    if (label) throw surf::UsageError(fmt::format("label: {} is a mesh and has no labels", path));
+    reference.surface = surf::io::read_surface(path);
+  } else {
+    reference.labels = surf::volume::read_volume(path);
+    reference.surface = surf::mesh::surface_of_label_map(*reference.labels, label);
+  }
+  return surface_scores(finished_.shape, reference, label).dump();
+}
+
+void add_surface(py::module_& module) {
+  using surf::segment::Certainty;
+  py::class_<Surface, std::shared_ptr<Surface>>(module, "Surface")
+      .def_property_readonly("vertices",
+                             [](py::object self) {
+                               return rows_of(self.cast<const Surface&>().finished().shape.points,
+                                              self);
+                             })
+      .def_property_readonly("faces",
+                             [](py::object self) {
+                               return rows_of(self.cast<const Surface&>().finished().shape.elements,
+                                              self);
+                             })
+      .def_property_readonly("deviation_mm",
+                             [](py::object self) {
+                               return certainty_array(self.cast<const Surface&>(), self,
+                                                      &Certainty<3>::deviation_mm);
+                             })
+      .def_property_readonly("edge_strength",
+                             [](py::object self) {
+                               return certainty_array(self.cast<const Surface&>(), self,
+                                                      &Certainty<3>::edge_strength);
+                             })
+      .def_property_readonly("outcome", &Surface::outcome)
+      .def_property_readonly("volume_mm3",
+                             [](const Surface& self) { return self.finished().measures.content; })
+      .def_property_readonly("area_mm2",
+                             [](const Surface& self) { return self.finished().measures.measure; })
+      .def("summary", &Surface::summary, py::call_guard<py::gil_scoped_release>())
+      .def("mask", &Surface::mask)
+      .def("save", &Surface::save, py::arg("path"), py::arg("space"),
+           py::call_guard<py::gil_scoped_release>())
+      .def("scores", &Surface::scores, py::arg("reference"), py::arg("label"),
+           py::call_guard<py::gil_scoped_release>());
+}
+
+}  // namespace surfseg::python

@@ -1,0 +1,43 @@
+// A surface that was found, for Python.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "libsurf/segment/finish.h"
+#include "tools/python/arrays.h"
+
+namespace surfseg::python {
+
+/// A verified surface and what is known of it; keeps what it came from.
+class Surface {
+ public:
+  using Setting = surf::segment::Setting<3>;
+  using Result = surf::segment::Result<3>;
+
+  /// @throws surf::NoObject, surf::InvalidMesh  as segment::finish()
+  Surface(surf::volume::Volume volume, std::shared_ptr<const Setting> setting,
+          std::shared_ptr<const Result> result);
+
+  const surf::segment::Finished<3>& finished() const { return finished_; }
+  std::string outcome() const { return to_string(result_->outcome); }
+  /// The summary that `surfseg segment --json` writes, without what it says of files.
+  std::string summary() const;
+  /// 1 for voxel centres inside, uint8, indexed [i, j, k].
+  py::array_t<std::uint8_t> mask() const;
+  /// As the program writes it: the same bytes.
+  /// @param space  "lps", "ras"
+  void save(const std::string& path, const std::string& space) const;
+  /// Scores against a mesh or a label map.
+  std::string scores(const std::string& reference, std::optional<int> label) const;
+
+ private:
+  surf::volume::Volume volume_;
+  std::shared_ptr<const Setting> setting_;
+  std::shared_ptr<const Result> result_;
+  surf::segment::Finished<3> finished_;
+};
+
+void add_surface(py::module_& module);
+
+}  // namespace surfseg::python
