@@ -17,6 +17,13 @@ struct IndexBox {
     for (int axis = 0; axis < Dim; ++axis) out.size[axis] -= lower[axis];
     return out;
   }
+  /// The same along every axis.
+  static IndexBox cube(int lower, int size) {
+    IndexBox out;
+    out.lower.fill(lower);
+    out.size.fill(size);
+    return out;
+  }
   Index upper() const {
     Index out = lower;
     for (int axis = 0; axis < Dim; ++axis) out[axis] += size[axis];

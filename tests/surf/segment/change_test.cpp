@@ -13,12 +13,7 @@ namespace {
 template <class T>
 struct Change : ::testing::Test {
   static constexpr int kDim = T::value;
-  static NodeBox<kDim> box() {
-    NodeBox<kDim> out;
-    out.lower.fill(0);
-    out.size.fill(20);
-    return out;
-  }
+  static NodeBox<kDim> box() { return NodeBox<kDim>::cube(0, 20); }
   /// Of the first coordinate, the others between 5 and 14.
   static Flags bar(const std::function<bool(int)>& is_in) {
     Flags out(box().n());
