@@ -110,6 +110,7 @@ class SegmentSurface : public SurfaceCommand {
           "--marks, or an --initial surface");
   }
 
+  /// Of each label map.
   std::vector<std::vector<surf::segment::Click<3>>> strokes(
       const surf::volume::Volume& volume) const {
     const auto box = [](const surf::volume::Volume& v) {
