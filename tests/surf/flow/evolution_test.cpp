@@ -66,15 +66,20 @@ TYPED_TEST(Evolution, RecordsTheShapeAfterEachStep) {
 }
 
 TYPED_TEST(Evolution, TakesNoStepIfNoneIsAllowed) {
-  const FlowSummary summary = descend<TypeParam::value>({.max_steps = 0});
+  FlowOptions options;
+  options.max_steps = 0;
+  const FlowSummary summary = descend<TypeParam::value>(options);
   EXPECT_EQ(summary.termination, Termination::kMaxSteps);
   EXPECT_EQ(summary.initial_energy, summary.final_energy);
   EXPECT_TRUE(summary.steps.empty());
 }
 
 TYPED_TEST(Evolution, ConvergesByTheShapeDerivativeAlone) {
-  const FlowSummary summary =
-      descend<TypeParam::value>({.rel_tol = 1e-2, .energy_tol = 0, .energy_window = 1000});
+  FlowOptions options;
+  options.rel_tol = 1e-2;
+  options.energy_tol = 0;
+  options.energy_window = 1000;
+  const FlowSummary summary = descend<TypeParam::value>(options);
   EXPECT_EQ(summary.termination, Termination::kConverged);
   EXPECT_NE(summary.message.find("shape derivative"), std::string::npos) << summary.message;
   double steepest = 0;
@@ -84,8 +89,11 @@ TYPED_TEST(Evolution, ConvergesByTheShapeDerivativeAlone) {
 }
 
 TYPED_TEST(Evolution, ConvergesWhenNoVertexMovesAnyFurther) {
-  const FlowSummary summary = descend<TypeParam::value>(
-      {.rel_tol = 0, .energy_tol = 0, .energy_window = 3, .displacement_tol_mm = 0.02});
+  FlowOptions options;
+  options.rel_tol = options.energy_tol = 0;
+  options.energy_window = 3;
+  options.displacement_tol_mm = 0.02;
+  const FlowSummary summary = descend<TypeParam::value>(options);
   EXPECT_EQ(summary.termination, Termination::kConverged);
   EXPECT_NE(summary.message.find("no vertex moved further"), std::string::npos) << summary.message;
   const auto& steps = summary.steps;
@@ -153,7 +161,9 @@ TYPED_TEST(Evolution, StopsOnRequestWithTheLastStepTaken) {
 }
 
 TYPED_TEST(Evolution, RefusesOptionsThatAreWrong) {
-  EXPECT_THROW(descend<TypeParam::value>({.max_steps = -1}), UsageError);
+  FlowOptions options;
+  options.max_steps = -1;
+  EXPECT_THROW(descend<TypeParam::value>(options), UsageError);
 }
 
 // Growth against a balance of forces: gamma |Omega| with gamma < 0 against |Gamma| is at rest at
