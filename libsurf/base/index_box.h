@@ -17,6 +17,13 @@ struct IndexBox {
     for (int axis = 0; axis < Dim; ++axis) out.size[axis] -= lower[axis];
     return out;
   }
+  /// The same along every axis.
+  static IndexBox cube(int lower, int size) {
+    IndexBox out;
+    out.lower.fill(lower);
+    out.size.fill(size);
+    return out;
+  }
   Index upper() const {
     Index out = lower;
     for (int axis = 0; axis < Dim; ++axis) out[axis] += size[axis];
@@ -59,6 +66,16 @@ struct IndexBox {
       here[axis] + 1 < lower[axis] + size[axis] ? visit(at + step) : void(++n_missing);
     }
     return n_missing;
+  }
+  /// Calls visit(at, here, stride) for every node, along each line of one axis in turn: `here`
+  /// counts from 0 along the axis, the next node of the line is `stride` on.
+  template <class Visit>
+  void for_lines(int axis, const Visit& visit) const {
+    const std::size_t step = stride(axis);
+    std::size_t at = 0;
+    for (const std::size_t end = n(); at < end;)
+      for (int here = 0; here < size[axis]; ++here)
+        for (std::size_t i = 0; i < step; ++i, ++at) visit(at, here, step);
   }
 };
 

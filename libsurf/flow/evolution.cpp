@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "libsurf/base/error.h"
+#include "libsurf/base/names.h"
 #include "libsurf/flow/content.h"
 #include "libsurf/flow/detail/stepper.h"
 
@@ -135,19 +136,12 @@ std::string FlowOptions::error() const {
 }
 
 std::string to_string(Termination termination) {
-  switch (termination) {
-    case Termination::kConverged:
-      return "converged";
-    case Termination::kMaxSteps:
-      return "max-steps";
-    case Termination::kStalled:
-      return "stalled";
-    case Termination::kObstacle:
-      return "obstacle";
-    case Termination::kStopped:
-      break;
-  }
-  return "stopped";
+  using enum Termination;
+  return name_of(termination, {{kConverged, "converged"},
+                               {kMaxSteps, "max-steps"},
+                               {kStalled, "stalled"},
+                               {kObstacle, "obstacle"},
+                               {kStopped, "stopped"}});
 }
 
 namespace {

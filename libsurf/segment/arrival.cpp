@@ -16,9 +16,7 @@ struct Step {
 
 template <int Dim>
 std::vector<Step<Dim>> steps(const NodeBox<Dim>& box) {
-  NodeBox<Dim> around;
-  around.lower.fill(-1);
-  around.size.fill(3);
+  const auto around = NodeBox<Dim>::cube(-1, 3);
   std::vector<Step<Dim>> out;
   for (std::size_t n = 0; n < around.n(); ++n) {
     Step<Dim> step{around.node(n), 0, 0};

@@ -58,15 +58,13 @@ KindParameter<Dim> gamma_parameter() {
 
 template <int Dim>
 EnergyKind<Dim> minimal_surface() {
-  EnergyKind<Dim> kind;
-  kind.name = "minimal-surface";
-  kind.formula =
+  EnergyKind<Dim> kind{
+      "minimal-surface",
       "gamma0 int_Gamma H dS + gamma int_Omega H dx, H = 1 / (1 + |grad I|^2 / lambda^2), (1.6), "
-      "(5.1)";
-  kind.description =
+      "(5.1)",
       "The geodesic active contour: for objects with clear edges all round and without deep "
-      "concavities.";
-  kind.parameters = {gamma0_parameter<Dim>(), gamma_parameter<Dim>(), lambda_parameter<Dim>()};
+      "concavities.",
+      {gamma0_parameter<Dim>(), gamma_parameter<Dim>(), lambda_parameter<Dim>()}};
   kind.build = [](const KindContext<Dim>& context, const EnergyTerm& term) {
     auto sum = std::make_unique<energy::EnergySum<Dim>>();
     energy::add_minimal_surface<Dim>(*sum, edge_indicator<Dim>(context, term),
@@ -94,34 +92,26 @@ energy::DensityPointer<Dim> alignment_density(const KindContext<Dim>& context,
 
 template <int Dim>
 std::vector<KindParameter<Dim>> alignment_parameters() {
-  using Default = ParameterDefault<Dim>;
-  return {{.key = "scale",
-           .unit = "intensity/mm",
-           .meaning = "gradient at which phi is -1 or 1",
-           .range = ParameterRange::positive(),
-           .standard = Default::chosen(
-               [](const KindContext<Dim>& context, const EnergyTerm&) {
-                 return 4 * strength_round_seeds<Dim>(context);
-               },
-               "the median first peak of |grad I| on rays from the seeds"),
-           .blur_power = -1},
-          {.key = "sign",
-           .meaning = "1 for bright objects, -1 for dark ones, 0 for edges of either sign",
-           .range = ParameterRange::one_of({1, 0, -1}),
-           .standard = Default::of(1)}};
+  return {
+      chosen_parameter<Dim>(
+          "scale", "intensity/mm", "gradient at which phi is -1 or 1", ParameterRange::positive(),
+          [](const auto& context) { return 4 * strength_round_seeds<Dim>(context); },
+          "the median first peak of |grad I| on rays from the seeds", -1),
+      {.key = "sign",
+       .meaning = "1 for bright objects, -1 for dark ones, 0 for edges of either sign",
+       .range = ParameterRange::one_of({1, 0, -1}),
+       .standard = ParameterDefault<Dim>::of(1)}};
 }
 
 template <int Dim>
 EnergyKind<Dim> alignment() {
-  EnergyKind<Dim> kind;
-  kind.name = "alignment";
-  kind.formula =
+  EnergyKind<Dim> kind{
+      "alignment",
       "int_Gamma phi(<grad I, nu>) dS, phi(s) = sign s / scale, or -sqrt(s^2 / scale^2 + 0.01) "
-      "with sign = 0";
-  kind.description =
+      "with sign = 0",
       "The edge alignment of Kimmel and Bruckstein: goes to where the Laplacian changes its sign, "
-      "whatever the slope of the background.";
-  kind.parameters = alignment_parameters<Dim>();
+      "whatever the slope of the background.",
+      alignment_parameters<Dim>()};
   kind.build = [](const KindContext<Dim>& context, const EnergyTerm& term) {
     return std::make_unique<energy::AnisotropicIntegral<Dim>>(
         alignment_density<Dim>(context, term));
@@ -131,13 +121,12 @@ EnergyKind<Dim> alignment() {
 
 template <int Dim>
 EnergyKind<Dim> prescribed_curvature() {
-  EnergyKind<Dim> kind;
-  kind.name = "prescribed-curvature";
-  kind.formula = "1/2 int_Gamma H (kappa - curvature)^2 dS, (1.8)";
-  kind.description =
+  EnergyKind<Dim> kind{
+      "prescribed-curvature",
+      "1/2 int_Gamma H (kappa - curvature)^2 dS, (1.8)",
       "Leventon's model: a curvature where no edge says otherwise, as a smoothness term that edges "
-      "switch off.";
-  kind.parameters = {curvature_parameter<Dim>(), lambda_parameter<Dim>()};
+      "switch off.",
+      {curvature_parameter<Dim>(), lambda_parameter<Dim>()}};
   kind.build = [](const KindContext<Dim>& context, const EnergyTerm& term) {
     return std::make_unique<energy::CurvatureIntegral<Dim>>(energy::squared_curvature<Dim>(
         edge_indicator<Dim>(context, term), parameter(term, "curvature")));
@@ -148,13 +137,12 @@ EnergyKind<Dim> prescribed_curvature() {
 
 template <int Dim>
 EnergyKind<Dim> average_edge() {
-  EnergyKind<Dim> kind;
-  kind.name = "average-edge";
-  kind.formula = "int_Gamma H dS / |Gamma|, (1.9)";
-  kind.description =
+  EnergyKind<Dim> kind{
+      "average-edge",
+      "int_Gamma H dS / |Gamma|, (1.9)",
       "The mean of the edge indicator along the boundary: follows concavities, where an integral "
-      "punishes length.";
-  kind.parameters = {lambda_parameter<Dim>()};
+      "punishes length.",
+      {lambda_parameter<Dim>()}};
   kind.build = [](const KindContext<Dim>& context, const EnergyTerm& term) {
     return std::make_unique<energy::BoundaryFunctional<Dim>>(
         energy::average<Dim>(energy::isotropic_density<Dim>(edge_indicator<Dim>(context, term))));
@@ -165,11 +153,9 @@ EnergyKind<Dim> average_edge() {
 
 template <int Dim>
 EnergyKind<Dim> average_alignment() {
-  EnergyKind<Dim> kind;
-  kind.name = "average-alignment";
-  kind.formula = "int_Gamma phi(<grad I, nu>) dS / |Gamma|, (1.9), phi as in alignment";
-  kind.description = "The mean of the edge alignment along the boundary.";
-  kind.parameters = alignment_parameters<Dim>();
+  EnergyKind<Dim> kind{
+      "average-alignment", "int_Gamma phi(<grad I, nu>) dS / |Gamma|, (1.9), phi as in alignment",
+      "The mean of the edge alignment along the boundary.", alignment_parameters<Dim>()};
   kind.build = [](const KindContext<Dim>& context, const EnergyTerm& term) {
     return std::make_unique<energy::BoundaryFunctional<Dim>>(
         energy::average<Dim>(alignment_density<Dim>(context, term)));
@@ -181,16 +167,11 @@ EnergyKind<Dim> average_alignment() {
 
 template <int Dim>
 KindParameter<Dim> lambda_parameter() {
-  return {.key = "lambda",
-          .unit = "intensity/mm",
-          .meaning = "strength of an edge",
-          .range = ParameterRange::positive(),
-          .standard = ParameterDefault<Dim>::chosen(
-              [](const KindContext<Dim>& context, const EnergyTerm&) {
-                return strength_round_seeds<Dim>(context);
-              },
-              "a quarter of the median first peak of |grad I| on rays from the seeds"),
-          .blur_power = -1};  // the gradient at a step falls as the blur widens
+  constexpr double kBlurPower = -1;  // the gradient at a step falls as the blur widens
+  return chosen_parameter<Dim>(
+      "lambda", "intensity/mm", "strength of an edge", ParameterRange::positive(),
+      strength_round_seeds<Dim>,
+      "a quarter of the median first peak of |grad I| on rays from the seeds", kBlurPower);
 }
 
 template <int Dim>

@@ -22,13 +22,11 @@ constexpr double kLengthCells = Dim == 2 ? 0.5 : 0.25;
 
 template <int Dim>
 EnergyKind<Dim> chan_vese() {
-  EnergyKind<Dim> kind;
-  kind.name = "chan-vese";
-  kind.formula =
+  EnergyKind<Dim> kind{
+      "chan-vese",
       "int_Omega (I - mu_1)^2 dx + int_(D - Omega) (I - mu_2)^2 dx, over the squared contrast, "
-      "1.1.2, (1.10)";
-  kind.description =
-      "Means of both sides: for objects without edges, smooth transitions, noise; needs area.";
+      "1.1.2, (1.10)",
+      "Means of both sides: for objects without edges, smooth transitions, noise; needs area."};
   kind.build = [](const KindContext<Dim>& context, const EnergyTerm&) {
     const energy::ImageTotals all = context.model.totals();
     const double mean = all.intensity / all.content;
@@ -47,11 +45,9 @@ EnergyKind<Dim> chan_vese() {
 
 template <int Dim>
 EnergyKind<Dim> region_competition() {
-  EnergyKind<Dim> kind;
-  kind.name = "region-competition";
-  kind.formula = "sum_i |Omega_i| / 2 log sigma_i^2, (1.10)";
-  kind.description =
-      "Means and variances of both sides: tells textures of equal mean apart; needs area.";
+  EnergyKind<Dim> kind{
+      "region-competition", "sum_i |Omega_i| / 2 log sigma_i^2, (1.10)",
+      "Means and variances of both sides: tells textures of equal mean apart; needs area."};
   kind.build = [name = kind.name](const KindContext<Dim>& context, const EnergyTerm&) {
     return std::make_unique<energy::RegionStatistics<Dim>>(
         name, context.model.intensity(),
@@ -63,42 +59,31 @@ EnergyKind<Dim> region_competition() {
 
 template <int Dim>
 EnergyKind<Dim> local_means_kind() {
-  using Default = ParameterDefault<Dim>;
   using Context = KindContext<Dim>;
-  EnergyKind<Dim> kind;
-  kind.name = "local-means";
-  kind.formula =
+  EnergyKind<Dim> kind{
+      "local-means",
       "int_Omega f dx from the initial shape on, f = -tanh(q - 8 max(v, 0)^3) + 2 z u + 3/2 z^9, "
       "q = (2 I - m_1 - m_2) c / m, v = (I - m_1) c / m, c = m_1 - m_2, m = c^2 + (2 noise)^2, "
-      "z = d / reach, u = (4 noise)^4 / (c^4 + (4 noise)^4)";
-  kind.description =
+      "z = d / reach, u = (4 noise)^4 / (c^4 + (4 noise)^4)",
       "Local means m_1, m_2 of both sides of an initial shape, and the distance d to it: for what "
-      "lies within a few cells of a start.";
+      "lies within a few cells of a start."};
   kind.parameters = {
-      {.key = "reach",
-       .unit = "mm",
-       .meaning = "how far the shape may be from the initial one",
-       .range = ParameterRange::positive(),
-       .standard = Default::chosen(
-           [](const Context& context, const EnergyTerm&) { return 3 * context.cell_mm(); },
-           "3 cells")},
-      {.key = "edge",
-       .unit = "mm",
-       .meaning = "deviation of the edges' blur: twice as far is on neither side",
-       .range = ParameterRange::not_negative(),
-       .standard = Default::chosen(
-           [](const Context& context, const EnergyTerm&) { return context.cell_mm(); }, "1 cell"),
-       .blur_power = 1},
-      {.key = "noise",
-       .unit = "intensity",
-       .meaning = "means that differ by less are not told apart",
-       .range = ParameterRange::positive(),
-       .standard = Default::chosen(
-           [](const Context& context, const EnergyTerm&) {
-             const auto [lowest, highest] = context.model.extent().range;
-             return std::max(context.seed.noise, 1e-6 * (double(highest) - lowest) + 1e-300);
-           },
-           "that round the seeds")}};
+      chosen_parameter<Dim>(
+          "reach", "mm", "how far the shape may be from the initial one",
+          ParameterRange::positive(), [](const Context& context) { return 3 * context.cell_mm(); },
+          "3 cells"),
+      chosen_parameter<Dim>(
+          "edge", "mm", "deviation of the edges' blur: twice as far is on neither side",
+          ParameterRange::not_negative(), [](const Context& context) { return context.cell_mm(); },
+          "1 cell", 1),
+      chosen_parameter<Dim>(
+          "noise", "intensity", "means that differ by less are not told apart",
+          ParameterRange::positive(),
+          [](const Context& context) {
+            const auto [lowest, highest] = context.model.extent().range;
+            return std::max(context.seed.noise, 1e-6 * (double(highest) - lowest) + 1e-300);
+          },
+          "that round the seeds")};
   kind.build = [](const Context& context, const EnergyTerm& term) {
     if (!context.initial || !context.shape || !context.setting)
       throw UsageError("energy local-means: it is fitted to an initial shape, and there is none");
@@ -124,26 +109,18 @@ std::shared_ptr<const Field<Dim>> window_field(const KindContext<Dim>& context,
 
 template <int Dim>
 EnergyKind<Dim> window() {
-  using Default = ParameterDefault<Dim>;
   using Context = KindContext<Dim>;
-  EnergyKind<Dim> kind;
-  kind.name = "window";
-  kind.formula = "int_Omega f(I) dx, f = (z^4 - 1) / (z^4 + 1), z = (I - mean) / half-width";
-  kind.description = "Takes what lies in a window of intensities; needs area.";
-  kind.parameters = {
-      {.key = "mean",
-       .unit = "intensity",
-       .meaning = "middle of the window",
-       .standard = Default::chosen(
-           [](const Context& context, const EnergyTerm&) { return context.seed.mean; },
-           "the median intensity round the seeds")},
-      {.key = "half-width",
-       .unit = "intensity",
-       .meaning = "where f is 0",
-       .range = ParameterRange::positive(),
-       .standard = Default::chosen(
-           [](const Context& context, const EnergyTerm&) { return 4 * context.seed.deviation; },
-           "4 deviations of the intensities round the seeds")}};
+  EnergyKind<Dim> kind{"window",
+                       "int_Omega f(I) dx, f = (z^4 - 1) / (z^4 + 1), z = (I - mean) / half-width",
+                       "Takes what lies in a window of intensities; needs area."};
+  kind.parameters = {chosen_parameter<Dim>(
+                         "mean", "intensity", "middle of the window", ParameterRange::any(),
+                         [](const Context& context) { return context.seed.mean; },
+                         "the median intensity round the seeds"),
+                     chosen_parameter<Dim>(
+                         "half-width", "intensity", "where f is 0", ParameterRange::positive(),
+                         [](const Context& context) { return 4 * context.seed.deviation; },
+                         "4 deviations of the intensities round the seeds")};
   kind.build = [](const Context& context, const EnergyTerm& term) {
     return std::make_unique<energy::DomainIntegral<Dim>>(
         window_field<Dim>(context, term),
@@ -168,48 +145,35 @@ PiecewiseSmooth piecewise_smooth(const EnergyTerm& term) {
 
 template <int Dim>
 std::vector<KindParameter<Dim>> mumford_shah_parameters() {
-  using Default = ParameterDefault<Dim>;
   using Context = KindContext<Dim>;
-  return {{.key = "mu",
-           .unit = "mm^2",
-           .meaning = "u follows I over lengths above sqrt(mu)",
-           .range = ParameterRange::positive(),
-           .standard = Default::chosen(
-               [](const Context& context, const EnergyTerm&) {
-                 return std::pow(kSmoothingCells<Dim> * context.cell_mm(), 2);
-               },
-               Dim == 2 ? "(32 px)^2" : "(10 vox)^2")},
-          {.key = "gamma",
-           .unit = "mm",
-           .meaning = "weight of the area",
-           .range = ParameterRange::not_negative(),
-           .standard = Default::chosen(
-               [](const Context& context, const EnergyTerm&) {
-                 return kLengthCells<Dim> * context.cell_mm();
-               },
-               Dim == 2 ? "0.5 px" : "0.25 vox")},
-          {.key = "contrast",
-           .unit = "intensity",
-           .meaning = "what intensities are divided by",
-           .range = ParameterRange::positive(),
-           .standard = Default::chosen(
-               [](const Context& context, const EnergyTerm&) { return context.model.contrast(); },
-               "the distance of the image's two classes of intensities")}};
+  return {
+      chosen_parameter<Dim>(
+          "mu", "mm^2", "u follows I over lengths above sqrt(mu)", ParameterRange::positive(),
+          [](const Context& context) {
+            return std::pow(kSmoothingCells<Dim> * context.cell_mm(), 2);
+          },
+          Dim == 2 ? "(32 px)^2" : "(10 vox)^2"),
+      chosen_parameter<Dim>(
+          "gamma", "mm", "weight of the area", ParameterRange::not_negative(),
+          [](const Context& context) { return kLengthCells<Dim> * context.cell_mm(); },
+          Dim == 2 ? "0.5 px" : "0.25 vox"),
+      chosen_parameter<Dim>(
+          "contrast", "intensity", "what intensities are divided by", ParameterRange::positive(),
+          [](const Context& context) { return context.model.contrast(); },
+          "the distance of the image's two classes of intensities")};
 }
 
 /// In the plane with its domain meshes: Alg. 8 on them, and the first part of Alg. 17, in which
 /// they are not adapted to data.
 template <int Dim>
 EnergyKind<Dim> mumford_shah() {
-  EnergyKind<Dim> kind;
-  kind.name = "mumford-shah";
-  kind.formula =
+  EnergyKind<Dim> kind{
+      "mumford-shah",
       "sum_i 1/2 int_(Omega_i) (u_i - I)^2 + mu |grad u_i|^2 dx + gamma |Gamma|, I by contrast, "
-      "(5.4)";
-  kind.description =
+      "(5.4)",
       "A smooth approximation of both sides along with the shape: segments and "
-      "denoises at once.";
-  kind.parameters = mumford_shah_parameters<Dim>();
+      "denoises at once.",
+      mumford_shah_parameters<Dim>()};
   kind.build = [](const KindContext<Dim>& context, const EnergyTerm& term) {
     return context.model.mumford_shah(piecewise_smooth<Dim>(term));
   };

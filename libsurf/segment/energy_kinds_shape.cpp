@@ -16,10 +16,8 @@ constexpr std::array<const char*, 3> kAxes = {"x", "y", "z"};
 
 template <int Dim>
 EnergyKind<Dim> area() {
-  EnergyKind<Dim> kind;
-  kind.name = "area";
-  kind.formula = "|Gamma|, (1.6) with H = 1";
-  kind.description = "Smoothness beside region terms; its weight is in mm there.";
+  EnergyKind<Dim> kind{"area", "|Gamma|, (1.6) with H = 1",
+                       "Smoothness beside region terms; its weight is in mm there."};
   kind.build = [](const KindContext<Dim>&, const EnergyTerm&) {
     return std::make_unique<energy::BoundaryIntegral<Dim>>(energy::constant_field<Dim>(1));
   };
@@ -29,10 +27,8 @@ EnergyKind<Dim> area() {
 
 template <int Dim>
 EnergyKind<Dim> volume() {
-  EnergyKind<Dim> kind;
-  kind.name = "volume";
-  kind.formula = "|Omega|";
-  kind.description = "With a negative weight, in 1/mm beside area, a balloon.";
+  EnergyKind<Dim> kind{"volume", "|Omega|",
+                       "With a negative weight, in 1/mm beside area, a balloon."};
   kind.build = [](const KindContext<Dim>&, const EnergyTerm&) {
     return std::make_unique<energy::Content<Dim>>();
   };
@@ -55,13 +51,12 @@ std::unique_ptr<energy::ShapeEnergy<Dim>> anisotropic_energy(const KindContext<D
 template <int Dim>
 EnergyKind<Dim> anisotropic() {
   using Default = ParameterDefault<Dim>;
-  EnergyKind<Dim> kind;
-  kind.name = "anisotropic";
-  kind.formula = Dim == 2 ? "int_Gamma H sqrt((x nu_x)^2 + (y nu_y)^2) dS, (1.7)"
-                          : "int_Gamma H sqrt((x nu_x)^2 + (y nu_y)^2 + (z nu_z)^2) dS, (1.7)";
-  kind.description =
+  EnergyKind<Dim> kind{
+      "anisotropic",
+      Dim == 2 ? "int_Gamma H sqrt((x nu_x)^2 + (y nu_y)^2) dS, (1.7)"
+               : "int_Gamma H sqrt((x nu_x)^2 + (y nu_y)^2 + (z nu_z)^2) dS, (1.7)",
       "Costs more where the normal is along an axis with a large factor: for objects whose faces "
-      "are known to lie one way.";
+      "are known to lie one way."};
   for (int axis = 0; axis < Dim; ++axis)
     kind.parameters.push_back({.key = kAxes[axis],
                                .meaning = "factor of the axis",
@@ -77,12 +72,11 @@ EnergyKind<Dim> anisotropic() {
 
 template <int Dim>
 EnergyKind<Dim> willmore() {
-  EnergyKind<Dim> kind;
-  kind.name = "willmore";
-  kind.formula = "1/2 int_Gamma (kappa - curvature)^2 dS, (1.8) with H = 1";
-  kind.description =
-      "Punishes bending, not size: keeps thin tubes; its weight is in mm^2 beside area.";
-  kind.parameters = {curvature_parameter<Dim>()};
+  EnergyKind<Dim> kind{
+      "willmore",
+      "1/2 int_Gamma (kappa - curvature)^2 dS, (1.8) with H = 1",
+      "Punishes bending, not size: keeps thin tubes; its weight is in mm^2 beside area.",
+      {curvature_parameter<Dim>()}};
   kind.build = [](const KindContext<Dim>&, const EnergyTerm& term) {
     return std::make_unique<energy::CurvatureIntegral<Dim>>(energy::squared_curvature<Dim>(
         energy::constant_field<Dim>(1), parameter(term, "curvature")));

@@ -1,59 +1,19 @@
 // Morphology on boxes of nodes of a grid, in the plane and in space: components, holes, blur.
 #pragma once
 
-#include <array>
-#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <vector>
+
+#include "libsurf/base/index_box.h"
 
 namespace surf::segment {
 
 using Flags = std::vector<std::uint8_t>;
 
-/// A box of nodes lower <= index < lower + size; its own nodes count from 0, first index fastest.
+/// Of nodes; its own count from 0.
 template <int Dim>
-struct NodeBox {
-  using Index = std::array<int, Dim>;
-  Index lower{}, size{};
-
-  std::size_t n() const {
-    std::size_t out = 1;
-    for (const int along : size) out *= std::size_t(along);
-    return out;
-  }
-  std::size_t at(const Index& node) const {
-    std::size_t out = 0;
-    for (int axis = Dim - 1; axis >= 0; --axis)
-      out = out * size[axis] + std::size_t(node[axis] - lower[axis]);
-    return out;
-  }
-  bool contains(const Index& node) const {
-    for (int axis = 0; axis < Dim; ++axis)
-      if (node[axis] < lower[axis] || node[axis] >= lower[axis] + size[axis]) return false;
-    return true;
-  }
-  Index node(std::size_t at) const {
-    Index out;
-    for (int axis = 0; axis < Dim; ++axis) {
-      out[axis] = lower[axis] + int(at % size[axis]);
-      at /= size[axis];
-    }
-    return out;
-  }
-
-  /// Calls visit(at, here, stride) for every node, along each line of one axis in turn: `here`
-  /// counts from 0 along the axis, the next node of the line is `stride` on.
-  template <class Visit>
-  void for_lines(int axis, const Visit& visit) const {
-    std::size_t stride = 1;
-    for (int a = 0; a < axis; ++a) stride *= size[a];
-    std::size_t at = 0;
-    for (const std::size_t end = n(); at < end;)
-      for (int here = 0; here < size[axis]; ++here)
-        for (std::size_t i = 0; i < stride; ++i, ++at) visit(at, here, stride);
-  }
-};
+using NodeBox = IndexBox<Dim>;
 
 /// Whether all nodes are near the border along an axis, so that this says nothing.
 template <int Dim>

@@ -1,25 +1,18 @@
 #include "libsurf/segment/outcome.h"
 
+#include "libsurf/base/names.h"
+
 namespace surf::segment {
 
 std::string to_string(Outcome outcome) {
-  switch (outcome) {
-    case Outcome::kEmpty:
-      return "empty";
-    case Outcome::kProposed:
-      return "proposed";
-    case Outcome::kConverged:
-      return "converged";
-    case Outcome::kAtLimit:
-      return "stopped at a limit";
-    case Outcome::kStopped:
-      return "interrupted";
-    case Outcome::kNoObject:
-      return "no object";
-    case Outcome::kVanished:
-      break;
-  }
-  return "vanished";
+  using enum Outcome;
+  return name_of(outcome, {{kEmpty, "empty"},
+                           {kProposed, "proposed"},
+                           {kConverged, "converged"},
+                           {kAtLimit, "stopped at a limit"},
+                           {kStopped, "interrupted"},
+                           {kNoObject, "no object"},
+                           {kVanished, "vanished"}});
 }
 
 int exit_code(Outcome outcome) {

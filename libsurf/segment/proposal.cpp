@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <map>
 
+#include "libsurf/base/names.h"
 #include "libsurf/fem/geometry.h"
 #include "libsurf/mesh/verify.h"
 #include "libsurf/segment/object_box.h"
@@ -80,27 +81,16 @@ std::optional<Simplices<Dim>> boundary(const Setting<Dim>& setting, const Region
 
 /// What a further click has changed.
 const char* change_words(Family family) {
-  switch (family) {
-    case Family::kAlike:
-      return "what is alike";
-    case Family::kBrighter:
-      return "what is brighter";
-    case Family::kDarker:
-      return "what is darker";
-    case Family::kBetween:
-      return "what lies between the clicks' intensities";
-    case Family::kFront:
-      return "what is reached before an edge";
-    case Family::kCompetition:
-      return "what is nearer to it than to the others";
-    case Family::kNeck:
-      return "what a neck parts from the others";
-    case Family::kBall:
-      return "what is close to it";
-    case Family::kCut:
-      return "a least cut between all";
-  }
-  return "";
+  using enum Family;
+  return name_of(family, {{kAlike, "what is alike"},
+                          {kBrighter, "what is brighter"},
+                          {kDarker, "what is darker"},
+                          {kBetween, "what lies between the clicks' intensities"},
+                          {kFront, "what is reached before an edge"},
+                          {kCompetition, "what is nearer to it than to the others"},
+                          {kNeck, "what a neck parts from the others"},
+                          {kBall, "what is close to it"},
+                          {kCut, "a least cut between all"}});
 }
 
 }  // namespace

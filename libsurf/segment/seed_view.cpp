@@ -48,9 +48,7 @@ void SeedView<Dim>::flag_edges() {
 template <int Dim>
 std::vector<std::size_t> SeedView<Dim>::starts(const NodeBox<Dim>& box, const Flags& flags,
                                                int reach) const {
-  NodeBox<Dim> around;
-  around.lower.fill(-reach);
-  around.size.fill(2 * reach + 1);
+  const auto around = NodeBox<Dim>::cube(-reach, 2 * reach + 1);
   std::vector<std::size_t> out;
   for (const SeedNodes<Dim>& seed : seeds) {
     int nearest = reach * reach;

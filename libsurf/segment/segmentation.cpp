@@ -188,12 +188,6 @@ Work<Dim> Segmentation<Dim>::work_for(const Object<Dim>& object,
 }
 
 template <int Dim>
-const Result<Dim>& Segmentation<Dim>::propose(Id id, const ProgressOf<Dim>& progress,
-                                              const std::stop_token& stop) {
-  return propose_beside(id, others_of(id), progress, stop);
-}
-
-template <int Dim>
 const Result<Dim>& Segmentation<Dim>::propose_beside(Id id, const std::vector<Click<Dim>>& others,
                                                      const ProgressOf<Dim>& progress,
                                                      const std::stop_token& stop) {
@@ -269,12 +263,6 @@ Result<Dim> Segmentation<Dim>::evolved(const Object<Dim>& object,
   if (is_answer && object.options.energies.empty()) work.verdict = before.verdict;
   run_stages(work);
   return to_result(std::move(work));
-}
-
-template <int Dim>
-const Result<Dim>& Segmentation<Dim>::evolve(Id id, const ProgressOf<Dim>& progress,
-                                             const std::stop_token& stop) {
-  return evolve_beside(id, others_of(id), progress, stop);
 }
 
 template <int Dim>

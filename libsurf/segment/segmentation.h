@@ -73,7 +73,9 @@ class Segmentation {
   /// Regions round the clicks, best first; the best one is chosen. None: the state is kNoObject.
   /// @throws UsageError  there is no inside click, or one is in a cell with that of another object
   const Result<Dim>& propose(Id id, const ProgressOf<Dim>& progress = {},
-                             const std::stop_token& stop = {});
+                             const std::stop_token& stop = {}) {
+    return propose_beside(id, others_of(id), progress, stop);
+  }
   /// What was proposed, and what was besides for the clicks before the last; see candidate.h. Empty
   /// if nothing was proposed.
   std::vector<Candidate<Dim>> candidates(Id id);
@@ -89,7 +91,9 @@ class Segmentation {
   /// @throws UsageError  there is nothing to start from, or an inside click is in a cell with that
   ///                     of another object
   const Result<Dim>& evolve(Id id, const ProgressOf<Dim>& progress = {},
-                            const std::stop_token& stop = {});
+                            const std::stop_token& stop = {}) {
+    return evolve_beside(id, others_of(id), progress, stop);
+  }
 
   /// Takes back the last entry of the history; false if there is none. redo() repeats it, from
   /// memory.

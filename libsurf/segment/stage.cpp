@@ -1,19 +1,14 @@
 #include "libsurf/segment/stage.h"
 
+#include "libsurf/base/names.h"
 #include "libsurf/segment/stages/stages.h"
 
 namespace surf::segment {
 
 std::string to_string(StageKind kind) {
-  switch (kind) {
-    case StageKind::kProposes:
-      return "proposes";
-    case StageKind::kMinimises:
-      return "minimises";
-    case StageKind::kCorrects:
-      break;
-  }
-  return "corrects";
+  using enum StageKind;
+  return name_of(kind,
+                 {{kProposes, "proposes"}, {kMinimises, "minimises"}, {kCorrects, "corrects"}});
 }
 
 template <int Dim>

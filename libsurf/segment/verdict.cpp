@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 
+#include "libsurf/base/names.h"
 #include "libsurf/segment/detail/point_text.h"
 
 namespace surf::segment {
@@ -76,15 +77,8 @@ Vector<Dim> disputed_place(const SearchGrid<Dim>& grid, const ClickSearch<Dim>& 
 }  // namespace
 
 std::string to_string(Trust trust) {
-  switch (trust) {
-    case Trust::kTrusted:
-      return "trusted";
-    case Trust::kCheck:
-      return "check";
-    case Trust::kDoubtful:
-      break;
-  }
-  return "doubtful";
+  using enum Trust;
+  return name_of(trust, {{kTrusted, "trusted"}, {kCheck, "check"}, {kDoubtful, "doubtful"}});
 }
 
 double likelihood_of_right(const VerdictFeatures& features) {

@@ -147,8 +147,7 @@ class Study {
 /// Gaussian noise of deviation 1, a blur of so many cells before it.
 template <int Dim>
 void noise_row(int size, int n_blurs, unsigned seed) {
-  segment::NodeBox<Dim> box;
-  box.size.fill(size);
+  const auto box = segment::NodeBox<Dim>::cube(0, size);
   std::mt19937 random(seed);
   std::normal_distribution<double> normal;
   std::vector<float> values(box.n());

@@ -16,6 +16,15 @@ inline void expect_valid(const Segments& curves, const std::string& what = {}) {
   EXPECT_TRUE(result.passed()) << what << ": " << result.message();
 }
 
+/// The area by the shoelace formula.
+inline double enclosed(const Segments& curves) {
+  double twice = 0;
+  for (const auto e : curves.elements.rowwise())
+    twice += curves.points(e[0], 0) * curves.points(e[1], 1) -
+             curves.points(e[0], 1) * curves.points(e[1], 0);
+  return twice / 2;
+}
+
 /// Winding number round a point by the angles, and the distance to the nearest element.
 struct Winding {
   int number = 0;

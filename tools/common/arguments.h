@@ -3,6 +3,7 @@
 
 #include <Eigen/Geometry>
 #include <array>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -47,6 +48,14 @@ std::array<std::string, 2> split_box(const std::string& option, const std::strin
 /// Three comma-separated finite numbers.
 /// @throws surf::UsageError
 Eigen::Vector3d parse_point(const std::string& option, const std::string& text);
+
+/// The keys, apart by commas.
+template <class T>
+std::string names_of(const std::map<std::string, T>& table) {
+  std::string names;
+  for (const auto& [name, value] : table) names += (names.empty() ? "" : ", ") + name;
+  return names;
+}
 
 /// The point in RAS mm.
 Eigen::Vector3d to_ras_mm(const Eigen::Vector3d& point, Space space,

@@ -8,6 +8,7 @@
 #include <set>
 
 #include "libsurf/base/error.h"
+#include "tools/common/option_group.h"
 
 namespace surfseg {
 namespace {
@@ -60,13 +61,10 @@ void check_object_names(const std::vector<std::string>& names) {
 }
 
 void add_object_option(CLI::App& command, RunArguments& a) {
-  command
-      .add_option("--object", a.objects,
-                  "Begin the next of several objects, which never overlap: the --seed and "
-                  "--outside after it are its own; -o then needs {object} in its name")
-      ->take_all()
-      ->allow_extra_args(false)
-      ->group("Where to start");
+  OptionGroup(command, "Where to start")
+      .add_repeatable("--object", a.objects,
+                      "Begin the next of several objects, which never overlap: the --seed and "
+                      "--outside after it are its own; -o then needs {object} in its name");
 }
 
 bool has_object(const std::string& pattern) { return pattern.find(kPattern) != std::string::npos; }

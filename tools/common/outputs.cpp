@@ -9,6 +9,9 @@
 #include <filesystem>
 
 #include "libsurf/base/error.h"
+#include "libsurf/base/file.h"
+#include "libsurf/volume/write_volume.h"
+#include "tools/common/option_group.h"
 
 namespace surfseg {
 namespace {
@@ -61,13 +64,22 @@ void check_outputs(const std::vector<Output>& outputs, const std::string& input)
   }
 }
 
+void check_volume_name(const std::string& option, const std::string& path) {
+  if (!path.empty() && !surf::volume::is_writable_volume(path))
+    throw surf::UsageError(fmt::format(
+        "{}: {}: expected a name that ends in .nii.gz, .nii, .mha or .nrrd", option, path));
+}
+
+void check_picture(const std::string& option, const std::string& path) {
+  if (!path.empty() && surf::extension(path) != ".png")
+    throw surf::UsageError(fmt::format("{}: {}: expected a name that ends in .png", option, path));
+}
+
 void add_output_space(CLI::App& command, std::string& space, const std::string& of,
                       const std::string& group) {
-  command
-      .add_option("--output-space", space, fmt::format("Frame of {}: lps (as Slicer) or ras", of))
-      ->check(CLI::IsMember({"lps", "ras"}))
-      ->capture_default_str()
-      ->group(group);
+  OptionGroup(command, group)
+      .add_choice("--output-space", space, fmt::format("Frame of {}: lps (as Slicer) or ras", of),
+                  {"lps", "ras"});
 }
 
 surf::io::Space file_space(const std::string& word) {

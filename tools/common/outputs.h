@@ -19,6 +19,11 @@ using Output = std::pair<std::string, std::string>;
 /// @throws surf::OutputError  the folder is missing or cannot be written to, the name is a folder's
 void check_outputs(const std::vector<Output>& outputs, const std::string& input = {});
 
+/// @throws surf::UsageError  a name that does not end as a volume's; an empty one is no output
+void check_volume_name(const std::string& option, const std::string& path);
+/// @throws surf::UsageError  a name that does not end in .png; an empty one is no output
+void check_picture(const std::string& option, const std::string& path);
+
 /// --output-space: "ras" or "lps", which `space` holds already.
 /// @param of  what has the frame, such as "the file"
 void add_output_space(CLI::App& command, std::string& space, const std::string& of,

@@ -7,6 +7,7 @@
 
 #include "libsurf/segment/presets.h"
 #include "tools/common/config.h"
+#include "tools/common/option_group.h"
 
 namespace surfseg {
 namespace {
@@ -23,11 +24,10 @@ void print_presets() {
 }  // namespace
 
 void add_preset_option(CLI::App& command, std::string& preset, const std::string& group) {
-  command
-      .add_option("--preset", preset,
-                  "Options for one kind of structure by name, such as kidney-ct; list: what there "
-                  "is. The command line wins")
-      ->group(group);
+  OptionGroup(command, group)
+      .add("--preset", preset,
+           "Options for one kind of structure by name, such as kidney-ct; list: what there "
+           "is. The command line wins");
 }
 
 void apply_files(CLI::App& command, const std::string& config, const std::string& preset) {

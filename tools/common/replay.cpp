@@ -11,6 +11,7 @@
 
 #include "libsurf/base/error.h"
 #include "libsurf/segment/recipe.h"
+#include "tools/common/option_group.h"
 
 namespace surfseg {
 namespace {
@@ -27,11 +28,11 @@ void add_replay_arguments(CLI::App& command, ReplayArguments& a) {
   command.add_option("--object", a.object,
                      "Which object to write, if the recipe has several and {object} in -o does not "
                      "ask for all");
-  const std::string group = "Output and running";
-  command.add_option("--json", a.json, "Summary")->group(group);
-  command.add_option("--threads", a.threads, "Threads [all]; the result is the same")->group(group);
-  command.add_flag("-q,--quiet", a.quiet, "Print errors only")->group(group);
-  command.add_flag("-v,--verbose", a.verbose, "Print every step")->group(group);
+  const OptionGroup group(command, "Output and running");
+  group.add("--json", a.json, "Summary");
+  group.add("--threads", a.threads, "Threads [all]; the result is the same");
+  group.add_flag("-q,--quiet", a.quiet, "Print errors only");
+  group.add_flag("-v,--verbose", a.verbose, "Print every step");
 }
 
 std::string read_recipe(const ReplayArguments& a) {

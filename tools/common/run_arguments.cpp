@@ -12,6 +12,7 @@
 #include "libsurf/segment/energy_description.h"
 #include "libsurf/segment/segmentation.h"
 #include "tools/common/arguments.h"
+#include "tools/common/option_group.h"
 #include "tools/common/preset_arguments.h"
 #include "tools/common/program.h"
 
@@ -100,29 +101,21 @@ void set_flow(const RunArguments& a, surf::segment::Options<Dim>& out) {
 }
 
 void add_image_options(CLI::App& command, RunArguments& a, const RunWords& words) {
-  const std::string group = "Image";
-  command
-      .add_option("--sigma", a.sigma,
-                  fmt::format("Gaussian smoothing, such as 1mm or 0.5{0} [0.7{0}]", words.cell))
-      ->group(group);
-  command
-      .add_option("--selective-sigma", a.selective_sigma,
-                  "Selective Gaussian blur before it: smooths where differences are small")
-      ->group(group);
-  command
-      .add_option("--selective-threshold", a.selective_threshold,
-                  fmt::format("Its threshold, in the {}'s intensities", words.image))
-      ->group(group);
-  command.add_option("--derivatives", a.derivatives, "Gradient filter: bspline or scharr")
-      ->check(CLI::IsMember({"bspline", "scharr"}))
-      ->capture_default_str()
-      ->group(group);
+  const OptionGroup group(command, "Image");
+  group.add("--sigma", a.sigma,
+            fmt::format("Gaussian smoothing, such as 1mm or 0.5{0} [0.7{0}]", words.cell));
+  group.add("--selective-sigma", a.selective_sigma,
+            "Selective Gaussian blur before it: smooths where differences are small");
+  group.add("--selective-threshold", a.selective_threshold,
+            fmt::format("Its threshold, in the {}'s intensities", words.image));
+  group.add_choice("--derivatives", a.derivatives, "Gradient filter: bspline or scharr",
+                   {"bspline", "scharr"});
 }
 
 void add_energy_options(CLI::App& command, RunArguments& a, const RunWords& words) {
-  const std::string group = "Energy";
-  command
-      .add_option(
+  const OptionGroup group(command, "Energy");
+  group
+      .add_repeatable(
           "--energy", a.energies,
           fmt::format("Term NAME[:key=value,...] of the energy, repeatable, with NAME one of "
                       "{}, or list to print what they are; auto chooses from the seeds",
@@ -133,161 +126,101 @@ void add_energy_options(CLI::App& command, RunArguments& a, const RunWords& word
           throw Listing{is_flat ? surf::segment::describe_energies<2>()
                                 : surf::segment::describe_energies<3>()};
       })
-      ->take_all()
-      ->allow_extra_args(false)
-      ->default_str("auto")
-      ->group(group);
-  command
-      .add_option("--lambda", a.lambda, "Edge strength [intensity/mm] of minimal-surface, or auto")
-      ->capture_default_str()
-      ->group(group);
-  command
-      .add_option("--gamma", a.gamma,
-                  fmt::format("Weight of its {} term [1/mm]; < 0 grows [auto]", words.content))
-      ->group(group);
-  command.add_option("--gamma0", a.gamma0, fmt::format("Weight of its {} term [1]", words.measure))
-      ->group(group);
-  command
-      .add_flag("--locate", a.locate,
-                fmt::format("At last move the {} on to the edges that fit the {} and say how sure "
-                            "they are [where the image chooses the energy]",
-                            words.shape, words.image))
-      ->group(group);
-  command
-      .add_flag("--no-locate", a.no_locate,
-                fmt::format("Leave the {} at the energy's minimum", words.shape))
-      ->group(group);
-  command.add_flag("--no-settle", a.no_settle, "Skip the last stage, which settles on the edges")
-      ->group(group);
+      ->default_str("auto");
+  group.add_with_default("--lambda", a.lambda,
+                         "Edge strength [intensity/mm] of minimal-surface, or auto");
+  group.add("--gamma", a.gamma,
+            fmt::format("Weight of its {} term [1/mm]; < 0 grows [auto]", words.content));
+  group.add("--gamma0", a.gamma0, fmt::format("Weight of its {} term [1]", words.measure));
+  group.add_flag("--locate", a.locate,
+                 fmt::format("At last move the {} on to the edges that fit the {} and say how sure "
+                             "they are [where the image chooses the energy]",
+                             words.shape, words.image));
+  group.add_flag("--no-locate", a.no_locate,
+                 fmt::format("Leave the {} at the energy's minimum", words.shape));
+  group.add_flag("--no-settle", a.no_settle, "Skip the last stage, which settles on the edges");
 }
 
 void add_flow_options(CLI::App& command, RunArguments& a, const RunWords& words) {
-  const std::string group = "Flow";
-  command
-      .add_option(
-          "--levels", a.levels,
-          fmt::format("Begin with coarser {}s in an image that is smoothed more: each level "
-                      "doubles sigma and edges",
-                      words.shape))
-      ->capture_default_str()
-      ->group(group);
-  command
-      .add_option(
-          "--flow", a.flow,
-          fmt::format("Gradient flow of a scalar product: h1 (weighted, inexact Newton), l2, "
-                      "h-1 (keeps the {}); or newton (trust region), lbfgs",
-                      words.content))
-      ->check(CLI::IsMember({"h1", "l2", "h-1", "newton", "lbfgs"}))
-      ->capture_default_str()
-      ->group(group);
-  command
-      .add_option(
-          "--scheme", a.scheme,
-          "Time discretisation of gradient flows; auto: explicit for h1, else semi-implicit")
-      ->check(CLI::IsMember({"auto", "explicit", "semi-implicit"}))
-      ->capture_default_str()
-      ->group(group);
-  command
-      .add_option(
-          content_option(words), a.kept_content,
-          fmt::format("Keep the {} by a multiplier: keep, that of the start, or {}", words.content,
-                      words.content == "area" ? "500mm2, 5cm2" : "5000mm3, 5ml"))
-      ->group(group);
-  command.add_option("--step-rule", a.step_rule, "Time step: line-search or backtracking")
-      ->check(CLI::IsMember({"line-search", "backtracking"}))
-      ->capture_default_str()
-      ->group(group);
-  command
-      .add_option("--max-iterations", a.max_iterations,
-                  "Steps per stage; exit code 5 if they do not suffice")
-      ->capture_default_str()
-      ->group(group);
-  command
-      .add_option("--tolerance", a.tolerance,
-                  "Stop when the shape derivative falls to this share of its largest value")
-      ->capture_default_str()
-      ->group(group);
+  const OptionGroup group(command, "Flow");
+  group.add_with_default(
+      "--levels", a.levels,
+      fmt::format("Begin with coarser {}s in an image that is smoothed more: each level "
+                  "doubles sigma and edges",
+                  words.shape));
+  group.add_choice(
+      "--flow", a.flow,
+      fmt::format("Gradient flow of a scalar product: h1 (weighted, inexact Newton), l2, "
+                  "h-1 (keeps the {}); or newton (trust region), lbfgs",
+                  words.content),
+      {"h1", "l2", "h-1", "newton", "lbfgs"});
+  group.add_choice(
+      "--scheme", a.scheme,
+      "Time discretisation of gradient flows; auto: explicit for h1, else semi-implicit",
+      {"auto", "explicit", "semi-implicit"});
+  group.add(content_option(words), a.kept_content,
+            fmt::format("Keep the {} by a multiplier: keep, that of the start, or {}",
+                        words.content, words.content == "area" ? "500mm2, 5cm2" : "5000mm3, 5ml"));
+  group.add_choice("--step-rule", a.step_rule, "Time step: line-search or backtracking",
+                   {"line-search", "backtracking"});
+  group.add_with_default("--max-iterations", a.max_iterations,
+                         "Steps per stage; exit code 5 if they do not suffice");
+  group.add_with_default("--tolerance", a.tolerance,
+                         "Stop when the shape derivative falls to this share of its largest value");
 }
 
 void add_mesh_options(CLI::App& command, RunArguments& a, const RunWords& words) {
-  const std::string group = "Mesh";
+  const OptionGroup group(command, "Mesh");
   const std::string is_flat = words.has_genus ? "flat" : "straight";
-  command
-      .add_option(
-          "--edge-length", a.edge_length,
-          fmt::format("Edges of the result where it is finest, such as 2mm [1.5{}]", words.cell))
-      ->group(group);
-  command
-      .add_option("--coarseness", a.coarseness,
-                  fmt::format("Edges may be this many times longer where the {} is {}; 1: all the "
-                              "same",
-                              words.shape, is_flat))
-      ->capture_default_str()
-      ->group(group);
-  command
-      .add_option("--geometry-tolerance", a.geometry_tolerance,
-                  fmt::format("Bound on edge length times angle to the neighbours, summed over an "
-                              "element's sides; the finest edges may exceed it [1{}]",
-                              words.cell))
-      ->group(group);
-  command
-      .add_option(
-          "--integral-tolerance", a.integral_tolerance,
-          fmt::format("Quadrature error of H, or of the window, per {} above which elements "
-                      "are refined; 0: do not look",
-                      words.measure))
-      ->capture_default_str()
-      ->group(group);
+  group.add("--edge-length", a.edge_length,
+            fmt::format("Edges of the result where it is finest, such as 2mm [1.5{}]", words.cell));
+  group.add_with_default(
+      "--coarseness", a.coarseness,
+      fmt::format("Edges may be this many times longer where the {} is {}; 1: all the "
+                  "same",
+                  words.shape, is_flat));
+  group.add("--geometry-tolerance", a.geometry_tolerance,
+            fmt::format("Bound on edge length times angle to the neighbours, summed over an "
+                        "element's sides; the finest edges may exceed it [1{}]",
+                        words.cell));
+  group.add_with_default(
+      "--integral-tolerance", a.integral_tolerance,
+      fmt::format("Quadrature error of H, or of the window, per {} above which elements "
+                  "are refined; 0: do not look",
+                  words.measure));
 }
 
 void add_topology_options(CLI::App& command, RunArguments& a, const RunWords& words) {
-  const std::string group = "Topology";
+  const OptionGroup group(command, "Topology");
   std::vector<std::string> kinds = {"free", "fixed"};
   if (words.has_genus) kinds.push_back("genus0");
-  command
-      .add_option("--topology", a.topology,
-                  std::string("free: sheets that meet are joined, necks are cut; fixed: they are "
-                              "held apart") +
-                      (words.has_genus ? "; genus0: free, but without handles" : ""))
-      ->check(CLI::IsMember(kinds))
-      ->capture_default_str()
-      ->group(group);
-  command
-      .add_option("--topology-resolution", a.topology_resolution,
-                  "What is thinner is joined or cut where sheets meet, such as 1mm [0.7 of "
-                  "--edge-length]")
-      ->group(group);
-  command
-      .add_flag("--open-cavities", a.open_cavities,
-                fmt::format("Open {} where chan-vese or window asks for them, though the {} came "
-                            "from outside",
-                            words.hole, words.shape))
-      ->group(group);
-  command
-      .add_option("--sheet-distance", a.sheet_distance,
-                  "Distance at which sheets are held apart where they may not join, such as 1mm "
-                  "[0.7 of --edge-length]")
-      ->group(group);
+  group.add_choice("--topology", a.topology,
+                   std::string("free: sheets that meet are joined, necks are cut; fixed: they are "
+                               "held apart") +
+                       (words.has_genus ? "; genus0: free, but without handles" : ""),
+                   kinds);
+  group.add("--topology-resolution", a.topology_resolution,
+            "What is thinner is joined or cut where sheets meet, such as 1mm [0.7 of "
+            "--edge-length]");
+  group.add_flag("--open-cavities", a.open_cavities,
+                 fmt::format("Open {} where chan-vese or window asks for them, though the {} came "
+                             "from outside",
+                             words.hole, words.shape));
+  group.add("--sheet-distance", a.sheet_distance,
+            "Distance at which sheets are held apart where they may not join, such as 1mm "
+            "[0.7 of --edge-length]");
 }
 
 void add_component_options(CLI::App& command, RunArguments& a, const RunWords& words) {
-  const std::string group = "Components of the result, in this order";
-  command
-      .add_flag("--fill-cavities", a.fill_cavities,
-                fmt::format("Fill {}, with all that lies in them", words.hole))
-      ->group(group);
-  command
-      .add_option("--min-component", a.min_component,
-                  fmt::format("Drop components of less {} [mm^{}], with their {}", words.content,
-                              words.power, words.hole))
-      ->capture_default_str()
-      ->group(group);
-  command
-      .add_option("--keep", a.keep,
-                  "Keep all components, the largest, or the seeded: those that contain a seed")
-      ->check(CLI::IsMember({"all", "largest", "seeded"}))
-      ->capture_default_str()
-      ->group(group);
+  const OptionGroup group(command, "Components of the result, in this order");
+  group.add_flag("--fill-cavities", a.fill_cavities,
+                 fmt::format("Fill {}, with all that lies in them", words.hole));
+  group.add_with_default("--min-component", a.min_component,
+                         fmt::format("Drop components of less {} [mm^{}], with their {}",
+                                     words.content, words.power, words.hole));
+  group.add_choice("--keep", a.keep,
+                   "Keep all components, the largest, or the seeded: those that contain a seed",
+                   {"all", "largest", "seeded"});
 }
 
 }  // namespace
@@ -321,35 +254,23 @@ std::vector<surf::segment::EnergyTerm> RunArguments::terms(const CLI::App& comma
 }
 
 void add_start_options(CLI::App& command, RunArguments& a, const RunWords& words) {
-  const std::string group = "Where to start";
-  command
-      .add_option("--seed", a.seeds,
-                  fmt::format("Point {} inside the object; repeat for more", words.point))
-      ->take_all()
-      ->allow_extra_args(false)
-      ->group(group);
-  command
-      .add_option("--outside", a.outside,
-                  fmt::format("Point {} that is not of the object; repeat for more: the {} stays "
-                              "half a {} away from it",
-                              words.point, words.shape, words.cell == "px" ? "pixel" : "voxel"))
-      ->take_all()
-      ->allow_extra_args(false)
-      ->group(group);
-  command
-      .add_option("--box", a.boxes,
-                  fmt::format("Box {0},{0} that the object lies in: two opposite corners, the box "
-                              "being along the {1}'s axes, a centimetre or two larger than the "
-                              "object; with --seed, one for each object",
-                              words.point, words.image))
-      ->take_all()
-      ->allow_extra_args(false)
-      ->group(group);
-  command
-      .add_option("--radius", a.radius,
-                  fmt::format("Radius of the seed {} of an evolution, such as 10mm or 5{} [auto]",
-                              words.balls, words.cell))
-      ->group(group);
+  const OptionGroup group(command, "Where to start");
+  group.add_repeatable("--seed", a.seeds,
+                       fmt::format("Point {} inside the object; repeat for more", words.point));
+  group.add_repeatable(
+      "--outside", a.outside,
+      fmt::format("Point {} that is not of the object; repeat for more: the {} stays "
+                  "half a {} away from it",
+                  words.point, words.shape, words.cell == "px" ? "pixel" : "voxel"));
+  group.add_repeatable(
+      "--box", a.boxes,
+      fmt::format("Box {0},{0} that the object lies in: two opposite corners, the box "
+                  "being along the {1}'s axes, a centimetre or two larger than the "
+                  "object; with --seed, one for each object",
+                  words.point, words.image));
+  group.add("--radius", a.radius,
+            fmt::format("Radius of the seed {} of an evolution, such as 10mm or 5{} [auto]",
+                        words.balls, words.cell));
 }
 
 void add_run_options(CLI::App& command, RunArguments& a, const RunWords& words) {
@@ -362,41 +283,34 @@ void add_run_options(CLI::App& command, RunArguments& a, const RunWords& words) 
 }
 
 void add_running_options(CLI::App& command, RunArguments& a) {
-  const std::string group = "Output and running";
-  command.add_option("--json", a.json, "Summary; it can be fed back as --config")->group(group);
-  command.add_option("--config", a.config, "JSON file of options; the command line wins")
-      ->group(group);
-  add_preset_option(command, a.preset, group);
-  command
-      .add_option("--recipe", a.recipe,
-                  "What was done, as a file that repeats it (segment::replay), with a hash of the "
-                  "image")
-      ->group(group);
-  command.add_option("--threads", a.threads, "Threads [all]; the result is the same")->group(group);
-  command.add_flag("-q,--quiet", a.quiet, "Print errors only")->group(group);
-  command.add_flag("-v,--verbose", a.verbose, "Print every step")->group(group);
+  const OptionGroup group(command, "Output and running");
+  group.add("--json", a.json, "Summary; it can be fed back as --config");
+  group.add("--config", a.config, "JSON file of options; the command line wins");
+  add_preset_option(command, a.preset, group.name());
+  group.add("--recipe", a.recipe,
+            "What was done, as a file that repeats it (segment::replay), with a hash of the "
+            "image");
+  group.add("--threads", a.threads, "Threads [all]; the result is the same");
+  group.add_flag("-q,--quiet", a.quiet, "Print errors only");
+  group.add_flag("-v,--verbose", a.verbose, "Print every step");
 }
 
 void add_marks_option(CLI::App& command, RunArguments& a, const RunWords& words) {
-  command
-      .add_option(
+  OptionGroup(command, "Where to start")
+      .add_repeatable(
           "--marks", a.marks,
           fmt::format(
               "Label map of strokes on the {}'s own grid, 1 inside and 2 outside, as Slicer "
               "and ITK-SNAP paint them. Each connected stroke is one click, heeded after "
               "--seed and --outside: inside strokes before outside ones, each by size",
-              words.image))
-      ->take_all()
-      ->allow_extra_args(false)
-      ->group("Where to start");
+              words.image));
 }
 
 void add_candidates_option(CLI::App& command, RunArguments& a) {
-  command
+  OptionGroup(command, "Output and running")
       .add_flag("--candidates", a.candidates,
                 "Print what else the clicks may mean, the next best proposals of each of them, and "
-                "write them beside the output: NAME.candidate-1, ...")
-      ->group("Output and running");
+                "write them beside the output: NAME.candidate-1, ...");
 }
 
 void check_range(const char* option, int value, int lowest, const char* expected) {

@@ -4,17 +4,16 @@
 
 #include "libsurf/base/error.h"
 #include "libsurf/volume/read_volume.h"
+#include "tools/common/option_group.h"
 
 namespace surfseg {
 
 void VolumeArguments::add_to(CLI::App& command, const std::string& group) {
-  command.add_option("--frame-index", frame_index, "Frame of a 4-D volume, from 0")
-      ->capture_default_str()
-      ->group(group);
-  command
-      .add_option("--series-uid", series_uid,
-                  "Series of a DICOM folder that holds several, by its SeriesInstanceUID")
-      ->group(group);
+  OptionGroup(command, group)
+      .add_with_default("--frame-index", frame_index, "Frame of a 4-D volume, from 0");
+  OptionGroup(command, group)
+      .add("--series-uid", series_uid,
+           "Series of a DICOM folder that holds several, by its SeriesInstanceUID");
 }
 
 void VolumeArguments::check() const {

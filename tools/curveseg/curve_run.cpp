@@ -12,6 +12,7 @@
 #include "libsurf/mesh/fit_ellipsoid.h"
 #include "tools/common/arguments.h"
 #include "tools/common/idle_options.h"
+#include "tools/common/option_group.h"
 #include "tools/curveseg/image_arguments.h"
 
 namespace surfseg::curve_program {
@@ -86,40 +87,26 @@ const RunWords kWords = {"curve", "px",  "image",   "area",  "length",
 
 void add_curve_options(CLI::App& command, CurveArguments& a) {
   add_start_options(command, a, kWords);
-  const std::string start = "Where to start";
-  command
-      .add_option("--space", a.space,
-                  "Space of the points: px (column, row) or mm of the image; ras or lps, X,Y,Z in "
-                  "mm, of a slice")
-      ->check(CLI::IsMember({"px", "mm", "ras", "lps"}))
-      ->capture_default_str()
-      ->group(start);
-  command
-      .add_option("--circle", a.circles,
-                  "Or a circle X,Y,RADIUS to start from, such as 120,88,30px; repeat for more")
-      ->take_all()
-      ->allow_extra_args(false)
-      ->group(start);
-  command
-      .add_option(
-          "--seeds-grid", a.seeds_grid,
-          "Or circles at this distance, such as 20px, where the image is brighter than its mean")
-      ->group(start);
-  command.add_flag("--dark", a.dark, "With --seeds-grid: where it is darker")->group(start);
-  command.add_option("--contour", a.contour, "Or the contours of a .json or .csv file")
-      ->group(start);
-  command
-      .add_option("--landmarks", a.landmarks,
-                  "Or the ellipse next to points on the object: X Y a line in --space, or, on a "
-                  "slice, Slicer's .mrk.json or .fcsv")
-      ->group(start);
+  const OptionGroup start(command, "Where to start");
+  start.add_choice("--space", a.space,
+                   "Space of the points: px (column, row) or mm of the image; ras or lps, X,Y,Z in "
+                   "mm, of a slice",
+                   {"px", "mm", "ras", "lps"});
+  start.add_repeatable(
+      "--circle", a.circles,
+      "Or a circle X,Y,RADIUS to start from, such as 120,88,30px; repeat for more");
+  start.add("--seeds-grid", a.seeds_grid,
+            "Or circles at this distance, such as 20px, where the image is brighter than its mean");
+  start.add_flag("--dark", a.dark, "With --seeds-grid: where it is darker");
+  start.add("--contour", a.contour, "Or the contours of a .json or .csv file");
+  start.add("--landmarks", a.landmarks,
+            "Or the ellipse next to points on the object: X Y a line in --space, or, on a "
+            "slice, Slicer's .mrk.json or .fcsv");
   add_run_options(command, a, kWords);
-  command
-      .add_option("--sampling", a.sampling,
-                  "Values between pixels: spline (C^2, the default) or linear")
-      ->check(CLI::IsMember({"spline", "linear"}))
-      ->capture_default_str()
-      ->group("Image");
+  OptionGroup(command, "Image")
+      .add_choice("--sampling", a.sampling,
+                  "Values between pixels: spline (C^2, the default) or linear",
+                  {"spline", "linear"});
 }
 
 void check_contour_output(const std::string& output) {

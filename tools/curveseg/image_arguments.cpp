@@ -8,6 +8,7 @@
 #include "libcurve/image/read_image.h"
 #include "libsurf/base/error.h"
 #include "tools/common/arguments.h"
+#include "tools/common/option_group.h"
 
 namespace surfseg::curve_program {
 namespace {
@@ -124,23 +125,14 @@ void add_image_arguments(CLI::App& command, ImageArguments& a) {
 }
 
 void add_image_choice(CLI::App& command, ImageArguments& a) {
-  const std::string group = "Which image";
-  command
-      .add_option("--spacing", a.spacing,
-                  "Pixel size in mm, S or SX,SY [what the file states, else 1]")
-      ->group(group);
-  command.add_option("--page", a.page, "Page of a TIFF file, from 0")
-      ->capture_default_str()
-      ->group(group);
-  command
-      .add_option("--slice", a.slice,
-                  "Slice of a volume by its voxel index: axial:120, sagittal:60, coronal:80")
-      ->group(group);
-  command
-      .add_option("--plane", a.plane,
-                  "Oblique plane through a volume: point and normal X,Y,Z,NX,NY,NZ, RAS mm")
-      ->group(group);
-  a.which.add_to(command, group);
+  const OptionGroup group(command, "Which image");
+  group.add("--spacing", a.spacing, "Pixel size in mm, S or SX,SY [what the file states, else 1]");
+  group.add_with_default("--page", a.page, "Page of a TIFF file, from 0");
+  group.add("--slice", a.slice,
+            "Slice of a volume by its voxel index: axial:120, sagittal:60, coronal:80");
+  group.add("--plane", a.plane,
+            "Oblique plane through a volume: point and normal X,Y,Z,NX,NY,NZ, RAS mm");
+  a.which.add_to(command, group.name());
 }
 
 Eigen::Vector2d parse_plane_point(const std::string& option, const std::string& text,

@@ -75,13 +75,6 @@ void run(const Request& request) {
     surf::curve::write_contours(request.contour, surf::curve::phantom_contour(options), image);
 }
 
-std::string names_of_kinds() {
-  std::string names;
-  for (const auto& [name, kind] : surf::curve::phantom_kinds())
-    names += (names.empty() ? "" : ", ") + name;
-  return names;
-}
-
 }  // namespace
 
 void add_phantom_command(CLI::App& app, ExitCode&) {
@@ -89,7 +82,7 @@ void add_phantom_command(CLI::App& app, ExitCode&) {
   PhantomOptions& options = request->options;
   CLI::App* command =
       app.add_subcommand("phantom", "Make a test image whose contour is known exactly");
-  command->add_option("KIND", request->kind, "Object: " + names_of_kinds())
+  command->add_option("KIND", request->kind, "Object: " + names_of(surf::curve::phantom_kinds()))
       ->required()
       ->check(CLI::IsMember(surf::curve::phantom_kinds()).description(""));
   command->add_option("-o,--output", request->output, "Image to write: .tif (floats) or .png")

@@ -7,18 +7,14 @@
 
 #include "libcurve/image/read_image.h"
 #include "libcurve/image/write_image.h"
-#include "libcurve/io/contour_file.h"
-#include "libcurve/mesh/rasterize.h"
 #include "libsurf/base/error.h"
-#include "libsurf/base/file.h"
 #include "libsurf/segment/energy_assembly.h"
-#include "libsurf/segment/marks.h"
-#include "tools/common/outputs.h"
-#include "tools/common/preset_arguments.h"
-#include "tools/common/segment_command.h"
+#include "tools/common/option_group.h"
+#include "tools/common/strokes.h"
+#include "tools/common/verb.h"
 #include "tools/curveseg/commands.h"
+#include "tools/curveseg/curve_command.h"
 #include "tools/curveseg/curve_run.h"
-#include "tools/curveseg/image_arguments.h"
 
 namespace surfseg::curve_program {
 namespace {
@@ -26,9 +22,8 @@ namespace {
 using surf::Segments;
 using surf::curve::Image;
 
-struct Arguments : CurveArguments {
-  ImageArguments image;
-  std::string output, output_space = "lps", mask, overlay, frames, denoised;
+struct Arguments : CurveArguments, CurveFiles {
+  std::string overlay, frames, denoised;
 };
 
 /// Pictures of the evolution, one for each step.
@@ -49,19 +44,15 @@ class Frames {
   int n_ = 0;
 };
 
-class CurveCommand : public SegmentCommand<2> {
+class SegmentCurves : public CurveCommand {
  public:
-  CurveCommand(const CLI::App& command, const Arguments& arguments)
-      : SegmentCommand<2>(command, arguments), arguments_(arguments) {}
+  SegmentCurves(const CLI::App& command, const Arguments& arguments)
+      : CurveCommand(command, arguments, arguments), arguments_(arguments) {}
 
  protected:
   void check() const override {
-    check_contour_output(arguments_.output);
-    for (const auto& [option, path] :
-         {std::pair{"--mask", arguments_.mask}, {"--picture", arguments_.overlay}})
-      if (!path.empty() && surf::extension(path) != ".png")
-        throw surf::UsageError(
-            fmt::format("{}: {}: expected a name that ends in .png", option, path));
+    arguments_.CurveFiles::check();
+    check_picture("--picture", arguments_.overlay);
     if (!arguments_.denoised.empty() && !surf::curve::is_writable_image(arguments_.denoised))
       throw surf::UsageError(fmt::format(
           "--denoised: {}: expected a name that ends in .png or .tif", arguments_.denoised));
@@ -89,12 +80,11 @@ class CurveCommand : public SegmentCommand<2> {
   }
 
   Input read() override {
-    image_ = arguments_.image.read();
-    for (const std::string& note : image_->source().notes) progress().note("note: " + note);
-    frames_.emplace(arguments_.frames, *image_);
-    return {surf::curve::make_setting(*image_),
-            objects_of<2>(command(), arguments_, curve_options(command(), arguments_, *image_),
-                          boxes_mm(arguments_, *image_), strokes())};
+    auto setting = open(arguments_.image.path);
+    frames_.emplace(arguments_.frames, image());
+    return {std::move(setting),
+            objects_of<2>(command(), arguments_, curve_options(command(), arguments_, image()),
+                          boxes_mm(arguments_, image()), strokes())};
   }
 
   std::vector<std::string> idle_options() const override {
@@ -105,75 +95,43 @@ class CurveCommand : public SegmentCommand<2> {
     if (!arguments_.frames.empty()) frames_->add(curves());
   }
 
-  std::string output() const override { return arguments_.output; }
-  std::string image_path() const override { return arguments_.image.path; }
-  const char* program() const override { return "curveseg"; }
-
   void write(const surf::segment::Object<2>& object,
              const surf::segment::Finished<2>& finished) const override {
+    CurveCommand::write(object, finished);
     const auto path = [&](const std::string& pattern) { return object_path(pattern, object.name); };
-    write_shape(path(arguments_.output), finished);
     if (has_object(arguments_.overlay))
       surf::io::write_png(path(arguments_.overlay),
-                          surf::curve::draw_overlay(*image_, finished.shape));
+                          surf::curve::draw_overlay(image(), finished.shape));
     if (!arguments_.denoised.empty())
       surf::curve::write_image(path(arguments_.denoised),
-                               surf::curve::denoised(*image_, object.options, *object.result));
+                               surf::curve::denoised(image(), object.options, *object.result));
   }
 
   void write_together(const surf::Segments& all,
                       const std::vector<surf::segment::Click<2>>&) const override {
     if (!arguments_.overlay.empty() && !has_object(arguments_.overlay))
-      surf::io::write_png(arguments_.overlay, surf::curve::draw_overlay(*image_, all));
-  }
-
-  /// One object is white, 255; where -o asks for all of several they have their labels.
-  void write_labels(const std::vector<std::uint8_t>& labels) const override {
-    if (arguments_.mask.empty()) return;
-    if (has_object(arguments_.output))
-      surf::curve::write_labels(arguments_.mask, image_->size(), labels);
-    else
-      surf::curve::write_mask(arguments_.mask, image_->size(), labels);
-  }
-
-  void write_shape(const std::string& path,
-                   const surf::segment::Finished<2>& shape) const override {
-    surf::curve::write_contours(path, shape.shape, *image_, file_space(arguments_.output_space));
-  }
-
-  std::string describe(const surf::segment::Measures<2>& measures) const override {
-    return describe_curves(measures);
+      surf::io::write_png(arguments_.overlay, surf::curve::draw_overlay(image(), all));
   }
 
  private:
   /// Of each label map: an image, or the same slice of a volume.
   std::vector<std::vector<surf::segment::Click<2>>> strokes() const {
-    std::vector<std::vector<surf::segment::Click<2>>> out;
-    bool has_inside = !arguments_.seeds.empty() || arguments_.has_initial();
-    for (const std::string& path : arguments_.marks) {
-      ImageArguments which = arguments_.image;
-      which.path = path;
-      if (surf::curve::is_image_file(path)) which.slice = which.plane = "";
-      const Image marks = which.read();
-      // Painted images have no place of their own: theirs is that of the image.
-      const surf::ImageBox<2> box{image_->size(), image_->pixel_to_plane(),
-                                  image_->plane_to_pixel()};
-      try {
-        surf::segment::check_same_grid<2>(
-            box, {marks.size(), image_->pixel_to_plane(), image_->plane_to_pixel()});
-        out.push_back(surf::segment::strokes<2>(box, marks.values()));
-      } catch (const surf::InputError& error) {
-        throw surf::InputError(fmt::format("--marks: {}: {}", path, error.what()));
-      }
-      has_inside |= out.back().front().side == surf::segment::Side::kInside;
-    }
-    if (!has_inside)
-      throw surf::InputError("--marks: no stroke is inside, label 1, and there is no --seed");
-    return out;
+    // Painted images have no place of their own: theirs is that of the image.
+    const auto box = [&](const std::array<int, 2>& size) {
+      return surf::ImageBox<2>{size, image().pixel_to_plane(), image().plane_to_pixel()};
+    };
+    const bool has_inside = !arguments_.seeds.empty() || arguments_.has_initial();
+    return strokes_of<2>(arguments_.marks, box(image().size()), has_inside,
+                         [&](const std::string& path) {
+                           ImageArguments which = arguments_.image;
+                           which.path = path;
+                           if (surf::curve::is_image_file(path)) which.slice = which.plane = "";
+                           const Image marks = which.read();
+                           return Marks<2>{box(marks.size()), marks.values()};
+                         });
   }
 
   const Arguments& arguments_;
-  std::optional<Image> image_;
   std::optional<Frames> frames_;
 };
 
@@ -185,52 +143,35 @@ void add_options(CLI::App& command, Arguments& a) {
   add_curve_options(command, a);
   add_object_option(command, a);
   add_marks_option(command, a, kWords);
-  const std::string output = "Output and running";
-  add_output_space(command, a.output_space, "a slice's .vtp", output);
-  command
-      .add_option("--mask", a.mask,
-                  "Mask on the image's pixels, of several objects their labels 1, 2, ...: .png")
-      ->group(output);
-  command
-      .add_option("--picture,--overlay", a.overlay, "Picture of the contours over the image: .png")
-      ->group(output);
-  command
-      .add_option("--denoised", a.denoised,
-                  "With mumford-shah: the piecewise smooth image: .tif, or .png with its range "
-                  "mapped to 0..65535")
-      ->group(output);
-  command.add_option("--frames", a.frames, "Folder for such a picture of every step")
-      ->group(output);
+  const OptionGroup output(command, "Output and running");
+  add_output_space(command, a.output_space, "a slice's .vtp", output.name());
+  output.add("--mask", a.mask,
+             "Mask on the image's pixels, of several objects their labels 1, 2, ...: .png");
+  output.add("--picture,--overlay", a.overlay, "Picture of the contours over the image: .png");
+  output.add("--denoised", a.denoised,
+             "With mumford-shah: the piecewise smooth image: .tif, or .png with its range "
+             "mapped to 0..65535");
+  output.add("--frames", a.frames, "Folder for such a picture of every step");
   add_candidates_option(command, a);
   add_running_options(command, a);
 }
 
 }  // namespace
 
-std::string describe_curves(const surf::segment::Measures<2>& measures) {
-  return fmt::format("{} elements, {} regions, {:.5g} mm^2, {:.5g} mm, closed, simple",
-                     measures.n_elements, measures.components.size(), measures.content,
-                     measures.measure);
-}
-
 void add_segment_command(CLI::App& app, ExitCode& exit_code) {
-  const auto arguments = std::make_shared<Arguments>();
-  CLI::App* command = app.add_subcommand("segment", "Grow or shrink curves in an image");
-  add_options(*command, *arguments);
-  command->footer(
-      "Examples:\n"
-      "  curveseg segment cells.png --seeds-grid 20px --energy chan-vese -o cells.svg --mask "
-      "cells-mask.png\n"
-      "  curveseg segment ring.tif --circle 128,128,120px --energy chan-vese --open-cavities \\\n"
-      "          -o ring.json --picture ring.png\n"
-      "  curveseg segment head.nii.gz --slice axial:80 --seed 90,110 -o ventricle.json\n"
-      "Exit codes: 0 done, 2 usage, 3 input, 4 output, 5 stopped at the iteration limit (result\n"
-      "written), 6 result fails a guarantee, 7 some of several objects not written, 8 no object\n"
-      "found (not written), 130/143 interrupted (last curves written).");
-  command->callback([command, arguments, &exit_code] {
-    apply_files(*command, arguments->config, arguments->preset);
-    exit_code = CurveCommand(*command, *arguments).run();
-  });
+  add_verb<SegmentCurves>(
+      app, exit_code,
+      {"segment", "Grow or shrink curves in an image",
+       "Examples:\n"
+       "  curveseg segment cells.png --seeds-grid 20px --energy chan-vese -o cells.svg --mask "
+       "cells-mask.png\n"
+       "  curveseg segment ring.tif --circle 128,128,120px --energy chan-vese --open-cavities \\\n"
+       "          -o ring.json --picture ring.png\n"
+       "  curveseg segment head.nii.gz --slice axial:80 --seed 90,110 -o ventricle.json\n"
+       "Exit codes: 0 done, 2 usage, 3 input, 4 output, 5 stopped at the iteration limit (result\n"
+       "written), 6 result fails a guarantee, 7 some of several objects not written, 8 no object\n"
+       "found (not written), 130/143 interrupted (last curves written)."},
+      add_options);
 }
 
 }  // namespace surfseg::curve_program

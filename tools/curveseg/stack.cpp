@@ -14,13 +14,14 @@
 #include "libsurf/fem/geometry.h"
 #include "libsurf/volume/write_volume.h"
 #include "tools/common/config.h"
+#include "tools/common/option_group.h"
 #include "tools/common/outputs.h"
-#include "tools/common/preset_arguments.h"
 #include "tools/common/progress.h"
 #include "tools/common/report.h"
 #include "tools/common/segment_command.h"
 #include "tools/common/signals.h"
 #include "tools/common/stage_clock.h"
+#include "tools/common/verb.h"
 #include "tools/curveseg/commands.h"
 #include "tools/curveseg/curve_run.h"
 #include "tools/curveseg/image_arguments.h"
@@ -90,10 +91,7 @@ class StackCommand {
     if (ending != ".json" && ending != ".vtp" && ending != ".csv")
       throw surf::UsageError(fmt::format("-o: {}: expected a name that ends in .json, .vtp or .csv",
                                          arguments_.output));
-    if (!arguments_.mask.empty() && !surf::volume::is_writable_volume(arguments_.mask))
-      throw surf::UsageError(
-          fmt::format("--mask: {}: expected a name that ends in .nii.gz, .nii, .mha or .nrrd",
-                      arguments_.mask));
+    check_volume_name("--mask", arguments_.mask);
     arguments_.which.check();
     if (command_.count("--from") == 0 || command_.count("--to") == 0)
       throw surf::UsageError("--from, --to: the first and the last slice are needed");
@@ -150,40 +148,31 @@ class StackCommand {
 void add_options(CLI::App& command, Arguments& a) {
   command.add_option("VOLUME", a.volume, "Any volume that surfseg reads");
   command.add_option("-o,--output", a.output, "Contours to write: .json, .vtp or .csv");
-  const std::string group = "Which slices";
-  command.add_option("--from", a.from, "First slice, by its voxel index: where the seeds are")
-      ->group(group);
-  command.add_option("--to", a.to, "Last slice; may be less than the first")->group(group);
-  command.add_option("--slices", a.plane, "axial, sagittal or coronal")
-      ->check(CLI::IsMember({"axial", "sagittal", "coronal"}))
-      ->capture_default_str()
-      ->group(group);
-  a.which.add_to(command, group);
+  const OptionGroup group(command, "Which slices");
+  group.add("--from", a.from, "First slice, by its voxel index: where the seeds are");
+  group.add("--to", a.to, "Last slice; may be less than the first");
+  group.add_choice("--slices", a.plane, "axial, sagittal or coronal",
+                   {"axial", "sagittal", "coronal"});
+  a.which.add_to(command, group.name());
   add_curve_options(command, a);
-  const std::string output = "Output and running";
-  add_output_space(command, a.output_space, "the file", output);
-  command
-      .add_option("--mask", a.mask, "Label map on the volume's grid: .nii.gz, .nii, .mha, .nrrd")
-      ->group(output);
+  const OptionGroup output(command, "Output and running");
+  add_output_space(command, a.output_space, "the file", output.name());
+  output.add("--mask", a.mask, "Label map on the volume's grid: .nii.gz, .nii, .mha, .nrrd");
   add_running_options(command, a);
 }
 
 }  // namespace
 
 void add_stack_command(CLI::App& app, ExitCode& exit_code) {
-  const auto arguments = std::make_shared<Arguments>();
-  CLI::App* command = app.add_subcommand(
-      "stack", "Follow contours through the slices of a volume, each started from the last");
-  add_options(*command, *arguments);
-  command->footer(
-      "Example:\n"
-      "  curveseg stack spine.nii.gz --from 20 --to 45 --space ras --seed 3,-20,35 -o cord.vtp \\\n"
-      "          --mask cord.nii.gz\n"
-      "Contours are in the world. Where the object ends, so does the stack, with a note.");
-  command->callback([command, arguments, &exit_code] {
-    apply_files(*command, arguments->config, arguments->preset);
-    exit_code = StackCommand(*command, *arguments).run();
-  });
+  add_verb<StackCommand>(
+      app, exit_code,
+      {"stack", "Follow contours through the slices of a volume, each started from the last",
+       "Example:\n"
+       "  curveseg stack spine.nii.gz --from 20 --to 45 --space ras --seed 3,-20,35 -o cord.vtp "
+       "\\\n"
+       "          --mask cord.nii.gz\n"
+       "Contours are in the world. Where the object ends, so does the stack, with a note."},
+      add_options);
 }
 
 }  // namespace surfseg::curve_program

@@ -5,7 +5,6 @@
 
 #include <CLI/CLI.hpp>
 
-#include "libsurf/segment/measures.h"
 #include "tools/common/exit_codes.h"
 
 namespace surfseg {
@@ -17,8 +16,5 @@ void add_replay_command(CLI::App& app, ExitCode& exit_code);
 void add_evaluate_command(CLI::App& app, ExitCode& exit_code);
 void add_render_command(CLI::App& app, ExitCode& exit_code);
 void add_studio_command(CLI::App& app, ExitCode& exit_code);
-
-/// "1656 triangles, 28.005 ml, 44.734 cm^2, closed, ...", of a surface that was verified.
-std::string describe_surface(const surf::segment::Measures<3>& measures);
 
 }  // namespace surfseg

@@ -29,13 +29,6 @@ constexpr const char* kFooter =
     "smoothly from 1 inside to 0 outside, with 1/2 on the surface.\n\n"
     "Example: surfseg phantom torus --size 96,96,48 --spacing 1,1,2 --noise 0.1 -o torus.nii.gz";
 
-std::string names_of_kinds() {
-  std::string names;
-  for (const auto& [name, kind] : surf::volume::phantom_kinds())
-    names += (names.empty() ? "" : ", ") + name;
-  return names;
-}
-
 /// The options as they were typed.
 struct Request {
   std::string kind, output, size = "128";
@@ -93,7 +86,7 @@ void add_phantom_command(CLI::App& app, ExitCode&) {
   const auto request = std::make_shared<Request>();
   CLI::App* command =
       app.add_subcommand("phantom", "Make a test volume whose surface is known exactly.");
-  command->add_option("KIND", request->kind, "Body: " + names_of_kinds())
+  command->add_option("KIND", request->kind, "Body: " + names_of(surf::volume::phantom_kinds()))
       ->required()
       ->check(CLI::IsMember(surf::volume::phantom_kinds()).description(""));
   command->add_option("-o,--output", request->output, "Volume to write: .nii.gz, .nii, .mha, .nrrd")
@@ -118,9 +111,7 @@ void add_phantom_command(CLI::App& app, ExitCode&) {
       ->capture_default_str();
   command->footer(kFooter);
   command->callback([request] {
-    if (!surf::volume::is_writable_volume(request->output))
-      throw surf::UsageError(fmt::format(
-          "-o: {}: expected a name that ends in .nii.gz, .nii, .mha or .nrrd", request->output));
+    check_volume_name("-o", request->output);
     check_outputs({{"-o", request->output}});
     surf::volume::write_volume(request->output, surf::volume::make_phantom(options_of(*request)));
   });

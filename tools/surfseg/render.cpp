@@ -8,6 +8,7 @@
 #include "libsurf/io/read_surface.h"
 #include "libsurf/io/slices.h"
 #include "tools/common/arguments.h"
+#include "tools/common/option_group.h"
 #include "tools/common/outputs.h"
 #include "tools/common/volume_arguments.h"
 #include "tools/surfseg/commands.h"
@@ -139,40 +140,21 @@ void run(const Request& request) {
 }
 
 void add_slice_options(CLI::App& command, Request& request) {
-  const std::string group = "Slices";
-  command.add_option("--volume", request.volume, "Draw slices of this volume with the outline")
-      ->group(group);
-  request.which.add_to(command, group);
-  command
-      .add_option("--at", request.at,
-                  "Point X,Y,Z the slices pass through [the surface's centroid]")
-      ->group(group);
-  command
-      .add_option("--sheet", request.sheet,
-                  "Sheet of slices instead, spread evenly over the surface: N or COLUMNSxROWS")
-      ->group(group);
-  command.add_option("--axis", request.axis, "Of the --sheet: axial, coronal or sagittal slices")
-      ->check(CLI::IsMember({"axial", "coronal", "sagittal"}))
-      ->capture_default_str()
-      ->group(group);
-  command
-      .add_option("--window", request.window,
-                  "Values shown as black and white: soft-tissue, bone, lung or brain of a CT, or "
-                  "LOW,HIGH [from the values shown]")
-      ->group(group);
-  command.add_option("--seed", request.seeds, "Point X,Y,Z inside to show; repeat for more")
-      ->take_all()
-      ->allow_extra_args(false)
-      ->group(group);
-  command.add_option("--outside", request.outside, "Point outside to show; repeat for more")
-      ->take_all()
-      ->allow_extra_args(false)
-      ->group(group);
-  command
-      .add_option("--space", request.space, "Space of the points: ras or lps in mm, or ijk voxels")
-      ->check(CLI::IsMember({"ras", "lps", "ijk"}))
-      ->capture_default_str()
-      ->group(group);
+  const OptionGroup group(command, "Slices");
+  group.add("--volume", request.volume, "Draw slices of this volume with the outline");
+  request.which.add_to(command, group.name());
+  group.add("--at", request.at, "Point X,Y,Z the slices pass through [the surface's centroid]");
+  group.add("--sheet", request.sheet,
+            "Sheet of slices instead, spread evenly over the surface: N or COLUMNSxROWS");
+  group.add_choice("--axis", request.axis, "Of the --sheet: axial, coronal or sagittal slices",
+                   {"axial", "coronal", "sagittal"});
+  group.add("--window", request.window,
+            "Values shown as black and white: soft-tissue, bone, lung or brain of a CT, or "
+            "LOW,HIGH [from the values shown]");
+  group.add_repeatable("--seed", request.seeds, "Point X,Y,Z inside to show; repeat for more");
+  group.add_repeatable("--outside", request.outside, "Point outside to show; repeat for more");
+  group.add_choice("--space", request.space, "Space of the points: ras or lps in mm, or ijk voxels",
+                   {"ras", "lps", "ijk"});
 }
 
 }  // namespace

@@ -5,44 +5,39 @@
 
 #include "libsurf/base/error.h"
 #include "libsurf/base/file.h"
-#include "libsurf/io/write_surface.h"
 #include "libsurf/segment/denoised.h"
 #include "libsurf/segment/energy_assembly.h"
-#include "libsurf/segment/marks.h"
 #include "libsurf/volume/read_volume.h"
 #include "libsurf/volume/write_volume.h"
 #include "tools/common/arguments.h"
 #include "tools/common/idle_options.h"
-#include "tools/common/outputs.h"
-#include "tools/common/preset_arguments.h"
+#include "tools/common/option_group.h"
 #include "tools/common/run_arguments.h"
-#include "tools/common/segment_command.h"
-#include "tools/common/volume_arguments.h"
+#include "tools/common/strokes.h"
+#include "tools/common/verb.h"
 #include "tools/surfseg/commands.h"
 #include "tools/surfseg/initial_surface.h"
 #include "tools/surfseg/slice_picture.h"
+#include "tools/surfseg/surface_command.h"
 
 namespace surfseg {
 namespace {
 
 /// The options as they were typed.
-struct Arguments : RunArguments {
-  std::string volume, output;
-  VolumeArguments which;
+struct Arguments : RunArguments, SurfaceFiles {
   std::string space = "ras";
   InitialArguments initial;
-  std::string output_space = "lps", mask, denoised, picture, start;
-
-  surf::io::WriteOptions write_options() const { return {file_space(output_space)}; }
+  std::string denoised, start;
 };
 
-class SurfaceCommand : public SegmentCommand<3> {
+class SegmentSurface : public SurfaceCommand {
  public:
-  SurfaceCommand(const CLI::App& command, const Arguments& arguments)
-      : SegmentCommand<3>(command, arguments), arguments_(arguments) {}
+  SegmentSurface(const CLI::App& command, const Arguments& arguments)
+      : SurfaceCommand(command, arguments, arguments), arguments_(arguments) {}
 
  protected:
   void check() const override {
+    if (arguments_.volume.empty()) throw surf::UsageError("VOLUME: a volume is missing");
     check_values();
     check_names();
     check_objects(command(), arguments_,
@@ -61,73 +56,36 @@ class SurfaceCommand : public SegmentCommand<3> {
   }
 
   Input read() override {
-    volume_ = arguments_.which.read(arguments_.volume);
-    for (const std::string& note : volume_->source().notes) progress().note("note: " + note);
-    return {surf::segment::make_setting(*volume_),
-            objects_of<3>(command(), arguments_, options(*volume_), boxes_mm(*volume_),
-                          strokes(*volume_))};
+    auto setting = open(arguments_.volume);
+    return {std::move(setting), objects_of<3>(command(), arguments_, options(image()),
+                                              boxes_mm(image()), strokes(image()))};
   }
 
   std::vector<std::string> idle_options() const override {
     return surfseg::idle_options(command(), arguments_, arguments_.initial.any());
   }
 
-  std::string output() const override { return arguments_.output; }
-  std::string image_path() const override { return arguments_.volume; }
-  const char* program() const override { return "surfseg"; }
-
   void write(const surf::segment::Object<3>& object,
              const surf::segment::Finished<3>& finished) const override {
+    SurfaceCommand::write(object, finished);
     const auto path = [&](const std::string& pattern) { return object_path(pattern, object.name); };
-    write_shape(path(arguments_.output), finished);
     if (const auto model = surf::segment::piecewise_smooth<3>(object.result->energies);
         model && !arguments_.denoised.empty())
       surf::volume::write_volume(path(arguments_.denoised),
-                                 surf::segment::denoised(*volume_, finished.shape, model->mu));
-    if (has_object(arguments_.picture))
-      write_picture(path(arguments_.picture), finished.shape, *volume_, object.clicks);
+                                 surf::segment::denoised(image(), finished.shape, model->mu));
     if (!arguments_.start.empty())
       surf::io::write_surface(path(arguments_.start), object.result->start,
                               arguments_.write_options());
   }
 
-  void write_together(const surf::Triangles& all,
-                      const std::vector<surf::segment::Click<3>>& clicks) const override {
-    if (!has_object(arguments_.picture)) write_picture(arguments_.picture, all, *volume_, clicks);
-  }
-
-  void write_labels(const std::vector<std::uint8_t>& labels) const override {
-    if (!arguments_.mask.empty())
-      surf::volume::write_label_map(arguments_.mask, volume_->size(), volume_->index_to_world(),
-                                    labels);
-  }
-
-  void write_shape(const std::string& path,
-                   const surf::segment::Finished<3>& shape) const override {
-    surf::segment::write(path, shape, arguments_.write_options());
-  }
-
-  std::string describe(const surf::segment::Measures<3>& measures) const override {
-    return describe_surface(measures);
-  }
-
  private:
   void check_names() const {
-    if (arguments_.output.empty())
-      throw surf::UsageError("-o: an output file is missing, such as -o liver.stl");
-    if (!surf::io::is_writable_surface(arguments_.output))
-      throw surf::UsageError(fmt::format(
-          "-o: {}: expected a name that ends in .stl, .obj, .ply or .vtp", arguments_.output));
+    arguments_.SurfaceFiles::check();
     if (!arguments_.start.empty() && surf::extension(arguments_.start) != ".vtp")
       throw surf::UsageError(
           fmt::format("--start: {}: expected a name that ends in .vtp, which holds every digit",
                       arguments_.start));
-    for (const auto& [option, path] :
-         {std::pair{"--mask", arguments_.mask}, {"--denoised", arguments_.denoised}})
-      if (!path.empty() && !surf::volume::is_writable_volume(path))
-        throw surf::UsageError(fmt::format(
-            "{}: {}: expected a name that ends in .nii.gz, .nii, .mha or .nrrd", option, path));
-    check_picture("--picture", arguments_.picture);
+    check_volume_name("--denoised", arguments_.denoised);
     if (!arguments_.denoised.empty() &&
         !surf::segment::is_piecewise_smooth<3>(arguments_.terms(command())))
       throw surf::UsageError(
@@ -136,7 +94,6 @@ class SurfaceCommand : public SegmentCommand<3> {
 
   void check_values() const {
     check_run_arguments(command(), arguments_, kVolumeWords);
-    arguments_.which.check();
     if (arguments_.keep == "seeded" && arguments_.seeds.empty() && arguments_.marks.empty() &&
         !arguments_.initial.is_body())
       throw surf::UsageError("--keep seeded: a --seed in each component to keep is needed");
@@ -159,24 +116,14 @@ class SurfaceCommand : public SegmentCommand<3> {
     const auto box = [](const surf::volume::Volume& v) {
       return surf::ImageBox<3>{v.size(), v.index_to_world(), v.world_to_index()};
     };
-    std::vector<std::vector<surf::segment::Click<3>>> out;
-    bool has_inside = !arguments_.seeds.empty() || arguments_.initial.any();
-    for (const std::string& path : arguments_.marks) {
+    const bool has_inside = !arguments_.seeds.empty() || arguments_.initial.any();
+    return strokes_of<3>(arguments_.marks, box(volume), has_inside, [&](const std::string& path) {
       const surf::volume::Volume marks = surf::volume::read_volume(path);
-      try {
-        surf::segment::check_same_grid<3>(box(volume), box(marks));
-        const auto& size = marks.size();
-        std::vector<float> labels(std::size_t(size[0]) * size[1] * size[2]);
-        marks.copy_box({0, 0, 0}, size, labels.data());
-        out.push_back(surf::segment::strokes<3>(box(marks), labels));
-      } catch (const surf::InputError& error) {
-        throw surf::InputError(fmt::format("--marks: {}: {}", path, error.what()));
-      }
-      has_inside |= out.back().front().side == surf::segment::Side::kInside;
-    }
-    if (!has_inside)
-      throw surf::InputError("--marks: no stroke is inside, label 1, and there is no --seed");
-    return out;
+      const auto& size = marks.size();
+      std::vector<float> labels(std::size_t(size[0]) * size[1] * size[2]);
+      marks.copy_box({0, 0, 0}, size, labels.data());
+      return Marks<3>{box(marks), std::move(labels)};
+    });
   }
 
   std::vector<surf::segment::BoxCorners<3>> boxes_mm(const surf::volume::Volume& volume) const {
@@ -217,7 +164,6 @@ class SurfaceCommand : public SegmentCommand<3> {
   }
 
   const Arguments& arguments_;
-  std::optional<surf::volume::Volume> volume_;
 };
 
 void add_options(CLI::App& command, Arguments& a) {
@@ -232,92 +178,58 @@ void add_options(CLI::App& command, Arguments& a) {
   add_start_options(command, a, kVolumeWords);
   add_object_option(command, a);
   add_marks_option(command, a, kVolumeWords);
-  const std::string start = "Where to start";
-  command.add_option("--space", a.space, "Space of the points: ras or lps in mm, or ijk voxels")
-      ->check(CLI::IsMember({"ras", "lps", "ijk"}))
-      ->capture_default_str()
-      ->group(start);
-  command
-      .add_option("--initial", a.initial.file,
-                  "Initial surface of an evolution in place of seed balls: a mesh or a label map")
-      ->group(start);
-  command.add_option("--initial-ball", a.initial.ball, "Or a ball X,Y,Z,RADIUS: 12,-30,44,10mm")
-      ->group(start);
-  command
-      .add_option("--initial-ellipsoid", a.initial.ellipsoid,
-                  "Or an ellipsoid X,Y,Z,A,B,C along the axes of --space: 12,-30,44,10mm,8mm,15mm")
-      ->group(start);
-  command
-      .add_option("--initial-box", a.initial.box,
-                  "Or a box along the axes of --space from corner to corner: 0,-40,20,25,-10,50")
-      ->group(start);
-  command
-      .add_option(
-          "--landmarks", a.initial.landmarks,
-          "Or the ellipsoid next to points on the object: Slicer's .mrk.json or .fcsv, or X Y "
-          "Z a line in --space")
-      ->group(start);
-  command.add_option("--initial-label", a.initial.label, "Label to take from the label map")
-      ->capture_default_str()
-      ->group(start);
+  const OptionGroup start(command, "Where to start");
+  start.add_choice("--space", a.space, "Space of the points: ras or lps in mm, or ijk voxels",
+                   {"ras", "lps", "ijk"});
+  start.add("--initial", a.initial.file,
+            "Initial surface of an evolution in place of seed balls: a mesh or a label map");
+  start.add("--initial-ball", a.initial.ball, "Or a ball X,Y,Z,RADIUS: 12,-30,44,10mm");
+  start.add("--initial-ellipsoid", a.initial.ellipsoid,
+            "Or an ellipsoid X,Y,Z,A,B,C along the axes of --space: 12,-30,44,10mm,8mm,15mm");
+  start.add("--initial-box", a.initial.box,
+            "Or a box along the axes of --space from corner to corner: 0,-40,20,25,-10,50");
+  start.add("--landmarks", a.initial.landmarks,
+            "Or the ellipsoid next to points on the object: Slicer's .mrk.json or .fcsv, or X Y "
+            "Z a line in --space");
+  start.add_with_default("--initial-label", a.initial.label, "Label to take from the label map");
   add_run_options(command, a, kVolumeWords);
 
-  const std::string output = "Output and running";
-  add_output_space(command, a.output_space, "the file", output);
-  command
-      .add_option(
-          "--mask", a.mask,
-          "Label map on the volume's grid, objects 1, 2, ... in their order: .nii.gz, .nii, "
-          ".mha, .nrrd")
-      ->group(output);
-  add_picture_option(command, a.picture, output);
-  command
-      .add_option(
-          "--start", a.start,
-          "The surface that the evolution began with, .vtp: given to --initial, with the "
-          "energies and lengths under `chosen` of the summary, it gives the same bytes again")
-      ->group(output);
-  command
-      .add_option("--denoised", a.denoised,
-                  "Volume approximated smoothly inside and outside the surface, which "
-                  "mumford-shah finds along with it: .nii.gz, .nii, .mha, .nrrd")
-      ->group(output);
+  const OptionGroup output(command, "Output and running");
+  add_output_space(command, a.output_space, "the file", output.name());
+  output.add("--mask", a.mask,
+             "Label map on the volume's grid, objects 1, 2, ... in their order: .nii.gz, .nii, "
+             ".mha, .nrrd");
+  add_picture_option(command, a.picture, output.name());
+  output.add("--start", a.start,
+             "The surface that the evolution began with, .vtp: given to --initial, with the "
+             "energies and lengths under `chosen` of the summary, it gives the same bytes again");
+  output.add("--denoised", a.denoised,
+             "Volume approximated smoothly inside and outside the surface, which "
+             "mumford-shah finds along with it: .nii.gz, .nii, .mha, .nrrd");
   add_candidates_option(command, a);
   add_running_options(command, a);
 }
 
 }  // namespace
 
-std::string describe_surface(const surf::segment::Measures<3>& measures) {
-  return fmt::format(
-      "{} triangles, {:.5g} ml, {:.5g} cm^2, closed, manifold, no self-intersections, smallest "
-      "angle {:.1f} deg",
-      measures.n_elements, measures.content / 1000, measures.measure / 100, measures.min_angle_deg);
-}
-
 void add_segment_command(CLI::App& app, ExitCode& exit_code) {
-  const auto arguments = std::make_shared<Arguments>();
-  CLI::App* command = app.add_subcommand("segment", "Grow a surface from seeds in a volume");
-  add_options(*command, *arguments);
-  command->footer(
-      "Examples:\n"
-      "  surfseg segment head.nii.gz --seed 3,-20,35 -o brain.stl\n"
-      "  surfseg segment ct/ --seed 120,88,40 --space ijk --radius 8mm -o kidney.ply --mask "
-      "kidney.nii.gz\n"
-      "  surfseg segment mr.nrrd --seed -12,40,7 --energy window:mean=380,half-width=150 \\\n"
-      "          --energy area:weight=2 --json summary.json -o tumour.obj\n"
-      "  surfseg segment ct.nii.gz --object liver --seed 95,182,373 --object kidney --seed "
-      "60,150,380 "
-      "\\\n"
-      "          -o {object}.stl --mask labels.nii.gz --recipe organs.json\n"
-      "Exit codes: 0 done, 2 usage, 3 input, 4 output, 5 stopped at the iteration limit (result\n"
-      "written), 6 result fails a guarantee, 7 some of several objects not written, 8 no object\n"
-      "found (not written), 130/143 interrupted (last surface written).");
-  command->callback([command, arguments, &exit_code] {
-    apply_files(*command, arguments->config, arguments->preset);
-    if (arguments->volume.empty()) throw surf::UsageError("VOLUME: a volume is missing");
-    exit_code = SurfaceCommand(*command, *arguments).run();
-  });
+  add_verb<SegmentSurface>(
+      app, exit_code,
+      {"segment", "Grow a surface from seeds in a volume",
+       "Examples:\n"
+       "  surfseg segment head.nii.gz --seed 3,-20,35 -o brain.stl\n"
+       "  surfseg segment ct/ --seed 120,88,40 --space ijk --radius 8mm -o kidney.ply --mask "
+       "kidney.nii.gz\n"
+       "  surfseg segment mr.nrrd --seed -12,40,7 --energy window:mean=380,half-width=150 \\\n"
+       "          --energy area:weight=2 --json summary.json -o tumour.obj\n"
+       "  surfseg segment ct.nii.gz --object liver --seed 95,182,373 --object kidney --seed "
+       "60,150,380 "
+       "\\\n"
+       "          -o {object}.stl --mask labels.nii.gz --recipe organs.json\n"
+       "Exit codes: 0 done, 2 usage, 3 input, 4 output, 5 stopped at the iteration limit (result\n"
+       "written), 6 result fails a guarantee, 7 some of several objects not written, 8 no object\n"
+       "found (not written), 130/143 interrupted (last surface written)."},
+      add_options);
 }
 
 }  // namespace surfseg

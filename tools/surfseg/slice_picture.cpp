@@ -8,6 +8,7 @@
 #include "libsurf/base/error.h"
 #include "libsurf/base/file.h"
 #include "tools/common/arguments.h"
+#include "tools/common/option_group.h"
 
 namespace surfseg {
 namespace {
@@ -46,16 +47,9 @@ SheetSize parse_sheet(const std::string& option, const std::string& text) {
 }
 
 void add_picture_option(CLI::App& command, std::string& picture, const std::string& group) {
-  command
-      .add_option("--picture", picture,
-                  "Picture of three slices with the surface's outline and the clicks: .png")
-      ->group(group);
-}
-
-void check_picture(const std::string& option, const std::string& picture) {
-  if (!picture.empty() && surf::extension(picture) != ".png")
-    throw surf::UsageError(
-        fmt::format("{}: {}: expected a name that ends in .png", option, picture));
+  OptionGroup(command, group)
+      .add("--picture", picture,
+           "Picture of three slices with the surface's outline and the clicks: .png");
 }
 
 void write_picture(const std::string& picture, const surf::Triangles& surface,

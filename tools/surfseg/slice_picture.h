@@ -24,9 +24,6 @@ SheetSize parse_sheet(const std::string& option, const std::string& text);
 
 void add_picture_option(CLI::App& command, std::string& picture, const std::string& group);
 
-/// @throws surf::UsageError  a name that does not end in .png
-void check_picture(const std::string& option, const std::string& picture);
-
 /// Writes draw_slices() of the surface with the clicks; nothing if `picture` is empty.
 /// @throws surf::OutputError
 void write_picture(const std::string& picture, const surf::Triangles& surface,

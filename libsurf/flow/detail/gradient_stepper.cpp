@@ -60,12 +60,6 @@ class GradientStepper : public Stepper<Dim> {
 
 }  // namespace
 
-template <int Dim>
-std::unique_ptr<Stepper<Dim>> make_gradient_stepper(const StepSetting<Dim>& setting) {
-  return std::make_unique<GradientStepper<Dim>>(setting);
-}
-
-template std::unique_ptr<Stepper<2>> make_gradient_stepper<2>(const StepSetting<2>&);
-template std::unique_ptr<Stepper<3>> make_gradient_stepper<3>(const StepSetting<3>&);
+constexpr StepperMaker kGradientSteppers = stepper_maker<GradientStepper>();
 
 }  // namespace surf::flow

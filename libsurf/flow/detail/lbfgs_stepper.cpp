@@ -214,12 +214,6 @@ class LbfgsStepper : public Stepper<Dim> {
 
 }  // namespace
 
-template <int Dim>
-std::unique_ptr<Stepper<Dim>> make_lbfgs_stepper(const StepSetting<Dim>& setting) {
-  return std::make_unique<LbfgsStepper<Dim>>(setting);
-}
-
-template std::unique_ptr<Stepper<2>> make_lbfgs_stepper<2>(const StepSetting<2>&);
-template std::unique_ptr<Stepper<3>> make_lbfgs_stepper<3>(const StepSetting<3>&);
+constexpr StepperMaker kLbfgsSteppers = stepper_maker<LbfgsStepper>();
 
 }  // namespace surf::flow

@@ -138,12 +138,6 @@ class NewtonStepper : public Stepper<Dim> {
 
 }  // namespace
 
-template <int Dim>
-std::unique_ptr<Stepper<Dim>> make_newton_stepper(const StepSetting<Dim>& setting) {
-  return std::make_unique<NewtonStepper<Dim>>(setting);
-}
-
-template std::unique_ptr<Stepper<2>> make_newton_stepper<2>(const StepSetting<2>&);
-template std::unique_ptr<Stepper<3>> make_newton_stepper<3>(const StepSetting<3>&);
+constexpr StepperMaker kNewtonSteppers = stepper_maker<NewtonStepper>();
 
 }  // namespace surf::flow

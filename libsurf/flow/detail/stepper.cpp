@@ -67,13 +67,13 @@ template <int Dim>
 std::unique_ptr<Stepper<Dim>> make_stepper(const StepSetting<Dim>& setting) {
   switch (setting.options.method) {
     case Method::kNewton:
-      return make_newton_stepper<Dim>(setting);
+      return kNewtonSteppers.make<Dim>(setting);
     case Method::kLbfgs:
-      return make_lbfgs_stepper<Dim>(setting);
+      return kLbfgsSteppers.make<Dim>(setting);
     case Method::kGradientFlow:
       break;
   }
-  return make_gradient_stepper<Dim>(setting);
+  return kGradientSteppers.make<Dim>(setting);
 }
 
 template class Stepper<2>;

@@ -63,11 +63,29 @@ double largest_step(const fem::Geometry<Dim>& shape, const Points<Dim>& velocity
 /// The stepper of options.method.
 template <int Dim>
 std::unique_ptr<Stepper<Dim>> make_stepper(const StepSetting<Dim>& setting);
-template <int Dim>
-std::unique_ptr<Stepper<Dim>> make_gradient_stepper(const StepSetting<Dim>& setting);
-template <int Dim>
-std::unique_ptr<Stepper<Dim>> make_newton_stepper(const StepSetting<Dim>& setting);
-template <int Dim>
-std::unique_ptr<Stepper<Dim>> make_lbfgs_stepper(const StepSetting<Dim>& setting);
+
+/// Makes the steppers of one method.
+struct StepperMaker {
+  std::unique_ptr<Stepper<2>> (*in_plane)(const StepSetting<2>&);
+  std::unique_ptr<Stepper<3>> (*in_space)(const StepSetting<3>&);
+
+  template <int Dim>
+  std::unique_ptr<Stepper<Dim>> make(const StepSetting<Dim>& setting) const {
+    if constexpr (Dim == 2)
+      return in_plane(setting);
+    else
+      return in_space(setting);
+  }
+};
+template <template <int> class Method>
+constexpr StepperMaker stepper_maker() {
+  return {[](const StepSetting<2>& setting) -> std::unique_ptr<Stepper<2>> {
+            return std::make_unique<Method<2>>(setting);
+          },
+          [](const StepSetting<3>& setting) -> std::unique_ptr<Stepper<3>> {
+            return std::make_unique<Method<3>>(setting);
+          }};
+}
+extern const StepperMaker kGradientSteppers, kNewtonSteppers, kLbfgsSteppers;
 
 }  // namespace surf::flow

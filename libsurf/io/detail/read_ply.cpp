@@ -6,6 +6,7 @@
 #include <cstring>
 #include <memory>
 
+#include "libsurf/base/names.h"
 #include "libsurf/io/detail/surface_formats.h"
 
 // VTK's reader of PLY keeps only floats and does not say where a file is broken.
@@ -15,17 +16,23 @@ namespace {
 enum class Type { kInt8, kUint8, kInt16, kUint16, kInt32, kUint32, kFloat32, kFloat64 };
 
 std::optional<Type> type_of(std::string_view word) {
-  constexpr std::pair<std::string_view, Type> kNames[] = {
-      {"char", Type::kInt8},       {"int8", Type::kInt8},       {"uchar", Type::kUint8},
-      {"uint8", Type::kUint8},     {"short", Type::kInt16},     {"int16", Type::kInt16},
-      {"ushort", Type::kUint16},   {"uint16", Type::kUint16},   {"int", Type::kInt32},
-      {"int32", Type::kInt32},     {"uint", Type::kUint32},     {"uint32", Type::kUint32},
-      {"float", Type::kFloat32},   {"float32", Type::kFloat32}, {"double", Type::kFloat64},
-      {"float64", Type::kFloat64},
-  };
-  for (const auto& [name, type] : kNames)
-    if (name == word) return type;
-  return std::nullopt;
+  using enum Type;
+  return value_of<Type>(word, {{kInt8, "char"},
+                               {kInt8, "int8"},
+                               {kUint8, "uchar"},
+                               {kUint8, "uint8"},
+                               {kInt16, "short"},
+                               {kInt16, "int16"},
+                               {kUint16, "ushort"},
+                               {kUint16, "uint16"},
+                               {kInt32, "int"},
+                               {kInt32, "int32"},
+                               {kUint32, "uint"},
+                               {kUint32, "uint32"},
+                               {kFloat32, "float"},
+                               {kFloat32, "float32"},
+                               {kFloat64, "double"},
+                               {kFloat64, "float64"}});
 }
 
 struct Property {
@@ -93,31 +100,19 @@ class BinaryBody : public Body {
 
   void next_row() override {}
   double value(Type type) override {
-    switch (type) {
-      case Type::kInt8:
-        return take<std::int8_t>();
-      case Type::kUint8:
-        return take<std::uint8_t>();
-      case Type::kInt16:
-        return take<std::int16_t>();
-      case Type::kUint16:
-        return take<std::uint16_t>();
-      case Type::kInt32:
-        return take<std::int32_t>();
-      case Type::kUint32:
-        return take<std::uint32_t>();
-      case Type::kFloat32:
-        return take<float>();
-      case Type::kFloat64:
-        break;
-    }
-    return take<double>();
+    using Take = double (BinaryBody::*)();
+    constexpr Take kOfTypes[] = {// in the order of Type
+                                 &BinaryBody::take<std::int8_t>,  &BinaryBody::take<std::uint8_t>,
+                                 &BinaryBody::take<std::int16_t>, &BinaryBody::take<std::uint16_t>,
+                                 &BinaryBody::take<std::int32_t>, &BinaryBody::take<std::uint32_t>,
+                                 &BinaryBody::take<float>,        &BinaryBody::take<double>};
+    return (this->*kOfTypes[std::size_t(type)])();
   }
   std::size_t line() const override { return 0; }
 
  private:
   template <class T>
-  T take() {
+  double take() {
     static_assert(std::endian::native == std::endian::little);
     if (bytes_.size() < sizeof(T))
       throw InputError(fmt::format("{}: truncated: the header states more values", path_));
@@ -127,7 +122,7 @@ class BinaryBody : public Body {
     if (is_swapped_) std::reverse(bytes, bytes + sizeof(T));
     T value;
     std::memcpy(&value, bytes, sizeof(T));
-    return value;
+    return double(value);
   }
 
   const std::string& path_;

@@ -1,6 +1,9 @@
 // The energy kinds that the library brings along, by family.
 #pragma once
 
+#include <functional>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "libsurf/segment/energy_kind.h"
@@ -18,6 +21,23 @@ std::vector<EnergyKind<Dim>> shape_kinds();
 /// What looks at the intensities of both sides.
 template <int Dim>
 std::vector<EnergyKind<Dim>> region_kinds();
+
+/// A parameter whose default the image and the seeds give.
+/// @param text  says what is chosen
+template <int Dim>
+KindParameter<Dim> chosen_parameter(std::string key, std::string unit, std::string meaning,
+                                    ParameterRange range,
+                                    std::function<double(const KindContext<Dim>&)> choice,
+                                    std::string text, double blur_power = 0) {
+  const auto of_term = [choice = std::move(choice)](const KindContext<Dim>& context,
+                                                    const EnergyTerm&) { return choice(context); };
+  return {std::move(key),
+          std::move(unit),
+          std::move(meaning),
+          std::move(range),
+          ParameterDefault<Dim>::chosen(of_term, std::move(text)),
+          blur_power};
+}
 
 /// lambda of the edge indicator; by default estimate_edge_strength round the seeds.
 template <int Dim>

@@ -5,6 +5,7 @@
 #include <set>
 
 #include "libsurf/base/error.h"
+#include "libsurf/base/names.h"
 
 namespace surf::segment {
 namespace {
@@ -13,39 +14,38 @@ using Json = nlohmann::ordered_json;
 
 /// The names of an enum's values, for those fields that are one.
 template <class Enum>
-struct Names;
+constexpr Names<Enum> kNames = {};
 template <>
-struct Names<volume::DerivativeFilter> {
-  static constexpr std::array kAll = {"bspline", "scharr"};
-};
+constexpr Names<volume::DerivativeFilter> kNames<volume::DerivativeFilter> = {
+    {volume::DerivativeFilter::kBSpline, "bspline"}, {volume::DerivativeFilter::kScharr, "scharr"}};
 template <>
-struct Names<volume::Interpolation> {
-  static constexpr std::array kAll = {"spline", "linear"};
-};
+constexpr Names<volume::Interpolation> kNames<volume::Interpolation> = {
+    {volume::Interpolation::kSpline, "spline"}, {volume::Interpolation::kLinear, "linear"}};
 template <>
-struct Names<mesh::Topology> {
-  static constexpr std::array kAll = {"free", "fixed", "genus0"};
-};
+constexpr Names<mesh::Topology> kNames<mesh::Topology> = {{mesh::Topology::kFree, "free"},
+                                                          {mesh::Topology::kFixed, "fixed"},
+                                                          {mesh::Topology::kGenus0, "genus0"}};
 template <>
-struct Names<mesh::Keep> {
-  static constexpr std::array kAll = {"all", "largest", "seeded"};
-};
+constexpr Names<mesh::Keep> kNames<mesh::Keep> = {
+    {mesh::Keep::kAll, "all"}, {mesh::Keep::kLargest, "largest"}, {mesh::Keep::kSeeded, "seeded"}};
 template <>
-struct Names<flow::Method> {
-  static constexpr std::array kAll = {"gradient-flow", "newton", "lbfgs"};
-};
+constexpr Names<flow::Method> kNames<flow::Method> = {
+    {flow::Method::kGradientFlow, "gradient-flow"},
+    {flow::Method::kNewton, "newton"},
+    {flow::Method::kLbfgs, "lbfgs"}};
 template <>
-struct Names<flow::ScalarProduct> {
-  static constexpr std::array kAll = {"l2", "h1", "h-1"};
-};
+constexpr Names<flow::ScalarProduct> kNames<flow::ScalarProduct> = {
+    {flow::ScalarProduct::kL2, "l2"},
+    {flow::ScalarProduct::kH1, "h1"},
+    {flow::ScalarProduct::kHMinus1, "h-1"}};
 template <>
-struct Names<flow::Scheme> {
-  static constexpr std::array kAll = {"explicit", "semi-implicit"};
-};
+constexpr Names<flow::Scheme> kNames<flow::Scheme> = {
+    {flow::Scheme::kExplicit, "explicit"}, {flow::Scheme::kSemiImplicit, "semi-implicit"}};
 template <>
-struct Names<flow::StepRule> {
-  static constexpr std::array kAll = {"backtracking", "line-search", "fixed"};
-};
+constexpr Names<flow::StepRule> kNames<flow::StepRule> = {
+    {flow::StepRule::kBacktracking, "backtracking"},
+    {flow::StepRule::kLineSearch, "line-search"},
+    {flow::StepRule::kFixed, "fixed"}};
 
 /// Calls visit(name, field) for each field but points and the initial shape.
 template <class OptionsType, class Visit>
@@ -99,7 +99,7 @@ void for_each_field(OptionsType& o, const Visit& visit) {
 template <class T>
 Json value_to_json(const T& value) {
   if constexpr (std::is_enum_v<T>)
-    return Names<T>::kAll.at(std::size_t(value));
+    return name_of(value, kNames<T>);
   else
     return value;
 }
@@ -116,11 +116,10 @@ Json value_to_json(const std::vector<EnergyTerm>& terms) {
 template <class T>
 void value_from_json(const Json& json, T& value) {
   if constexpr (std::is_enum_v<T>) {
-    const auto& names = Names<T>::kAll;
-    const auto at = std::find(names.begin(), names.end(), json.get<std::string>());
-    if (at == names.end())
-      throw InputError(fmt::format("'{}' is none of its values", json.get<std::string>()));
-    value = T(at - names.begin());
+    const auto name = json.get<std::string>();
+    const auto found = value_of(name, kNames<T>);
+    if (!found) throw InputError(fmt::format("'{}' is none of its values", name));
+    value = *found;
   } else {
     value = json.get<T>();
   }

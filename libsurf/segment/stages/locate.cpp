@@ -1,6 +1,6 @@
 #include <fmt/format.h>
 
-#include <chrono>
+#include <cmath>
 
 #include "libsurf/segment/edges_along.h"
 #include "libsurf/segment/locate_edges.h"
@@ -13,17 +13,11 @@ constexpr double kLookCells = 2.5;  // from the shape: the edges whose blur is t
 
 /// locate_edges() from the shape of the minimiser.
 template <int Dim>
-class Locate : public Stage<Dim> {
- public:
-  bool run(Work<Dim>& work) const override {
-    const auto begin = std::chrono::steady_clock::now();
+class Locate : public CorrectingStage<Dim> {
+  const char* name() const override { return "locate"; }
+
+  std::string correct(Work<Dim>& work) const override {
     const double cell = work.cell_mm();
-    StageReport report;
-    report.name = "locate";
-    report.kind = StageKind::kCorrects;
-    report.energies = work.reports.back().energies;
-    report.sigma_mm = work.reports.back().sigma_mm;
-    report.edge_length_mm = work.reports.back().edge_length_mm;
     // Taken again along a shape that has moved a little it jumps from one scale to another.
     const double blur =
         work.edge_blur_mm > 0
@@ -38,15 +32,11 @@ class Locate : public Stage<Dim> {
           std::hypot(located.certainty.deviation_mm[i], (moved.points.row(i) - to.row(i)).norm());
     work.shape = moved;
     work.certainty = std::move(located.certainty);
-    report.message = fmt::format(
+    return fmt::format(
         "steps of width {:.3g} mm under noise of {:.3g}; smooth below {:.3g} mm; {:.3g} % of the "
         "{} has no edge",
         located.blur_mm, located.noise, located.length_mm, 100 * work.certainty->share_without_edge,
         work.setting().noun());
-    report.seconds =
-        std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-    work.reports.push_back(std::move(report));
-    return true;
   }
 };
 

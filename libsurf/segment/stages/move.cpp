@@ -1,3 +1,5 @@
+#include <chrono>
+
 #include "libsurf/segment/stages/stages.h"
 
 namespace surf::segment {
@@ -19,6 +21,22 @@ std::vector<mesh::HeldPoint<Dim>> obeyed(const Simplices<Dim>& shape,
 }  // namespace
 
 template <int Dim>
+bool CorrectingStage<Dim>::run(Work<Dim>& work) const {
+  const auto begin = std::chrono::steady_clock::now();
+  const StageReport& last = work.reports.back();
+  StageReport report;
+  report.name = name();
+  report.kind = StageKind::kCorrects;
+  report.energies = last.energies;
+  report.sigma_mm = last.sigma_mm;
+  report.edge_length_mm = last.edge_length_mm;
+  report.message = correct(work);
+  report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  work.reports.push_back(std::move(report));
+  return true;
+}
+
+template <int Dim>
 Simplices<Dim> moved_past_clicks(const Work<Dim>& work, Points<Dim> to) {
   const Simplices<Dim>& from = work.shape;
   const ImageExtent<Dim>& extent = work.setting().extent();
@@ -35,6 +53,8 @@ Simplices<Dim> moved_past_clicks(const Work<Dim>& work, Points<Dim> to) {
   return out;
 }
 
+template class CorrectingStage<2>;
+template class CorrectingStage<3>;
 template Segments moved_past_clicks<2>(const Work<2>&, Points<2>);
 template Triangles moved_past_clicks<3>(const Work<3>&, Points<3>);
 

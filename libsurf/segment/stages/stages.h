@@ -38,6 +38,20 @@ StagePointer<Dim> offset_stage();
 template <int Dim>
 StagePointer<Dim> locate_stage();
 
+/// A stage that moves the shape on from where the stage before it has left it: run() leaves a
+/// report with that stage's energies and lengths, and the time.
+template <int Dim>
+class CorrectingStage : public Stage<Dim> {
+ public:
+  bool run(Work<Dim>& work) const final;
+
+ private:
+  virtual const char* name() const = 0;
+  /// Moves work.shape.
+  /// @return  what was done, in one sentence for a person
+  virtual std::string correct(Work<Dim>& work) const = 0;
+};
+
 /// work.shape with its vertices at `to`, but past no click that it obeys and free of intersections.
 template <int Dim>
 Simplices<Dim> moved_past_clicks(const Work<Dim>& work, Points<Dim> to);

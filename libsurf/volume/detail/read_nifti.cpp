@@ -9,6 +9,7 @@
 #include <cmath>
 #include <cstring>
 #include <filesystem>
+#include <utility>
 
 #include "libsurf/base/error.h"
 #include "libsurf/volume/detail/byte_stream.h"
@@ -115,45 +116,24 @@ Header read_header(ByteStream& stream, const std::string& path) {
   return decode_version_2(raw, is_swapped, path);
 }
 
+constexpr std::pair<int, ScalarType> kScalars[] = {
+    {NIFTI_TYPE_UINT8, ScalarType::kUint8},     {NIFTI_TYPE_INT8, ScalarType::kInt8},
+    {NIFTI_TYPE_INT16, ScalarType::kInt16},     {NIFTI_TYPE_UINT16, ScalarType::kUint16},
+    {NIFTI_TYPE_INT32, ScalarType::kInt32},     {NIFTI_TYPE_UINT32, ScalarType::kUint32},
+    {NIFTI_TYPE_INT64, ScalarType::kInt64},     {NIFTI_TYPE_UINT64, ScalarType::kUint64},
+    {NIFTI_TYPE_FLOAT32, ScalarType::kFloat32}, {NIFTI_TYPE_FLOAT64, ScalarType::kFloat64}};
+constexpr std::pair<int, const char*> kRefused[] = {
+    {DT_BINARY, "binary, 1 bit"},       {NIFTI_TYPE_FLOAT128, "128-bit float"},
+    {NIFTI_TYPE_COMPLEX64, "complex"},  {NIFTI_TYPE_COMPLEX128, "complex"},
+    {NIFTI_TYPE_COMPLEX256, "complex"}, {NIFTI_TYPE_RGB24, "colour"},
+    {NIFTI_TYPE_RGBA32, "colour"}};
+
 ScalarType scalar_type(int datatype, const std::string& path) {
+  for (const auto& [code, type] : kScalars)
+    if (code == datatype) return type;
   const char* refused = "unknown";
-  switch (datatype) {
-    case NIFTI_TYPE_UINT8:
-      return ScalarType::kUint8;
-    case NIFTI_TYPE_INT8:
-      return ScalarType::kInt8;
-    case NIFTI_TYPE_INT16:
-      return ScalarType::kInt16;
-    case NIFTI_TYPE_UINT16:
-      return ScalarType::kUint16;
-    case NIFTI_TYPE_INT32:
-      return ScalarType::kInt32;
-    case NIFTI_TYPE_UINT32:
-      return ScalarType::kUint32;
-    case NIFTI_TYPE_INT64:
-      return ScalarType::kInt64;
-    case NIFTI_TYPE_UINT64:
-      return ScalarType::kUint64;
-    case NIFTI_TYPE_FLOAT32:
-      return ScalarType::kFloat32;
-    case NIFTI_TYPE_FLOAT64:
-      return ScalarType::kFloat64;
-    case DT_BINARY:
-      refused = "binary, 1 bit";
-      break;
-    case NIFTI_TYPE_FLOAT128:
-      refused = "128-bit float";
-      break;
-    case NIFTI_TYPE_COMPLEX64:
-    case NIFTI_TYPE_COMPLEX128:
-    case NIFTI_TYPE_COMPLEX256:
-      refused = "complex";
-      break;
-    case NIFTI_TYPE_RGB24:
-    case NIFTI_TYPE_RGBA32:
-      refused = "colour";
-      break;
-  }
+  for (const auto& [code, words] : kRefused)
+    if (code == datatype) refused = words;
   throw InputError(
       fmt::format("{}: voxels of datatype {} ({}) are not scalars surfseg reads; convert the file",
                   path, datatype, refused));

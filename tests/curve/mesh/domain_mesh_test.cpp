@@ -32,14 +32,6 @@ double area(const DomainMesh& mesh, bool is_inside) {
   return sum;
 }
 
-double enclosed(const Segments& curves) {
-  double twice = 0;
-  for (const auto e : curves.elements.rowwise())
-    twice += curves.points(e[0], 0) * curves.points(e[1], 1) -
-             curves.points(e[0], 1) * curves.points(e[1], 0);
-  return twice / 2;
-}
-
 TEST(DomainMesh, BothSidesHaveTheAreasThatTheCurvesPart) {
   const Segments curves = nested();
   const DomainMesh mesh = mesh_domain(curves, square(2), SizeField(square(2), 0.4, 0.1));

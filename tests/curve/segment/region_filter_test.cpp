@@ -10,14 +10,6 @@ namespace {
 Segments disc(double x, double radius) { return circle({x, 0}, radius, 0.05); }
 Segments hole(double x, double radius) { return flipped(disc(x, radius)); }
 
-double area(const Segments& curves) {
-  double sum = 0;
-  for (const auto e : curves.elements.rowwise())
-    sum += curves.points(e[0], 0) * curves.points(e[1], 1) -
-           curves.points(e[1], 0) * curves.points(e[0], 1);
-  return sum / 2;
-}
-
 RegionFilter of_area(double least) {
   RegionFilter filter;
   filter.min_area_mm2 = least;
@@ -39,8 +31,8 @@ struct RegionFilters : ::testing::Test {
   void expect_areas(const RegionFilter& filter, std::initializer_list<double> radii) {
     const Segments out = filtered(curves, filter, n_removed);
     double expected = 0;
-    for (const double r : radii) expected += std::copysign(area(disc(0, std::abs(r))), r);
-    EXPECT_NEAR(area(out), expected, 1e-12);
+    for (const double r : radii) expected += std::copysign(enclosed(disc(0, std::abs(r))), r);
+    EXPECT_NEAR(enclosed(out), expected, 1e-12);
     if (radii.size() > 0) expect_valid(out);
     EXPECT_EQ(n_removed, 4 - int(radii.size()));
   }

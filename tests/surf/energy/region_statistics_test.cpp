@@ -3,6 +3,7 @@
 #include "libsurf/base/error.h"
 #include "libsurf/fem/stiffness.h"
 #include "tests/surf/energy/energies.h"
+#include "tests/surf/energy/same_terms.h"
 
 namespace surf::energy {
 namespace {
@@ -43,12 +44,7 @@ void expect_equal(ShapeEnergy<Dim>& a, ShapeEnergy<Dim>& b) {
   const auto shape = test::smooth_geometry<Dim>(1, 3);
   const SparseMatrix A = fem::stiffness<Dim>(shape, Eigen::VectorXd::Ones(shape.n_elements()));
   const auto kappa = fem::curvature<Dim>(shape, A);
-  a.reset(shape), b.reset(shape);
-  EXPECT_NEAR(a.value(), b.value(), 1e-11);
-  ShapeTerms<Dim> a1(shape), b1(shape);
-  a.differentiate(kappa, 1, a1), b.differentiate(kappa, 1, b1);
-  EXPECT_LT((a1.derivative - b1.derivative).cwiseAbs().maxCoeff(), 1e-12);
-  EXPECT_LT((a1.beta - b1.beta).cwiseAbs().maxCoeff(), 1e-11);
+  test::expect_same_terms<Dim>(a, b, shape, kappa, {.value = 1e-11, .first = 1e-12, .beta = 1e-11});
   SecondDerivative<Dim> a2(shape), b2(shape);
   a.differentiate_twice(kappa, 1, a2), b.differentiate_twice(kappa, 1, b2);
   const Eigen::VectorXd W = test::smooth_function<Dim>(shape.points(), 1);

@@ -2,6 +2,8 @@
 // moves add up, the scalar-product weights and the normal form G = g kappa + f.
 #include "libsurf/energy/shape_energy.h"
 
+#include <fmt/format.h>
+
 #include "libsurf/fem/stiffness.h"
 #include "tests/surf/energy/energies.h"
 
@@ -17,25 +19,30 @@ std::vector<test::EnergyCase<Dim>> all_energies(unsigned seed, double ray_spacin
 
 IN_BOTH_DIMENSIONS(EveryEnergy);
 
-TYPED_TEST(EveryEnergy, DerivativeIsTheDifferenceQuotientOfTheValue) {
-  constexpr int Dim = TypeParam::value;
+template <int Dim>
+void expect_difference_quotient(ShapeEnergy<Dim>& energy, const fem::Geometry<Dim>& shape,
+                                const Points<Dim>& W, const std::string& what) {
   constexpr double kStep = 5e-5;               // truncation ~ kStep^2
   constexpr double kTolerance = 1e-7;          // of the sum of |derivative|
   constexpr double kRounding = 1e-14 / kStep;  // of |J|
+  energy.reset(shape);
+  ShapeTerms<Dim> terms(shape);
+  energy.differentiate(test::no_curvature(shape.n_vertices()), 1, terms);
+  const double exact = terms.derivative.cwiseProduct(W).sum();
+  const double plus = energy.try_move(shape.moved_to(shape.points() + kStep * W));
+  const double minus = energy.try_move(shape.moved_to(shape.points() - kStep * W));
+  const double difference = (plus - minus) / (2 * kStep);
+  const double scale = terms.derivative.cwiseAbs().sum();
+  EXPECT_NEAR(exact, difference, kTolerance * scale + kRounding * std::abs(plus)) << what;
+}
+
+TYPED_TEST(EveryEnergy, DerivativeIsTheDifferenceQuotientOfTheValue) {
+  constexpr int Dim = TypeParam::value;
   for (unsigned seed = 1; seed <= 5; ++seed) {
     const auto shape = test::smooth_geometry<Dim>(seed, Dim == 2 ? 4 : 3);
     const Points<Dim> W = test::random_smooth_vectors<Dim>(shape.points(), 100 + seed);
     for (auto& [name, energy] : all_energies<Dim>(seed)) {
-      energy->reset(shape);
-      ShapeTerms<Dim> terms(shape);
-      energy->differentiate(test::no_curvature(shape.n_vertices()), 1, terms);
-      const double exact = terms.derivative.cwiseProduct(W).sum();
-      const double plus = energy->try_move(shape.moved_to(shape.points() + kStep * W));
-      const double minus = energy->try_move(shape.moved_to(shape.points() - kStep * W));
-      const double difference = (plus - minus) / (2 * kStep);
-      const double scale = terms.derivative.cwiseAbs().sum();
-      EXPECT_NEAR(exact, difference, kTolerance * scale + kRounding * std::abs(plus))
-          << name << ", seed " << seed;
+      expect_difference_quotient<Dim>(*energy, shape, W, fmt::format("{}, seed {}", name, seed));
     }
   }
 }
@@ -44,7 +51,6 @@ TYPED_TEST(EveryEnergy, DerivativeIsTheDifferenceQuotientOfTheValue) {
 // step control sees has the derivative all the same.
 TYPED_TEST(EveryEnergy, DerivativeIsTheDifferenceQuotientWhereABorderCutsTheShapeOff) {
   constexpr int Dim = TypeParam::value;
-  constexpr double kStep = 5e-5, kTolerance = 1e-7, kRounding = 1e-14 / kStep;
   for (unsigned seed = 1; seed <= 3; ++seed) {
     auto arrays = test::random_smooth_shape<Dim>(seed, Dim == 2 ? 4 : 3);
     const double plane = 0.4 * arrays.X.col(0).maxCoeff();
@@ -59,16 +65,7 @@ TYPED_TEST(EveryEnergy, DerivativeIsTheDifferenceQuotientWhereABorderCutsTheShap
     // Not across the plane, and no jump there: its slope over short elements would be steep.
     W.col(0).array() *= plane - arrays.X.col(0).array();
     for (auto& [name, energy] : all_energies<Dim>(seed)) {
-      energy->reset(shape);
-      ShapeTerms<Dim> terms(shape);
-      energy->differentiate(test::no_curvature(shape.n_vertices()), 1, terms);
-      const double exact = terms.derivative.cwiseProduct(W).sum();
-      const double plus = energy->try_move(shape.moved_to(arrays.X + kStep * W));
-      const double minus = energy->try_move(shape.moved_to(arrays.X - kStep * W));
-      const double difference = (plus - minus) / (2 * kStep);
-      const double scale = terms.derivative.cwiseAbs().sum();
-      EXPECT_NEAR(exact, difference, kTolerance * scale + kRounding * std::abs(plus))
-          << name << ", seed " << seed;
+      expect_difference_quotient<Dim>(*energy, shape, W, fmt::format("{}, seed {}", name, seed));
     }
   }
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "libsurf/energy/boundary_integral.h"
+#include "libsurf/flow/evolution.h"
 #include "libsurf/flow/moving_shape.h"
 #include "tests/surf/fixtures.h"
 
@@ -64,6 +65,18 @@ Arrays<Dim> start() {
   auto arrays = random_smooth_shape<Dim>(1, Dim == 2 ? 3 : 2);
   arrays.X *= 1.2;
   return arrays;
+}
+
+/// Each step lowers J, downhill, and moves no vertex further than `longest`.
+inline void expect_descent(const flow::FlowSummary& summary, double longest) {
+  double before = summary.initial_energy;
+  for (const flow::StepRecord& step : summary.steps) {
+    EXPECT_LT(step.energy, before);
+    EXPECT_LE(step.shape_derivative, 0);
+    EXPECT_LE(step.max_displacement_mm, longest * (1 + 1e-12));
+    before = step.energy;
+  }
+  EXPECT_EQ(summary.final_energy, before);
 }
 
 }  // namespace surf::test

@@ -14,10 +14,7 @@ template <class T>
 struct Arrival : ::testing::Test {
   static constexpr int kDim = T::value;
   static NodeBox<kDim> box(int size = 13) {
-    NodeBox<kDim> out;
-    out.lower.fill(2);  // numbers of nodes do not depend on it
-    out.size.fill(size);
-    return out;
+    return NodeBox<kDim>::cube(2, size);  // numbers of nodes do not depend on the first
   }
   static std::size_t center(const NodeBox<kDim>& box) { return box.n() / 2; }
 };

@@ -13,12 +13,7 @@ namespace {
 template <class T>
 struct Change : ::testing::Test {
   static constexpr int kDim = T::value;
-  static NodeBox<kDim> box() {
-    NodeBox<kDim> out;
-    out.lower.fill(0);
-    out.size.fill(20);
-    return out;
-  }
+  static NodeBox<kDim> box() { return NodeBox<kDim>::cube(0, 20); }
   /// Of the first coordinate, the others between 5 and 14.
   static Flags bar(const std::function<bool(int)>& is_in) {
     Flags out(box().n());
@@ -36,18 +31,20 @@ struct Change : ::testing::Test {
       out[at] = std::uint16_t(inside[at] ? inner : outer);
     return out;
   }
+  /// Of a bar from 3 to 12 of which 3 to 7 was known.
+  static ChangeFeatures addition(int inner_level, int outer_level, std::uint8_t edge) {
+    const Flags piece = bar([](int x) { return x >= 8 && x < 13; }),
+                before = bar([](int x) { return x >= 3 && x < 8; });
+    return measure_change(box(), piece, before, Side::kInside, levels(inner_level, outer_level),
+                          Flags(box().n(), edge));
+  }
   static double section() { return std::pow(10, kDim - 1); }
   static double side() { return 2 * (kDim - 1) * std::pow(10, kDim - 2); }
 };
 TYPED_TEST_SUITE(Change, test::Dims, test::DimName);
 
-// A bar from 3 to 12 of which 3 to 7 was known.
 TYPED_TEST(Change, CountsTheNewBoundaryOfAnAddition) {
-  const auto box = this->box();
-  const Flags piece = this->bar([](int x) { return x >= 8 && x < 13; }),
-              before = this->bar([](int x) { return x >= 3 && x < 8; });
-  const ChangeFeatures f =
-      measure_change(box, piece, before, Side::kInside, this->levels(1000, 10), Flags(box.n(), 1));
+  const ChangeFeatures f = this->addition(1000, 10, 1);
   EXPECT_EQ(f.n_nodes, 5 * this->section());
   EXPECT_EQ(f.n_free, this->section() + 5 * this->side());
   EXPECT_EQ(f.n_faces, f.n_free + this->section());
@@ -59,11 +56,7 @@ TYPED_TEST(Change, CountsTheNewBoundaryOfAnAddition) {
 
 // What is alike beyond its free faces is no object of its own.
 TYPED_TEST(Change, SeparatesAnAdditionFromWhatLiesBeyond) {
-  const auto box = this->box();
-  const Flags piece = this->bar([](int x) { return x >= 8 && x < 13; }),
-              before = this->bar([](int x) { return x >= 3 && x < 8; });
-  const ChangeFeatures f =
-      measure_change(box, piece, before, Side::kInside, this->levels(500, 500), Flags(box.n(), 0));
+  const ChangeFeatures f = this->addition(500, 500, 0);
   EXPECT_EQ(f.separation, 0);
   EXPECT_EQ(f.n_free_on_edge, 0);
   EXPECT_EQ(f.score(Side::kInside), 0);

@@ -1,11 +1,15 @@
 // Images with clicks on a search grid, in the plane and in space.
 #pragma once
 
+#include <gtest/gtest.h>
+
 #include <functional>
 #include <memory>
 #include <vector>
 
+#include "libsurf/segment/click_cut.h"
 #include "libsurf/segment/click_search.h"
+#include "tests/surf/fixtures.h"
 #include "tests/surf/segment/lattice_image.h"
 
 namespace surf::test {
@@ -82,5 +86,34 @@ template <int Dim>
 segment::Click<Dim> outside(double x, double y = 24) {
   return {point<Dim>(x, y), segment::Side::kOutside};
 }
+
+/// Tests with clicks on a dumbbell, in T::value dimensions.
+template <class T>
+struct DumbbellTest : ::testing::Test {
+  static constexpr int kDim = T::value;
+  using Clicks = std::vector<segment::Click<kDim>>;
+  const ClickImage<kDim> image{is_in_dumbbell<kDim>};
+  const segment::Flags both = image.flags(is_in_dumbbell<kDim>);
+
+  static segment::Click<kDim> inside(double x, double y = 24) {
+    return test::inside<kDim>(x, y);
+  }
+  static segment::Click<kDim> outside(double x, double y = 24) {
+    return test::outside<kDim>(x, y);
+  }
+  static double dice(const segment::Flags& a, const segment::Flags& b) {
+    return ClickImage<kDim>::dice(a, b);
+  }
+  /// The ball about x, whatever joins it to the other.
+  segment::Flags ball(double x) const {
+    return image.flags(
+        [x](const Vector<kDim>& at) { return is_in_ball<kDim>(at, point<kDim>(x), 9); });
+  }
+  segment::ClickScene<kDim> scene(const segment::Flags& before, const Clicks& clicks) const {
+    segment::ClickScene<kDim> out{image.grid, before, {}, 0.03};
+    for (const segment::Click<kDim>& click : clicks) out.clicks.push_back(image.on_grid(click));
+    return out;
+  }
+};
 
 }  // namespace surf::test

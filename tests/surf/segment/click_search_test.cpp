@@ -3,35 +3,26 @@
 #include <gtest/gtest.h>
 
 #include "libsurf/base/threads.h"
-#include "tests/surf/fixtures.h"
 #include "tests/surf/segment/click_scenes.h"
 
 namespace surf::segment {
 namespace {
 
-using test::ClickImage;
-using test::inside;
-using test::outside;
-using test::point;
-
 template <class T>
-struct ClickSearches : ::testing::Test {
-  static constexpr int kDim = T::value;
-  const ClickImage<kDim> image{test::is_in_dumbbell<kDim>};
+struct ClickSearches : test::DumbbellTest<T> {
+  using test::DumbbellTest<T>::kDim;
   ClickSearchPointer<kDim> search(const std::vector<Click<kDim>>& clicks,
                                   ClickSearchPointer<kDim> known = nullptr,
                                   const std::stop_token& stop = {}) const {
-    return search_clicks<kDim>(image.grid, clicks, std::move(known), {}, {}, stop);
+    return search_clicks<kDim>(this->image.grid, clicks, std::move(known), {}, {}, stop);
   }
 };
 TYPED_TEST_SUITE(ClickSearches, test::Dims, test::DimName);
 
 TYPED_TEST(ClickSearches, HeedsClicksOneAfterTheOther) {
-  constexpr int Dim = TypeParam::value;
-  const auto found = this->search({inside<Dim>(14), inside<Dim>(34)});
+  const auto found = this->search({this->inside(14), this->inside(34)});
   ASSERT_TRUE(found && !found->found.empty());
-  const Flags both = this->image.flags(test::is_in_dumbbell<Dim>);
-  EXPECT_GT(ClickImage<Dim>::dice(found->inside, both), 0.95);
+  EXPECT_GT(this->dice(found->inside, this->both), 0.95);
   ASSERT_TRUE(found->before);
   EXPECT_EQ(found->before->clicks.size(), 1u);
   EXPECT_FALSE(found->before->before);
@@ -39,7 +30,7 @@ TYPED_TEST(ClickSearches, HeedsClicksOneAfterTheOther) {
 
 TYPED_TEST(ClickSearches, GoesOnFromWhatIsKnownToTheSame) {
   constexpr int Dim = TypeParam::value;
-  const std::vector<Click<Dim>> clicks = {inside<Dim>(14), inside<Dim>(34), outside<Dim>(24)};
+  const std::vector<Click<Dim>> clicks = {this->inside(14), this->inside(34), this->outside(24)};
   const auto first = this->search({clicks[0]});
   const auto second = this->search({clicks[0], clicks[1]}, first);
   EXPECT_EQ(second->before, first);  // taken over
@@ -54,7 +45,7 @@ TYPED_TEST(ClickSearches, GoesOnFromWhatIsKnownToTheSame) {
 
 TYPED_TEST(ClickSearches, DoesNotDependOnTheNumberOfThreads) {
   constexpr int Dim = TypeParam::value;
-  const std::vector<Click<Dim>> clicks = {inside<Dim>(14), inside<Dim>(34), outside<Dim>(24)};
+  const std::vector<Click<Dim>> clicks = {this->inside(14), this->inside(34), this->outside(24)};
   std::vector<Flags> found;
   for (const int n : {1, 3}) {
     const ThreadLimit limit(n);
@@ -64,24 +55,21 @@ TYPED_TEST(ClickSearches, DoesNotDependOnTheNumberOfThreads) {
 }
 
 TYPED_TEST(ClickSearches, BeginsWithTheFirstInsideClick) {
-  constexpr int Dim = TypeParam::value;
-  const auto found = this->search({outside<Dim>(34), inside<Dim>(14)});
+  const auto found = this->search({this->outside(34), this->inside(14)});
   ASSERT_TRUE(found);
-  EXPECT_EQ(found->inside, this->search({inside<Dim>(14), outside<Dim>(34)})->inside);
-  EXPECT_FALSE(this->search({outside<Dim>(34)}));
+  EXPECT_EQ(found->inside, this->search({this->inside(14), this->outside(34)})->inside);
+  EXPECT_FALSE(this->search({this->outside(34)}));
 }
 
 TYPED_TEST(ClickSearches, AClickThatIsWhereItBelongsChangesNothing) {
-  constexpr int Dim = TypeParam::value;
-  const auto first = this->search({inside<Dim>(14)});
-  const auto second = this->search({inside<Dim>(14), inside<Dim>(16)}, first);
+  const auto first = this->search({this->inside(14)});
+  const auto second = this->search({this->inside(14), this->inside(16)}, first);
   EXPECT_EQ(second->inside, first->inside);
   EXPECT_EQ(second->clicks.size(), 2u);
 }
 
 TYPED_TEST(ClickSearches, TakesAnotherThatWasFound) {
-  constexpr int Dim = TypeParam::value;
-  const auto found = this->search({inside<Dim>(14), inside<Dim>(34)});
+  const auto found = this->search({this->inside(14), this->inside(34)});
   ASSERT_GT(found->found.size(), 1u);
   const auto other = with_choice(*found, 1);
   EXPECT_EQ(other->chosen, 1u);
@@ -90,12 +78,11 @@ TYPED_TEST(ClickSearches, TakesAnotherThatWasFound) {
 }
 
 TYPED_TEST(ClickSearches, EndsWithNothingWhenItIsStopped) {
-  constexpr int Dim = TypeParam::value;
   std::stop_source stop;
   stop.request_stop();
-  EXPECT_FALSE(this->search({inside<Dim>(14)}, nullptr, stop.get_token()));
-  const auto first = this->search({inside<Dim>(14)});
-  EXPECT_FALSE(this->search({inside<Dim>(14), inside<Dim>(34)}, first, stop.get_token()));
+  EXPECT_FALSE(this->search({this->inside(14)}, nullptr, stop.get_token()));
+  const auto first = this->search({this->inside(14)});
+  EXPECT_FALSE(this->search({this->inside(14), this->inside(34)}, first, stop.get_token()));
 }
 
 }  // namespace

@@ -17,6 +17,7 @@
 #include "libsurf/segment/detail/volume_model.h"
 #include "libsurf/segment/segment.h"
 #include "libsurf/volume/phantom.h"
+#include "tests/surf/message_of.h"
 #include "tests/surf/segment/every_kind.h"
 
 namespace surf::segment {
@@ -31,12 +32,7 @@ volume::Volume noisy_ball() {
 
 template <class Function>
 std::string message(const Function& function) {
-  try {
-    function();
-  } catch (const UsageError& error) {
-    return error.what();
-  }
-  return "accepted";
+  return test::message_of<UsageError>(function);
 }
 
 std::string message(const EnergyTerm& term) {

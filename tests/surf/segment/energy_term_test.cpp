@@ -9,17 +9,13 @@
 #include <random>
 
 #include "libsurf/base/error.h"
+#include "tests/surf/message_of.h"
 
 namespace surf::segment {
 namespace {
 
 std::string message(const std::string& text) {
-  try {
-    parse_term(text);
-  } catch (const UsageError& error) {
-    return error.what();
-  }
-  return "accepted";
+  return test::message_of<UsageError>([&] { parse_term(text); });
 }
 
 TEST(EnergyTermText, IsNameAndParametersAndWeight) {

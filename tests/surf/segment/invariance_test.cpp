@@ -98,20 +98,22 @@ void expect_same(Scene scene, double tolerance, const std::string& name,
   }
 }
 
-TEST(Invariance, OfAVolumeThatIsCroppedAwayFromTheObject) {
+/// A box of voxels of which the first lies at `first` [voxels].
+void expect_same_in_box(const std::array<int, 3>& size, const Vector<3>& first,
+                        const std::string& name) {
   Scene scene;
-  scene.size = {32, 29, 30};
-  scene.affine = Eigen::Translation3d(-14, -15, -13);
-  expect_same(scene, kSameMesh, "cropped", {false});
-  expect_same(scene, kOtherMesh, "cropped", {true});  // from the start that the search found there
+  scene.size = size;
+  scene.affine = Eigen::Translation3d(first);
+  expect_same(scene, kSameMesh, name, {false});
+  expect_same(scene, kOtherMesh, name, {true});  // from the start that the search found there
+}
+
+TEST(Invariance, OfAVolumeThatIsCroppedAwayFromTheObject) {
+  expect_same_in_box({32, 29, 30}, {-14, -15, -13}, "cropped");
 }
 
 TEST(Invariance, OfAVolumeThatIsPaddedAwayFromTheObject) {
-  Scene scene;
-  scene.size = {50, 45, 41};
-  scene.affine = Eigen::Translation3d(-20, -25, -22);
-  expect_same(scene, kSameMesh, "padded", {false});
-  expect_same(scene, kOtherMesh, "padded", {true});  // from the start that the search found there
+  expect_same_in_box({50, 45, 41}, {-20, -25, -22}, "padded");
 }
 
 // The seed ball is not invariant under quarter turns, so the meshes differ; the grid of the

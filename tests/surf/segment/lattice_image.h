@@ -92,8 +92,7 @@ LatticeImage<Dim> image_of(const std::function<double(const Vector<Dim>&)>& valu
                            int size = 48,
                            const Eigen::Transform<double, Dim, Eigen::Affine>& index_to_world =
                                Eigen::Transform<double, Dim, Eigen::Affine>::Identity()) {
-  segment::NodeBox<Dim> box;
-  box.size.fill(size);
+  const auto box = segment::NodeBox<Dim>::cube(0, size);
   std::mt19937 random(5);
   std::normal_distribution<double> normal;
   std::vector<float> values;

@@ -7,7 +7,7 @@
 #include "libsurf/mesh/point_obstacles.h"
 #include "libsurf/segment/recipe.h"
 #include "libsurf/segment/segment.h"
-#include "libsurf/volume/phantom.h"
+#include "tests/surf/segment/phantoms.h"
 
 namespace surf::segment {
 namespace {
@@ -88,14 +88,6 @@ TEST(Strokes, AreRefusedWhereTheyCannotBeRead) {
   }
 }
 
-volume::Volume two_balls() {
-  volume::PhantomOptions options;
-  options.kind = volume::PhantomKind::kSeparateBalls;
-  options.size = {40, 40, 40};
-  options.noise = 0.05;
-  return volume::make_phantom(options);
-}
-
 /// A line of points along the first axis.
 Click<3> line(double from, double to, Side side, double y = 0) {
   Click<3> out{{(from + to) / 2, y, 0}, side};
@@ -105,7 +97,7 @@ Click<3> line(double from, double to, Side side, double y = 0) {
 
 // It is one click, its first point alone would find one ball, and all of it is in the result.
 TEST(Strokes, ActAsOneClick) {
-  Segmentation<3> s(make_setting(two_balls()));
+  Segmentation<3> s(make_setting(test::two_balls()));
   const int object = s.add_object();
   Click<3> both{{-0.5, 0, 0}, Side::kInside};
   both.stroke_mm = {{-0.45, 0, 0}, {0.5, 0, 0}};
@@ -120,7 +112,7 @@ TEST(Strokes, ActAsOneClick) {
   for (const char is_inside : mesh::are_inside<3>(result.shape, points)) EXPECT_TRUE(is_inside);
 
   const std::string recipe = to_recipe<3>(s);
-  Segmentation<3> again(make_setting(two_balls()));
+  Segmentation<3> again(make_setting(test::two_balls()));
   replay<3>(recipe, again);
   EXPECT_EQ(again.object(again.objects()[0]).clicks, s.object(object).clicks);
   EXPECT_EQ(again.object(again.objects()[0]).result->shape.points, result.shape.points);
@@ -128,7 +120,7 @@ TEST(Strokes, ActAsOneClick) {
 }
 
 TEST(Strokes, AreObstaclesWithAllTheirPoints) {
-  Segmentation<3> s(make_setting(two_balls()));
+  Segmentation<3> s(make_setting(test::two_balls()));
   const int object = s.add_object();
   s.add_click(object, {{-0.5, 0, 0}, Side::kInside});
   const Click<3> edge = line(-0.6, -0.4, Side::kOutside, 0.26);  // in the ball, near its edge
@@ -141,7 +133,7 @@ TEST(Strokes, AreObstaclesWithAllTheirPoints) {
 }
 
 TEST(Strokes, MayNotContradictEachOther) {
-  Segmentation<3> s(make_setting(two_balls()));
+  Segmentation<3> s(make_setting(test::two_balls()));
   const int first = s.add_object("first"), second = s.add_object("second");
   s.add_click(first, line(-0.6, -0.4, Side::kInside));
   EXPECT_THROW(s.add_click(first, line(-0.5, -0.5, Side::kOutside)), UsageError);
@@ -152,7 +144,7 @@ TEST(Strokes, MayNotContradictEachOther) {
 }
 
 TEST(Clicks, AreLimitedInNumber) {
-  Segmentation<3> s(make_setting(two_balls()));
+  Segmentation<3> s(make_setting(test::two_balls()));
   const int object = s.add_object();
   for (std::size_t n = 0; n < Segmentation<3>::kMostClicks; ++n)
     s.add_click(object, {{-0.5, 0, 0}, Side::kInside});

@@ -121,8 +121,7 @@ TYPED_TEST(NodeBoxes, FillWhatIsEnclosedAndNothingElse) {
 // A slit of one node closes, one of four does not.
 TYPED_TEST(NodeBoxes, CloseSlitsOfANode) {
   constexpr int Dim = TypeParam::value;
-  NodeBox<Dim> box;
-  box.size.fill(16);
+  const auto box = NodeBox<Dim>::cube(0, 16);
   Flags slabs(box.n()), wanted(box.n());
   for (std::size_t at = 0; at < box.n(); ++at) {
     const int x = box.node(at)[0];

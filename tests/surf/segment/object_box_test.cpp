@@ -86,14 +86,10 @@ TYPED_TEST(ObjectBoxes, HaveFacesWhereTheImageGoesOn) {
 TYPED_TEST(ObjectBoxes, FitWhatLeavesAMargin) {
   constexpr int Dim = TypeParam::value;
   const SearchGrid<Dim> grid = this->grid(this->corners(2, 46, 2, 46));
-  NodeBox<Dim> good, at_face, small;
-  good.lower.fill(12);
-  good.size.fill(21);
-  at_face = good;
+  const auto good = NodeBox<Dim>::cube(12, 21), small = NodeBox<Dim>::cube(21, 3);
+  auto at_face = good;
   at_face.lower[0] = 0;
   at_face.size[0] = 33;
-  small.lower.fill(21);
-  small.size.fill(3);
   EXPECT_EQ(box_fit(grid, good), 1);
   EXPECT_NEAR(box_fit(grid, at_face), std::exp(-2.0), 1e-12);  // (8 mm)^2 / (2 (4 mm)^2)
   EXPECT_LE(box_fit(grid, small), 1);

@@ -10,7 +10,7 @@
 #include "libsurf/segment/finish_objects.h"
 #include "libsurf/segment/recipe.h"
 #include "libsurf/segment/segment.h"
-#include "libsurf/volume/phantom.h"
+#include "tests/surf/segment/phantoms.h"
 
 namespace surf::segment {
 namespace {
@@ -170,17 +170,9 @@ TEST(Objects, OfAnAbdomenAreRepeatedByTheirRecipe) {
   EXPECT_EQ(to_recipe<3>(again), recipe);
 }
 
-volume::Volume two_balls() {
-  volume::PhantomOptions options;
-  options.kind = volume::PhantomKind::kSeparateBalls;
-  options.size = {40, 40, 40};
-  options.noise = 0.05;
-  return volume::make_phantom(options);
-}
-
 // What an object sees of the others when it is made is in its history, whatever they do later.
 TEST(Objects, SeeTheInsideClicksOfTheOthersAsTheyAreThen) {
-  Segmentation<3> s(make_setting(two_balls()));
+  Segmentation<3> s(make_setting(test::two_balls()));
   const int first = s.add_object("first"), second = s.add_object("second");
   s.add_click(first, inside(-0.5));
   s.add_click(second, inside(0.5));
@@ -198,7 +190,7 @@ TEST(Objects, SeeTheInsideClicksOfTheOthersAsTheyAreThen) {
   s.evolve(first);
   s.take_back_click(first, 0);
   const std::string recipe = to_recipe<3>(s);
-  Segmentation<3> again(make_setting(two_balls()));
+  Segmentation<3> again(make_setting(test::two_balls()));
   replay<3>(recipe, again);
   for (const int n : {0, 1})
     EXPECT_EQ(again.object(again.objects()[n]).result->shape.points,
@@ -207,7 +199,7 @@ TEST(Objects, SeeTheInsideClicksOfTheOthersAsTheyAreThen) {
 }
 
 TEST(Objects, MayNotBothHaveAVoxel) {
-  Segmentation<3> s(make_setting(two_balls()));
+  Segmentation<3> s(make_setting(test::two_balls()));
   const int first = s.add_object("first"), second = s.add_object("second");
   s.add_click(first, inside(-0.5));
   try {
@@ -227,7 +219,7 @@ TEST(Objects, MayNotBothHaveAVoxel) {
 
 // A twin has nothing left; the others are as they would be without it.
 TEST(Objects, SayWhatFailed) {
-  const auto setting = make_setting(two_balls());
+  const auto setting = make_setting(test::two_balls());
   SegmentOptions options;
   options.seeds_mm = {{-0.5, 0, 0}};
   const Result<3> ball = segment<3>(setting, options);

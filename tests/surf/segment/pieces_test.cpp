@@ -5,30 +5,16 @@
 #include <algorithm>
 #include <set>
 
-#include "tests/surf/fixtures.h"
 #include "tests/surf/segment/click_scenes.h"
 
 namespace surf::segment {
 namespace {
 
-using test::ClickImage;
-using test::inside;
-using test::outside;
-using test::point;
-
 template <class T>
-struct Pieces : ::testing::Test {
-  static constexpr int kDim = T::value;
-  const ClickImage<kDim> image{test::is_in_dumbbell<kDim>};
-  const Flags both = image.flags(test::is_in_dumbbell<kDim>);
-  const Flags left = image.flags(
-      [](const Vector<kDim>& x) { return test::is_in_ball<kDim>(x, point<kDim>(14), 9); });
+struct Pieces : test::DumbbellTest<T> {
+  using test::DumbbellTest<T>::kDim;
+  const Flags left = this->ball(14);
 
-  ClickScene<kDim> scene(const Flags& before, const std::vector<Click<kDim>>& clicks) const {
-    ClickScene<kDim> out{image.grid, before, {}, 0.03};
-    for (const Click<kDim>& click : clicks) out.clicks.push_back(image.on_grid(click));
-    return out;
-  }
   bool holds(const Rung<kDim>& piece, const GridClick<kDim>& click) const {
     const auto& node = click.seed.nodes.front();
     return piece.box.contains(node) && piece.inside[piece.box.at(node)];
@@ -38,7 +24,7 @@ TYPED_TEST_SUITE(Pieces, test::Dims, test::DimName);
 
 TYPED_TEST(Pieces, OfAnInsideClickHoldItAndNothingOfTheObject) {
   constexpr int Dim = TypeParam::value;
-  const auto scene = this->scene(this->left, {inside<Dim>(14), inside<Dim>(34)});
+  const auto scene = this->scene(this->left, {this->inside(14), this->inside(34)});
   const auto found = pieces(scene, {});
   ASSERT_FALSE(found.empty());
   for (const Rung<Dim>& piece : found) {
@@ -50,7 +36,7 @@ TYPED_TEST(Pieces, OfAnInsideClickHoldItAndNothingOfTheObject) {
 
 TYPED_TEST(Pieces, OfAnOutsideClickAreOfTheObjectWithoutItsInsideClicks) {
   constexpr int Dim = TypeParam::value;
-  const auto scene = this->scene(this->both, {inside<Dim>(14), outside<Dim>(34)});
+  const auto scene = this->scene(this->both, {this->inside(14), this->outside(34)});
   std::set<Family> families;
   for (const Rung<Dim>& piece : pieces(scene, {})) {
     families.insert(piece.family);
@@ -63,29 +49,26 @@ TYPED_TEST(Pieces, OfAnOutsideClickAreOfTheObjectWithoutItsInsideClicks) {
     EXPECT_TRUE(families.count(family)) << int(family);
 }
 
-// The ball about 34, whatever joins it to the other.
 TYPED_TEST(Pieces, ANeckPartsTheBalls) {
   constexpr int Dim = TypeParam::value;
-  const Flags right = this->image.flags(
-      [](const Vector<Dim>& x) { return test::is_in_ball<Dim>(x, point<Dim>(34), 9); });
-  const auto scene = this->scene(this->both, {inside<Dim>(14), outside<Dim>(34)});
+  const Flags right = this->ball(34);
+  const auto scene = this->scene(this->both, {this->inside(14), this->outside(34)});
   double best = 0;
   for (const Rung<Dim>& piece : pieces(scene, {})) {
     if (piece.family != Family::kNeck) continue;
     Flags flags(scene.box().n(), 0);
     for (std::size_t at = 0; at < piece.inside.size(); ++at)
       if (piece.inside[at]) flags[scene.box().at(piece.box.node(at))] = 1;
-    best = std::max(best, ClickImage<Dim>::dice(flags, right));
+    best = std::max(best, this->dice(flags, right));
   }
   EXPECT_GT(best, 0.9);
 }
 
 TYPED_TEST(Pieces, ClicksHoldTheNodesRoundThem) {
-  constexpr int Dim = TypeParam::value;
-  const auto scene = this->scene(this->both, {inside<Dim>(14), outside<Dim>(15)});
+  const auto scene = this->scene(this->both, {this->inside(14), this->outside(15)});
   const auto held = scene.held();
   const auto at = [&](double x) {
-    return held[scene.box().at(this->image.on_grid(inside<Dim>(x)).seed.nodes.front())];
+    return held[scene.box().at(this->image.on_grid(this->inside(x)).seed.nodes.front())];
   };
   EXPECT_EQ(at(13), Held::kInside);
   EXPECT_EQ(at(14), Held::kInside);  // its own node

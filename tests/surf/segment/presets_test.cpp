@@ -6,6 +6,7 @@
 
 #include "libsurf/base/error.h"
 #include "tests/surf/io/scratch_folder.h"
+#include "tests/surf/message_of.h"
 
 namespace surf::segment {
 namespace {
@@ -24,12 +25,7 @@ class Presets : public test::ScratchFolder {
 };
 
 std::string message_of(const std::string& name) {
-  try {
-    find_preset(name);
-  } catch (const UsageError& error) {
-    return error.what();
-  }
-  return "";
+  return test::message_of<UsageError>([&] { find_preset(name); });
 }
 
 TEST_F(Presets, AreThoseThatTheProjectShipsEachWithWhatItIsFor) {

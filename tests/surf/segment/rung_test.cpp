@@ -13,12 +13,7 @@ namespace {
 template <class T>
 struct Rungs : ::testing::Test {
   static constexpr int kDim = T::value;
-  static NodeBox<kDim> box() {
-    NodeBox<kDim> out;
-    out.lower.fill(4);
-    out.size.fill(33);
-    return out;
-  }
+  static NodeBox<kDim> box() { return NodeBox<kDim>::cube(4, 33); }
   /// Round the node `from_middle` off the middle along the first axis.
   static Flags ball(double r, int from_middle = 0) {
     Flags out(box().n());

@@ -7,7 +7,7 @@
 #include "libsurf/segment/finish.h"
 #include "libsurf/segment/recipe.h"
 #include "libsurf/segment/segment.h"
-#include "libsurf/volume/phantom.h"
+#include "tests/surf/segment/phantoms.h"
 
 namespace surf::segment {
 namespace {
@@ -15,11 +15,7 @@ namespace {
 constexpr int kSize = 40;
 
 volume::Volume phantom(volume::PhantomKind kind = volume::PhantomKind::kBall, double noise = 0) {
-  volume::PhantomOptions options;
-  options.kind = kind;
-  options.size = {kSize, kSize, kSize};
-  options.noise = noise;
-  return volume::make_phantom(options);
+  return test::phantom(kind, kSize, noise);
 }
 
 Segmentation<3> ball() { return Segmentation<3>(make_setting(phantom())); }

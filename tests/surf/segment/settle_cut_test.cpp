@@ -16,12 +16,7 @@ constexpr double kNoise = 0.05;
 template <class T>
 struct SettleCut : ::testing::Test {
   static constexpr int kDim = T::value;
-  static NodeBox<kDim> box() {
-    NodeBox<kDim> out;
-    out.lower.fill(-3);
-    out.size.fill(31);
-    return out;
-  }
+  static NodeBox<kDim> box() { return NodeBox<kDim>::cube(-3, 31); }
   /// From the middle of the box [nodes].
   static double radius(std::size_t at) {
     double squared = 0;

@@ -49,18 +49,30 @@ TEST(Verdict, FallsWithWhatSpeaksAgainst) {
   EXPECT_THAT(doubt(faint), ::testing::HasSubstr("alike"));
 }
 
+/// What a click at `click` on the first axis finds of a ball about x.
+struct FoundBall {
+  FoundBall(double x, double radius, double click)
+      : image([=](const Vector<3>& at) {
+          return test::is_in_ball<3>(at, test::point<3>(x), radius);
+        }),
+        search(search_clicks<3>(image.grid, std::vector{inside<3>(click)})) {}
+
+  bool is_found() const { return search && !search->found.empty(); }
+  VerdictFeatures features() const { return verdict_features(image.grid, *search); }
+
+  ClickImage<3> image;
+  ClickSearchPointer<3> search;
+};
+
 TEST(Verdict, TrustsABallThatStandsOut) {
-  const ClickImage<3> image(
-      [](const Vector<3>& x) { return test::is_in_ball<3>(x, test::point<3>(24), 12); });
-  const std::vector<Click<3>> clicks = {inside<3>(24)};
-  const auto search = search_clicks<3>(image.grid, clicks);
-  ASSERT_TRUE(search && !search->found.empty());
-  const VerdictFeatures features = verdict_features(image.grid, *search);
+  const FoundBall ball(24, 12, 24);
+  ASSERT_TRUE(ball.is_found());
+  const VerdictFeatures features = ball.features();
   EXPECT_GT(features.separation, 0.9);
   EXPECT_EQ(features.border_share, 0);
   EXPECT_EQ(features.n_clicks, 1);
   EXPECT_FALSE(features.has_box);
-  const auto found = verdict(image.grid, *search);
+  const auto found = verdict(ball.image.grid, *ball.search);
   ASSERT_TRUE(found);
   EXPECT_EQ(found->trust, Trust::kTrusted) << found->text();
   EXPECT_GT(found->n_cases, 20);
@@ -69,13 +81,10 @@ TEST(Verdict, TrustsABallThatStandsOut) {
 
 // The same ball, cut in half by the border of the volume.
 TEST(Verdict, DoesNotTrustWhatTheBorderCutsOff) {
-  const ClickImage<3> image(
-      [](const Vector<3>& x) { return test::is_in_ball<3>(x, test::point<3>(0), 14); });
-  const std::vector<Click<3>> clicks = {inside<3>(6)};
-  const auto search = search_clicks<3>(image.grid, clicks);
-  ASSERT_TRUE(search && !search->found.empty());
-  EXPECT_GT(verdict_features(image.grid, *search).border_share, 0.1);
-  const auto found = verdict(image.grid, *search);
+  const FoundBall ball(0, 14, 6);
+  ASSERT_TRUE(ball.is_found());
+  EXPECT_GT(ball.features().border_share, 0.1);
+  const auto found = verdict(ball.image.grid, *ball.search);
   ASSERT_TRUE(found);
   EXPECT_NE(found->trust, Trust::kTrusted) << found->text();
 }

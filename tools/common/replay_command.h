@@ -1,0 +1,55 @@
+// The command replay of both programs.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "tools/common/outputs.h"
+#include "tools/common/replay.h"
+
+namespace surfseg {
+
+/// A recipe in, what it makes again out.
+/// @tparam Base  the SegmentCommand that reads the image and writes shapes in it: SurfaceCommand,
+///               CurveCommand
+template <class Base>
+class ReplayCommand : public Base {
+ public:
+  /// @param typed  ReplayArguments and Base::Files; they are kept
+  template <class Arguments>
+  ReplayCommand(const CLI::App& command, const Arguments& typed)
+      : Base(command, typed, typed), arguments_(typed) {}
+
+ protected:
+  using typename Base::Input;
+  using typename Base::Objects;
+
+  void check() const override {
+    this->files().check();
+    check_range("--threads", arguments_.threads, 0, "0 (all) or more");
+    std::vector<Output> outputs = this->files().outputs();
+    outputs.emplace_back("--json", arguments_.json);
+    check_outputs(outputs, arguments_.path);
+  }
+
+  Input read() override {
+    recipe_ = read_recipe(arguments_);
+    const auto& files = this->files();
+    const std::string path = image_file(arguments_, recipe_, files.input(), Base::kInputOption);
+    for (const std::string& output : {files.output, files.mask})
+      check_outputs({{"-o, --mask", output}}, path);
+    return {this->open(path), {}};
+  }
+
+  Objects segment(const Input& input) override {
+    return replayed(arguments_, recipe_, this->output(), input.setting, this->on_step());
+  }
+
+  std::vector<std::string> idle_options() const override { return {}; }
+
+ private:
+  const ReplayArguments& arguments_;
+  std::string recipe_;
+};
+
+}  // namespace surfseg

@@ -1,0 +1,48 @@
+// What segment and replay share: the volume that is read, and what is written of surfaces in it.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "libsurf/io/write_surface.h"
+#include "libsurf/volume/volume.h"
+#include "tools/common/image_command.h"
+#include "tools/common/outputs.h"
+#include "tools/common/volume_arguments.h"
+
+namespace surfseg {
+
+/// The files as they were typed.
+struct SurfaceFiles {
+  std::string volume, output, output_space = "lps", mask, picture;
+  VolumeArguments which;
+
+  const std::string& input() const { return volume; }
+  surf::volume::Volume read(const std::string& path) const { return which.read(path); }
+  static std::shared_ptr<const surf::segment::Setting<3>> setting(
+      const surf::volume::Volume& volume);
+  std::vector<Output> outputs() const;
+  surf::io::WriteOptions write_options() const { return {file_space(output_space)}; }
+  /// What can be found wrong before the volume is read.
+  /// @throws surf::UsageError
+  void check() const;
+};
+
+class SurfaceCommand : public ImageCommand<3, SurfaceFiles> {
+ public:
+  using ImageCommand::ImageCommand;
+  static constexpr const char* kInputOption = "--volume";
+
+ protected:
+  const char* program() const override { return "surfseg"; }
+  void write(const surf::segment::Object<3>& object,
+             const surf::segment::Finished<3>& finished) const override;
+  void write_together(const surf::Triangles& all,
+                      const std::vector<surf::segment::Click<3>>& clicks) const override;
+  void write_labels(const std::vector<std::uint8_t>& labels) const override;
+  void write_shape(const std::string& path, const surf::segment::Finished<3>& shape) const override;
+  std::string describe(const surf::segment::Measures<3>& measures) const override;
+};
+
+}  // namespace surfseg
