@@ -17,6 +17,7 @@ packages=(
   libgtest-dev libbenchmark-dev
   python3-numpy python3-scipy python3-nibabel
   python3-dev pybind11-dev python3-pytest
+  libcpp-httplib-dev chromium
   xvfb xauth libgl1-mesa-dri help2man
 )
 
@@ -38,6 +39,9 @@ for argument in "$@"; do
       ;;
   esac
 done
+
+# Node.js may be there from elsewhere, with an npm that Debian's would conflict with.
+{ command -v node && command -v npm; } >/dev/null || packages+=(nodejs npm)
 
 command -v dpkg-query >/dev/null ||
   fail "this is not a Debian system (no dpkg); install by hand what matches: ${packages[*]}"

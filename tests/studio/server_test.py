@@ -1,7 +1,11 @@
 #!/usr/bin/python3
 """surfseg studio's server: what it does, and whom it refuses. No browser."""
+import array
+import base64
+import gzip
 import http.client
 import json
+import math
 import os
 import shutil
 import signal
@@ -364,6 +368,67 @@ class KeptState(unittest.TestCase):
             studio.do("open", path="ball.nrrd.surfseg.json")
             state = studio.until(lambda s: s["volume"] and s["volume"]["path"] == "ball.nrrd" and s["job"] is None)
             self.assertEqual(len(state["objects"][0]["clicks"]), 1)
+        shutil.rmtree(folder)
+
+
+class ItkSnap(unittest.TestCase):
+    """What ITK-SNAP 4.4's client sends, sent here: no ITK-SNAP is needed."""
+
+    SIZE, SPACING, ORIGIN = (32, 28, 24), (1.0, 1.2, 1.5), (-10.0, 5.0, 3.0)
+    DIRECTION = (0.8, -0.6, 0.0, 0.6, 0.8, 0.0, 0.0, 0.0, 1.0)  # row-major, LPS
+
+    def image(self):
+        """A ball of radius 8 mm about the voxel (16, 14, 12)."""
+        values = array.array("f")
+        for k in range(self.SIZE[2]):
+            for j in range(self.SIZE[1]):
+                for i in range(self.SIZE[0]):
+                    d = math.dist((i * 1.0, j * 1.2, k * 1.5), (16.0, 14 * 1.2, 12 * 1.5)) - 8
+                    values.append(100 / (1 + math.exp(min(4 * d, 50))))
+        return values
+
+    def upload(self, studio, path, values):
+        metadata = {"dimensions": self.SIZE, "spacing": self.SPACING, "origin": self.ORIGIN, "direction": self.DIRECTION,
+                    "components_per_pixel": 1, "component_type": "float32"}
+        parts = [(b'name="file"; filename="upload.nii.gz"', gzip.compress(values.tobytes())),
+                 (b'name="metadata"', json.dumps(metadata).encode())]
+        body = b"".join(b"--x\r\nContent-Disposition: form-data; " + head + b"\r\n\r\n" + data + b"\r\n" for head, data in parts) + b"--x--\r\n"
+        return studio.request("POST", path, body, {"Content-Type": "multipart/form-data; boundary=x"}, token=False)
+
+    def test_its_clicks_give_our_object(self):
+        folder = folder_with(BALLS)
+        with Studio(folder, "--itksnap") as studio:
+            def get(path, expect=200):
+                status, body, _ = studio.request("GET", path, token=False)
+                self.assertEqual(status, expect, (path, body))
+                return json.loads(body)
+
+            self.assertEqual(get("/status"), {"status": "ok", "version": "0.1.2"})
+            self.assertEqual(get("/v2/models")["models"][0]["id"], "surfseg")
+            session = get("/v2/start_session/surfseg")["session_id"]
+            get(f"/v2/process_point_interaction/{session}?point=16&point=14&point=12&foreground=true", 400)
+            self.assertEqual(self.upload(studio, f"/upload_raw/{session}?filename=upload.nii.gz", self.image())[0], 200)
+            answer = get(f"/v2/process_point_interaction/{session}?point=16&point=14&point=12&foreground=true")
+            mask = gzip.decompress(base64.b64decode(answer["result"]))
+            self.assertEqual(len(mask), 32 * 28 * 24)
+            inside = [value > 50 for value in self.image()]
+            common = sum(1 for m, t in zip(mask, inside) if m and t)
+            self.assertGreater(2 * common / (sum(mask) + sum(inside)), 0.98)
+            get(f"/v2/process_point_interaction/{session}?point=99&point=14&point=12&foreground=true", 400)
+            stroke = array.array("f", bytes(4 * len(mask)))
+            stroke[16 + 32 * (14 + 28 * 12)] = stroke[17 + 32 * (14 + 28 * 12)] = 1
+            get(f"/reset_interactions/{session}")
+            status, body, _ = self.upload(studio, f"/process_scribble_interaction/{session}?foreground=true", stroke)
+            self.assertEqual(gzip.decompress(base64.b64decode(json.loads(body)["result"])), mask)
+            self.assertEqual(self.upload(studio, f"/process_scribble_interaction/{session}?foreground=true", stroke[:100])[0], 400)
+            get(f"/v2/end_session/{session}")
+            get(f"/reset_interactions/{session}", 400)
+            # Still for programs of this machine alone, and nothing else without the token.
+            self.assertEqual(studio.request("GET", "/status", headers={"Host": "evil.example"}, token=False)[0], 421)
+            self.assertEqual(studio.request("GET", "/status", headers={"Origin": "null"}, token=False)[0], 403)
+            self.assertEqual(studio.request("GET", "/api/state", token=False)[0], 401)
+        with Studio(folder) as studio:
+            self.assertEqual(studio.request("GET", "/status", token=False)[0], 401)
         shutil.rmtree(folder)
 
 

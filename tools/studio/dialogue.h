@@ -69,6 +69,9 @@ struct State {
   std::string error;     ///< the last one: one line
 };
 
+/// Whether an entry of the history was set off by another, and is no act of a person.
+bool is_consequence(const surf::segment::Action<3>& action);
+
 /// Requests may come from any thread; they are done in their order on the dialogue's own, and
 /// return when they have been accepted, not when what they set off has been computed. One that
 /// changes an object ends what is being computed for it: the newest counts.

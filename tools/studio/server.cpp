@@ -14,6 +14,7 @@
 #include "tools/common/typed_options.h"
 #include "tools/studio/access.h"
 #include "tools/studio/exports.h"
+#include "tools/studio/itksnap.h"
 #include "tools/studio/object_options.h"
 #include "tools/studio/page_files.h"
 #include "tools/studio/state_json.h"
@@ -26,7 +27,7 @@ using httplib::Request;
 using httplib::Response;
 using nlohmann::ordered_json;
 
-constexpr std::size_t kMostBody = 1 << 20;
+constexpr std::size_t kMostBody = 1 << 20, kMostImage = std::size_t(4) << 30;
 constexpr int kThreads = 32, kMostStreams = 16;  // a stream holds a thread
 constexpr std::chrono::milliseconds kPing(1000), kBetweenProgress(100);
 constexpr const char* kJson = "application/json";
@@ -98,6 +99,13 @@ int number_of(const Request& request, const char* name) {
   }
 }
 
+bool is_route_of_itksnap(const std::string& path) {
+  return path == "/status" || path.starts_with("/v2/") || path.starts_with("/upload_raw/") ||
+         path.starts_with("/process_scribble_interaction/") ||
+         path.starts_with("/process_lasso_interaction/") ||
+         path.starts_with("/reset_interactions/");
+}
+
 std::string dumped(const ordered_json& json) {
   // Names of files may be no UTF-8.
   return json.dump(-1, ' ', false, ordered_json::error_handler_t::replace);
@@ -116,6 +124,8 @@ struct Server::Impl {
   std::shared_ptr<const std::string> volume_bytes;
   std::atomic<std::uint64_t> last_stream = 0;
   std::atomic<bool> is_ending = false;
+  bool has_itksnap = false;
+  ItkSnapSessions itksnap;
 
   Impl(Dialogue& d, const std::string& v) : dialogue(d), version(v) {}
 
@@ -125,7 +135,9 @@ struct Server::Impl {
         request.get_header_value("Sec-Fetch-Site"), request.get_header_value("Cookie"),
         request.get_header_value("Authorization")};
     const int status = status_of(credentials, port, token);
-    if (status == 200) return httplib::Server::HandlerResponse::Unhandled;
+    const bool is_itksnap = has_itksnap && status == 401 && is_route_of_itksnap(request.path) &&
+                            credentials.origin.empty() && credentials.fetch_site.empty();
+    if (status == 200 || is_itksnap) return httplib::Server::HandlerResponse::Unhandled;
     // The first visit: the token goes from the address into a cookie.
     if (status == 401 && request.method == "GET" && request.path == "/" &&
         is_same_secret(request.get_param_value("token"), token)) {
@@ -296,6 +308,7 @@ struct Server::Impl {
   void post(const Request& request, Response& response,
             const std::function<ordered_json(const ordered_json&)>& work) {
     answer(response, [&] {
+      if (request.body.size() > kMostBody) throw Refusal{413, "the request is too large"};
       // What a form of another page could send has another type.
       if (!request.get_header_value("Content-Type").starts_with(kJson))
         throw Refusal{415, "expected application/json"};
@@ -303,6 +316,73 @@ struct Server::Impl {
       if (!body.is_object()) throw Refusal{400, "expected a JSON object"};
       response.set_content(dumped(work(body)), kJson);
     });
+  }
+
+  /// As itksnap-dls 0.1.2 answers; sessions are named in the path.
+  void add_itksnap_routes() {
+    const auto json = [](Response& response, const ordered_json& body) {
+      response.set_content(dumped(body), kJson);
+    };
+    const auto result = [json](Response& response, const std::string& mask) {
+      json(response, {{"status", "success"}, {"result", base64(mask)}});
+    };
+    const auto is_inside = [](const Request& request) {
+      return request.get_param_value("foreground") != "false";
+    };
+    const auto route = [](auto work) {
+      return [work](const Request& request, Response& response) {
+        answer(response, [&] { work(request, response); });
+      };
+    };
+    const auto session = [this](const Request& request) {
+      return itksnap.find(request.matches[1]);
+    };
+    const auto file = [](const Request& request) {
+      if (!request.has_file("file")) throw Refusal{400, "the part 'file' is missing"};
+      return request.get_file_value("file").content;
+    };
+    const auto metadata = [](const Request& request) {
+      return request.has_file("metadata") ? request.get_file_value("metadata").content
+                                          : request.get_param_value("metadata");
+    };
+    http.Get("/status", route([=](const Request&, Response& r) {
+               json(r, {{"status", "ok"}, {"version", "0.1.2"}});
+             }));
+    http.Get("/v2/models", route([=](const Request&, Response& r) {
+               json(r, {{"models",
+                         {{{"id", "surfseg"},
+                           {"dimensions", 3},
+                           {"channels", {1}},
+                           {"interactions", {"point", "scribble"}}}}}});
+             }));
+    http.Get(R"(/v2/start_session/([\w.-]+))", route([=, this](const Request&, Response& r) {
+               json(r, {{"session_id", itksnap.start()}});
+             }));
+    http.Post(R"(/upload_raw/(\w+))", route([=](const Request& q, Response& r) {
+                session(q)->set_image(file(q), metadata(q));
+                json(r, {{"status", "success"}});
+              }));
+    http.Get(R"(/v2/process_point_interaction/(\w+))", route([=](const Request& q, Response& r) {
+               std::array<int, 3> index;
+               if (q.get_param_value_count("point") != 3)
+                 throw Refusal{400, "point: expected three indices"};
+               for (std::size_t axis = 0; axis < 3; ++axis)
+                 index[axis] = std::atoi(q.get_param_value("point", axis).c_str());
+               result(r, session(q)->click(index, is_inside(q)));
+             }));
+    for (const char* path :
+         {R"(/process_scribble_interaction/(\w+))", R"(/process_lasso_interaction/(\w+))"})
+      http.Post(path, route([=](const Request& q, Response& r) {
+                  result(r, session(q)->stroke(file(q), metadata(q), is_inside(q)));
+                }));
+    http.Get(R"(/reset_interactions/(\w+))", route([=](const Request& q, Response& r) {
+               session(q)->reset();
+               json(r, {{"status", "success"}});
+             }));
+    http.Get(R"(/v2/end_session/(\w+))", route([=, this](const Request& q, Response& r) {
+               itksnap.end(q.matches[1]);
+               json(r, {{"status", "success"}});
+             }));
   }
 
   void add_routes() {
@@ -359,11 +439,12 @@ struct Server::Impl {
   }
 };
 
-Server::Server(Dialogue& dialogue, int port, const std::string& version)
+Server::Server(Dialogue& dialogue, int port, const std::string& version, bool has_itksnap)
     : impl_(std::make_unique<Impl>(dialogue, version)) {
   httplib::Server& http = impl_->http;
   http.new_task_queue = [] { return new httplib::ThreadPool(kThreads); };
-  http.set_payload_max_length(kMostBody);
+  impl_->has_itksnap = has_itksnap;
+  http.set_payload_max_length(has_itksnap ? kMostImage : kMostBody);
   http.set_keep_alive_max_count(1000);
   http.set_keep_alive_timeout(5);
   http.set_read_timeout(5, 0);
@@ -376,6 +457,7 @@ Server::Server(Dialogue& dialogue, int port, const std::string& version)
   });
   http.set_default_headers(kHeaders);
   impl_->add_routes();
+  if (has_itksnap) impl_->add_itksnap_routes();
   if (port == 0)
     impl_->port = http.bind_to_any_port("127.0.0.1");
   else if (http.bind_to_port("127.0.0.1", port))

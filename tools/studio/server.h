@@ -10,9 +10,10 @@ namespace surfseg::studio {
 
 class Server {
  public:
-  /// @param port  0 = any that is free
+  /// @param port         0 = any that is free
+  /// @param has_itksnap  answers ITK-SNAP's client too, which knows no token
   /// @throws surf::UsageError  the port is taken
-  Server(Dialogue& dialogue, int port, const std::string& version);
+  Server(Dialogue& dialogue, int port, const std::string& version, bool has_itksnap = false);
   ~Server();
   Server(const Server&) = delete;
   Server& operator=(const Server&) = delete;

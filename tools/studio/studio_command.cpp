@@ -39,7 +39,7 @@ constexpr const char* kFooter =
 struct Arguments {
   std::string path = ".";
   int port = 0;
-  bool is_closed = false;
+  bool is_closed = false, has_itksnap = false;
 };
 
 /// Without a shell; what it says goes nowhere.
@@ -67,7 +67,7 @@ void run(const Arguments& arguments, ExitCode& exit_code) {
     throw surf::InputError(arguments.path +
                            ": holds no volume, DICOM folder or recipe that could be opened");
   studio::Dialogue dialogue(folder);
-  studio::Server server(dialogue, arguments.port, SURFSEG_VERSION);
+  studio::Server server(dialogue, arguments.port, SURFSEG_VERSION, arguments.has_itksnap);
   if (!is_list) dialogue.open(clean);
   catch_signals();
   std::atomic<bool> is_done = false;
@@ -97,6 +97,10 @@ void add_studio_command(CLI::App& app, ExitCode& exit_code) {
   command->add_option("--port", arguments->port, "Port on 127.0.0.1 [any that is free]")
       ->check(CLI::Range(1, 65535));
   command->add_flag("--no-open", arguments->is_closed, "Print the address, open no browser");
+  command->add_flag(
+      "--itksnap", arguments->has_itksnap,
+      "Answer ITK-SNAP's deep-learning client too (127.0.0.1 and the port), which has "
+      "no token: any program of this machine may ask");
   command->footer(kFooter);
   command->callback([arguments, &exit_code] { run(*arguments, exit_code); });
 }

@@ -1,7 +1,6 @@
 #include "tools/studio/volume_file.h"
 
 #include <nifti/nifti1.h>
-#include <zlib.h>
 
 #include <algorithm>
 #include <cmath>
@@ -9,7 +8,7 @@
 #include <cstring>
 #include <vector>
 
-#include "libsurf/base/error.h"
+#include "tools/studio/gzip.h"
 
 namespace surfseg::studio {
 namespace {
@@ -68,39 +67,6 @@ class Slices {
   int block_;
   std::array<int, 3> size_;
   std::vector<float> values_, sums_, counts_;
-};
-
-class Gzip {
- public:
-  Gzip() {
-    if (deflateInit2(&stream_, 1, Z_DEFLATED, 15 + 16, 8, Z_DEFAULT_STRATEGY) != Z_OK)
-      throw surf::OutputError("zlib cannot begin to compress");
-  }
-  ~Gzip() { deflateEnd(&stream_); }
-  Gzip(const Gzip&) = delete;
-  Gzip& operator=(const Gzip&) = delete;
-
-  void add(const void* data, std::size_t n) { run(data, n, Z_NO_FLUSH); }
-  std::string finish() {
-    run(nullptr, 0, Z_FINISH);
-    return std::move(out_);
-  }
-
- private:
-  void run(const void* data, std::size_t n, int flush) {
-    stream_.next_in = static_cast<Bytef*>(const_cast<void*>(data));
-    stream_.avail_in = uInt(n);
-    char buffer[1 << 16];
-    do {
-      stream_.next_out = reinterpret_cast<Bytef*>(buffer);
-      stream_.avail_out = sizeof buffer;
-      deflate(&stream_, flush);
-      out_.append(buffer, sizeof buffer - stream_.avail_out);
-    } while (stream_.avail_out == 0);
-  }
-
-  z_stream stream_ = {};
-  std::string out_;
 };
 
 struct Storage {

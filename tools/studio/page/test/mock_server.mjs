@@ -12,7 +12,7 @@ import { gzipSync } from 'node:zlib';
 
 const argument = (name, standard) => { const k = process.argv.indexOf(`--${name}`); return k < 0 ? standard : process.argv[k + 1]; };
 const has = (name) => process.argv.includes(`--${name}`);
-const dist = join(dirname(fileURLToPath(import.meta.url)), '..', 'dist');
+const dist = join(process.env.SURFSEG_STUDIO_PAGE ?? join(dirname(fileURLToPath(import.meta.url)), '..'), 'dist');
 const n = Number(argument('size', 64));
 const isCt = has('ct');
 

@@ -1,0 +1,167 @@
+// What a person may ask of the dialogue: each is done on its thread, before anything else.
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "libsurf/base/error.h"
+#include "tools/studio/dialogue.h"
+
+namespace surfseg::studio {
+
+using surf::segment::Action;
+using surf::segment::AddClick;
+using surf::segment::TakeBackClick;
+
+int Dialogue::add_object(const std::string& name) {
+  int id = 0;
+  do_now([&] {
+    id = segmentation().add_object(name);
+    save();
+    publish();
+  });
+  return id;
+}
+
+void Dialogue::remove_object(int id) {
+  do_now([&] {
+    segmentation().remove_object(id);
+    {
+      std::lock_guard lock(mutex_);
+      std::erase(wanted_, id);
+    }
+    save();
+    publish();
+  });
+}
+
+void Dialogue::rename(int id, const std::string& name) {
+  do_now([&] {
+    segmentation().rename(id, name);
+    save();
+    publish();
+  });
+}
+
+void Dialogue::recolour(int id, const surf::segment::Colour& colour) {
+  do_now([&] {
+    segmentation().recolour(id, colour);
+    save();
+    publish();
+  });
+}
+
+void Dialogue::click(int id, const Vector<3>& point_mm, Side side) {
+  do_now([&] {
+    segmentation().add_click(id, {point_mm, side});
+    want(id);
+    save();
+    publish();
+  });
+}
+
+void Dialogue::move_click(int id, std::size_t index, const Vector<3>& point_mm) {
+  do_now([&] {
+    const auto& clicks = segmentation().object(id).clicks;
+    if (index >= clicks.size()) throw surf::UsageError(fmt::format("there is no click {}", index));
+    const Click<3> click{point_mm, clicks[index].side};
+    segmentation().take_back_click(id, index);
+    try {
+      segmentation().add_click(id, click);
+    } catch (...) {
+      segmentation().undo(id);
+      throw;
+    }
+    want(id);
+    save();
+    publish();
+  });
+}
+
+void Dialogue::delete_click(int id, std::size_t index) {
+  do_now([&] {
+    segmentation().take_back_click(id, index);
+    if (!segmentation().object(id).clicks.empty()) want(id);
+    save();
+    publish();
+  });
+}
+
+void Dialogue::choose(int id, std::size_t proposal) {
+  do_now([&] {
+    segmentation().choose(id, proposal);
+    want(id);
+    save();
+    publish();
+  });
+}
+
+void Dialogue::set_options(int id, const std::function<void(Options<3>&)>& change) {
+  do_now([&] {
+    Options<3> options = segmentation().object(id).options;
+    change(options);
+    segmentation().set_options(id, options);
+    if (!segmentation().object(id).clicks.empty()) want(id);
+    save();
+    publish();
+  });
+}
+
+void Dialogue::evolve(int id) {
+  do_now([&] {
+    segmentation().object(id);
+    want(id);
+  });
+}
+
+void Dialogue::stop() {
+  {
+    std::lock_guard lock(mutex_);
+    is_kept_ = true;
+    wanted_.clear();
+    stop_.request_stop();
+  }
+  wake_.notify_all();
+}
+
+void Dialogue::undo(int id) {
+  do_now([&] {
+    auto& s = segmentation();
+    while (!s.history(id).empty() && is_consequence(s.history(id).back())) s.undo(id);
+    const auto history = s.history(id);
+    if (history.empty()) return;
+    // A click that was moved was taken back and added.
+    const bool was_moved = history.size() > 1 &&
+                           std::holds_alternative<AddClick<3>>(history.back()) &&
+                           std::holds_alternative<TakeBackClick>(history[history.size() - 2]);
+    s.undo(id);
+    if (was_moved) s.undo(id);
+    {
+      std::lock_guard lock(mutex_);
+      std::erase(wanted_, id);
+    }
+    save();
+    publish();
+  });
+}
+
+void Dialogue::redo(int id) {
+  do_now([&] {
+    auto& s = segmentation();
+    if (!s.redo(id)) return;
+    const bool may_be_moved = std::holds_alternative<TakeBackClick>(s.history(id).back());
+    bool is_first = true;
+    while (s.redo(id)) {
+      const Action<3> action = s.history(id).back();
+      const bool belongs = is_consequence(action) || (is_first && may_be_moved &&
+                                                      std::holds_alternative<AddClick<3>>(action));
+      is_first = false;
+      if (belongs) continue;
+      s.undo(id);
+      break;
+    }
+    save();
+    publish();
+  });
+}
+
+}  // namespace surfseg::studio
