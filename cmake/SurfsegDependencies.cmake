@@ -59,3 +59,7 @@ if(SURFSEG_BUILD_TESTS)
   find_package(GTest REQUIRED)
   find_package(benchmark REQUIRED)
 endif()
+
+# The interpreter of the tests and the Python module: Debian's own first, another one on the path
+# lacks its modules. Optional.
+find_program(SURFSEG_PYTHON NAMES /usr/bin/python3 python3)
