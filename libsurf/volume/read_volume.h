@@ -34,4 +34,15 @@ struct ReadOptions {
 ///                     beyond memory, no such frame, several DICOM series, uneven slices
 Volume read_volume(const std::string& path, const ReadOptions& options = {});
 
+/// One of the series in a folder of DICOM files.
+struct DicomSeries {
+  std::string uid;  ///< for ReadOptions::series_uid
+  std::string modality, description;
+  std::size_t n_files = 0;
+};
+
+/// The series in a folder of DICOM files, in the order of their UIDs; only headers are read.
+/// @throws InputError  as read_volume: no DICOM image in it, a damaged file
+std::vector<DicomSeries> dicom_series(const std::string& folder);
+
 }  // namespace surf::volume

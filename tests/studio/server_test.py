@@ -10,6 +10,7 @@ import os
 import shutil
 import signal
 import socket
+import struct
 import subprocess
 import threading
 import time
@@ -31,6 +32,38 @@ def content(folder, name):
         return file.read()
 
 
+def write_dicom(path, series, slice_number, n=32):
+    """An MR slice of n x n pixels, explicit little endian: a bright disc on a dark ground."""
+    def element(group, number, kind, value):
+        value = value.encode() if isinstance(value, str) else value
+        if len(value) % 2:
+            value += b"\0" if kind == "UI" else b" "
+        head = struct.pack("<HH2s", group, number, kind.encode())
+        long = kind in ("OB", "OW")
+        return head + (struct.pack("<HI", 0, len(value)) if long else struct.pack("<H", len(value))) + value
+
+    short = lambda value: struct.pack("<H", value)  # noqa: E731
+    middle = (n - 1) / 2
+    radius = math.sqrt(max(0, 100 - (slice_number - 12) ** 2))
+    pixels = array.array("H", (900 if math.hypot(x - middle, y - middle) < radius else 100
+                               for y in range(n) for x in range(n)))
+    instance = f"{series}.{slice_number + 1}"
+    meta = b"".join([element(2, 2, "UI", "1.2.840.10008.5.1.4.1.1.4"), element(2, 3, "UI", instance),
+                     element(2, 0x10, "UI", "1.2.840.10008.1.2.1")])
+    data = b"".join([
+        element(8, 0x16, "UI", "1.2.840.10008.5.1.4.1.1.4"), element(8, 0x18, "UI", instance),
+        element(8, 0x60, "CS", "MR"), element(8, 0x103e, "LO", f"series {series[-1]}"),
+        element(0x20, 0xd, "UI", "1.2.3"), element(0x20, 0xe, "UI", series),
+        element(0x20, 0x32, "DS", f"0\\0\\{slice_number}"), element(0x20, 0x37, "DS", "1\\0\\0\\0\\1\\0"),
+        element(0x28, 2, "US", short(1)), element(0x28, 4, "CS", "MONOCHROME2"),
+        element(0x28, 0x10, "US", short(n)), element(0x28, 0x11, "US", short(n)),
+        element(0x28, 0x30, "DS", "1\\1"), element(0x28, 0x100, "US", short(16)),
+        element(0x28, 0x101, "US", short(16)), element(0x28, 0x102, "US", short(15)),
+        element(0x28, 0x103, "US", short(0)), element(0x7fe0, 0x10, "OW", pixels.tobytes())])
+    with open(path, "wb") as file:
+        file.write(b"\0" * 128 + b"DICM" + element(2, 0, "UL", struct.pack("<I", len(meta))) + meta + data)
+
+
 class WithStudio(unittest.TestCase):
     phantoms = [BALLS]
     words = ["balls.nii.gz"]
@@ -44,6 +77,37 @@ class WithStudio(unittest.TestCase):
     def tearDown(self):
         self.studio.end()
         shutil.rmtree(self.folder)
+
+
+class SeveralSeries(WithStudio):
+    phantoms, words = [], ["."]
+
+    def test_a_folder_of_several_series_offers_a_choice(self):
+        folder = os.path.join(self.folder, "patient")
+        os.mkdir(folder)
+        for series in ("1.2.3.4", "1.2.3.5"):
+            for k in range(24):
+                write_dicom(os.path.join(folder, f"{series}-{k}.dcm"), series, k)
+        entry = self.studio.state()["files"][0]
+        self.assertEqual((entry["path"], entry["kind"], "series" in entry), ("patient", "DICOM folder", False))
+        self.studio.do("open", path="patient")
+        state = self.studio.until(lambda s: s["error"] is not None and s["job"] is None)
+        self.assertIn("holds 2 series", state["error"]["text"])
+        self.assertEqual([s["id"] for s in state["files"][0]["series"]], ["1.2.3.4", "1.2.3.5"])
+        self.assertEqual(state["files"][0]["series"][1]["words"], "MR series 5, 24 files")
+        self.studio.do("open", path="patient", series="1.2.3.5")
+        state = self.studio.until(lambda s: s["volume"] is not None and s["job"] is None)
+        self.assertEqual(state["volume"]["size"], [32, 32, 24])
+        self.studio.click((-15, -15, 12))
+        ml = self.studio.idle()["objects"][0]["measures"]["volume_ml"]
+        self.assertAlmostEqual(ml, 4 / 3 * math.pi, delta=0.15)
+        # Each series has its own state.
+        self.studio.do("open", path="patient", series="1.2.3.4")
+        state = self.studio.until(lambda s: s["volume"] and s["volume"]["revision"] == 2 and s["job"] is None)
+        self.assertEqual(state["objects"][0]["clicks"], [])
+        self.studio.do("open", path="patient", series="1.2.3.5")
+        state = self.studio.until(lambda s: s["volume"] and s["volume"]["revision"] == 3 and s["job"] is None)
+        self.assertEqual(state["objects"][0]["measures"]["volume_ml"], ml)
 
 
 class Dialogue(WithStudio):

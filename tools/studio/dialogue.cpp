@@ -105,9 +105,13 @@ void Dialogue::work() {
       opening();
     } else {
       const int id = wanted_.front();
-      wanted_.pop_front();
       lock.unlock();
-      run_evolution(id);
+      if (!can_evolve(id)) {
+        unwant(id);
+        publish();
+      } else {
+        run_evolution(id);
+      }
     }
     lock.lock();
   }
@@ -120,7 +124,7 @@ void Dialogue::do_now(const Act& act, bool while_opening) {
   {
     std::lock_guard lock(mutex_);
     if (is_ending_) throw surf::UsageError("the studio is ending");
-    if (job_ && (job_->what == "read" || job_->what == "replay") && !while_opening)
+    if (job_ && job_->what == "open" && !while_opening)
       throw surf::UsageError("the volume is being opened: wait until it is there");
     acts_.push_back([&] {
       try {
@@ -146,6 +150,11 @@ void Dialogue::want(int id) {
   std::lock_guard lock(mutex_);
   std::erase(wanted_, id);
   wanted_.push_front(id);
+}
+
+void Dialogue::unwant(int id) {
+  std::lock_guard lock(mutex_);
+  std::erase(wanted_, id);
 }
 
 void Dialogue::open(const std::filesystem::path& path,
@@ -182,30 +191,45 @@ void Dialogue::close() {
       true);
 }
 
+/// Where the folder holds several series, they are in the state from now on.
+surf::volume::Volume Dialogue::volume_of(const std::filesystem::path& image,
+                                         const std::optional<std::string>& series_uid) {
+  try {
+    return surf::volume::read_volume(image.string(), {.series_uid = series_uid});
+  } catch (const surf::InputError&) {
+    if (!std::filesystem::is_directory(image) || series_uid) throw;
+    auto several = surf::volume::dicom_series(image.string());
+    if (several.size() < 2) throw;
+    const std::string name = image.filename().string();
+    auto& known = series_of_[name] = std::move(several);
+    throw surf::InputError(fmt::format("{}: holds {} series: choose one", name, known.size()));
+  }
+}
+
 void Dialogue::read_volume(const std::filesystem::path& path,
                            const std::optional<std::string>& series_uid) {
-  begin_job(0, "read");
-  std::filesystem::path image = path, recipe = recipe_beside(folder_, path);
+  begin_job(0, "open");
+  std::filesystem::path image = path;
+  std::filesystem::path recipe =
+      recipe_beside(folder_, series_uid ? path.string() + "." + *series_uid : path.string());
   if (is_recipe(path)) {
     recipe = path;
     image = image_of_recipe(path);
   }
-  const surf::volume::Volume volume =
-      surf::volume::read_volume(image.string(), {.series_uid = series_uid});
+  const surf::volume::Volume volume = volume_of(image, series_uid);
   auto opened = std::make_shared<OpenVolume>(OpenVolume{++n_opened_, image.filename().string(),
                                                         volume, surf::segment::make_setting(volume),
                                                         recipe, volume.source().notes});
   volume_ = opened;
   segmentation_ = std::make_unique<surf::segment::Segmentation<3>>(opened->setting);
-  end_job();
   if (std::filesystem::exists(recipe)) repeat_recipe(recipe);
+  end_job();
   if (segmentation_->objects().empty()) segmentation_->add_object();
   publish();
 }
 
 /// One that cannot be repeated here is moved aside, so that nothing is lost.
 void Dialogue::repeat_recipe(const std::filesystem::path& recipe) {
-  begin_job(0, "replay");
   try {
     surf::segment::replay<3>(
         text_of_file(recipe), *segmentation_,
@@ -213,22 +237,21 @@ void Dialogue::repeat_recipe(const std::filesystem::path& recipe) {
           return show(stage, record, shape);
         },
         stop_.get_token());
-    end_job();
   } catch (const surf::Error& error) {
-    end_job();
     const std::filesystem::path aside = moved_aside(recipe);
     publish_error(fmt::format("{}; it is now {}", error.what(), aside.filename().string()));
   }
 }
 
-void Dialogue::run_evolution(int id) {
+bool Dialogue::can_evolve(int id) const {
   const auto objects = segmentation_ ? segmentation_->objects() : std::vector<int>();
-  if (std::find(objects.begin(), objects.end(), id) == objects.end()) return;
-  const auto has_inside = [](const auto& clicks) {
-    return std::any_of(clicks.begin(), clicks.end(),
-                       [](const auto& click) { return click.side == Side::kInside; });
-  };
-  if (!has_inside(segmentation_->object(id).clicks)) return publish();
+  if (std::find(objects.begin(), objects.end(), id) == objects.end()) return false;
+  const auto clicks = segmentation_->object(id).clicks;
+  return std::any_of(clicks.begin(), clicks.end(),
+                     [](const auto& click) { return click.side == Side::kInside; });
+}
+
+void Dialogue::run_evolution(int id) {
   begin_job(id, "evolve");
   std::string error;
   try {
@@ -265,6 +288,7 @@ void Dialogue::begin_job(int object, const std::string& what) {
     job.object = object;
     job.what = what;
     job_ = job;
+    std::erase(wanted_, object);
     frame_.reset();
     job_begin_ = std::chrono::steady_clock::now();
     last_frame_ = {};
@@ -303,9 +327,21 @@ bool Dialogue::show(const std::string& stage, const surf::flow::StepRecord& reco
   return true;
 }
 
+/// Under the lock. An evolution that is next in turn counts as one, so that nobody takes the moment
+/// before it for the end.
+std::optional<Job> Dialogue::present_job() const {
+  if (job_ || wanted_.empty()) return job_;
+  Job job;
+  job.number = n_jobs_ + 1;
+  job.object = wanted_.front();
+  job.what = "evolve";
+  return job;
+}
+
 void Dialogue::publish() {
   auto next = std::make_shared<State>();
   next->volume = volume_;
+  next->series_of = series_of_;
   if (segmentation_) {
     std::map<const void*, std::shared_ptr<const surf::segment::Measures<3>>> measures;
     for (const int id : segmentation_->objects()) {
@@ -339,7 +375,7 @@ void Dialogue::publish() {
     next->revision = state_->revision + 1;
     next->error_number = state_->error_number;
     next->error = state_->error;
-    next->job = job_;
+    next->job = present_job();
     state_ = std::move(next);
     ++tick_;
   }
@@ -379,7 +415,7 @@ std::shared_ptr<const State> Dialogue::state() const {
 
 std::optional<Job> Dialogue::job() const {
   std::lock_guard lock(mutex_);
-  return job_;
+  return present_job();
 }
 
 std::shared_ptr<const surf::Triangles> Dialogue::surface(int id, int* frame) const {

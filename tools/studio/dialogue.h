@@ -20,6 +20,7 @@
 #include <vector>
 
 #include "libsurf/segment/segmentation.h"
+#include "libsurf/volume/read_volume.h"
 #include "libsurf/volume/volume.h"
 
 namespace surfseg::studio {
@@ -63,6 +64,8 @@ struct Job {
 struct State {
   std::uint64_t revision = 0;
   std::shared_ptr<const OpenVolume> volume;
+  /// Of each folder that was to be opened and holds several, by its name.
+  std::map<std::string, std::vector<surf::volume::DicomSeries>> series_of;
   std::vector<ObjectState> objects;
   std::optional<Job> job;
   int error_number = 0;  ///< grows with every error
@@ -111,7 +114,7 @@ class Dialogue {
   void redo(int id);
 
   std::shared_ptr<const State> state() const;
-  /// The job as it is now; none if nothing is computed.
+  /// The job as it is now, also one that is about to begin; none if nothing is computed.
   std::optional<Job> job() const;
   /// The surface of this moment, also while it evolves; null if there is none.
   std::shared_ptr<const surf::Triangles> surface(int id, int* frame = nullptr) const;
@@ -127,18 +130,23 @@ class Dialogue {
 
   void work();
   void do_now(const Act& act, bool while_opening = false);
+  surf::volume::Volume volume_of(const std::filesystem::path& image,
+                                 const std::optional<std::string>& series_uid);
   void read_volume(const std::filesystem::path& path, const std::optional<std::string>& series_uid);
   void repeat_recipe(const std::filesystem::path& recipe);
+  bool can_evolve(int id) const;
   void run_evolution(int id);
   void begin_job(int object, const std::string& what);
   void end_job();
   bool show(const std::string& stage, const surf::flow::StepRecord& record,
             const std::function<surf::Triangles()>& shape);
+  std::optional<Job> present_job() const;
   void publish();
   void publish_error(const std::string& text);
   void save();
   surf::segment::Segmentation<3>& segmentation();
   void want(int id);
+  void unwant(int id);
 
   const std::filesystem::path folder_;
 
@@ -146,7 +154,8 @@ class Dialogue {
   std::shared_ptr<const OpenVolume> volume_;
   std::unique_ptr<surf::segment::Segmentation<3>> segmentation_;
   std::map<const void*, std::shared_ptr<const surf::segment::Measures<3>>> measures_;
-  int n_opened_ = 0, n_jobs_ = 0;
+  std::map<std::string, std::vector<surf::volume::DicomSeries>> series_of_;
+  int n_opened_ = 0;
 
   mutable std::mutex mutex_;
   mutable std::condition_variable wake_, changed_;
@@ -155,6 +164,7 @@ class Dialogue {
   std::optional<std::function<void()>> opening_;
   std::shared_ptr<const State> state_;
   std::optional<Job> job_;
+  int n_jobs_ = 0;
   std::shared_ptr<const surf::Triangles> frame_;
   std::chrono::steady_clock::time_point job_begin_, last_frame_;
   std::string recipe_;

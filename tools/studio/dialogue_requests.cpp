@@ -25,10 +25,7 @@ int Dialogue::add_object(const std::string& name) {
 void Dialogue::remove_object(int id) {
   do_now([&] {
     segmentation().remove_object(id);
-    {
-      std::lock_guard lock(mutex_);
-      std::erase(wanted_, id);
-    }
+    unwant(id);
     save();
     publish();
   });
@@ -110,6 +107,7 @@ void Dialogue::evolve(int id) {
   do_now([&] {
     segmentation().object(id);
     want(id);
+    publish();
   });
 }
 
@@ -118,6 +116,7 @@ void Dialogue::stop() {
     std::lock_guard lock(mutex_);
     is_kept_ = true;
     wanted_.clear();
+    acts_.push_back([this] { publish(); });
     stop_.request_stop();
   }
   wake_.notify_all();
@@ -135,10 +134,7 @@ void Dialogue::undo(int id) {
                            std::holds_alternative<TakeBackClick>(history[history.size() - 2]);
     s.undo(id);
     if (was_moved) s.undo(id);
-    {
-      std::lock_guard lock(mutex_);
-      std::erase(wanted_, id);
-    }
+    unwant(id);
     save();
     publish();
   });

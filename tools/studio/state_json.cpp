@@ -104,6 +104,19 @@ ordered_json to_json(const ObjectState& state) {
   return out;
 }
 
+std::string words_of(const FolderEntry& entry) {
+  return entry.bytes == 0 ? "" : fmt::format("{:.3g} MB", double(entry.bytes) / 1e6);
+}
+
+ordered_json to_json(const std::vector<surf::volume::DicomSeries>& series) {
+  ordered_json out = ordered_json::array();
+  for (const auto& one : series)
+    out.push_back({{"id", one.uid},
+                   {"words", fmt::format("{} {}, {} files", one.modality, one.description,
+                                         one.n_files)}});
+  return out;
+}
+
 template <class T>
 void append(std::string& out, const T* values, std::size_t n) {
   out.append(reinterpret_cast<const char*>(values), n * sizeof(T));
@@ -124,12 +137,11 @@ ordered_json to_json(const Job& job) {
 ordered_json to_json(const State& state, const std::filesystem::path& folder,
                      const std::string& version) {
   ordered_json files = ordered_json::array();
-  for (const FolderEntry& entry : entries_of(folder))
-    files.push_back({{"path", entry.name},
-                     {"kind", entry.kind},
-                     {"words", entry.bytes == 0 ? entry.kind
-                                                : fmt::format("{}, {:.3g} MB", entry.kind,
-                                                              double(entry.bytes) / 1e6)}});
+  for (const FolderEntry& entry : entries_of(folder)) {
+    files.push_back({{"path", entry.name}, {"kind", entry.kind}, {"words", words_of(entry)}});
+    if (const auto several = state.series_of.find(entry.name); several != state.series_of.end())
+      files.back()["series"] = to_json(several->second);
+  }
   ordered_json objects = ordered_json::array();
   for (const ObjectState& object : state.objects) objects.push_back(to_json(object));
   return {{"revision", state.revision},

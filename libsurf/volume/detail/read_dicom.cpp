@@ -234,12 +234,19 @@ Series read_folder(const std::string& folder, const std::string& path, int& n_sk
   return series;
 }
 
+std::vector<DicomSeries> described(const Series& series) {
+  std::vector<DicomSeries> out;
+  for (const auto& [uid, files] : series)
+    out.push_back({uid, files[0].modality, files[0].description, files.size()});
+  return out;
+}
+
 std::string list(const Series& series) {
   std::string result;
-  for (const auto& [uid, files] : series)
-    result += fmt::format("{} {} ({}{}{}, {} file{})", result.empty() ? "" : ";", uid,
-                          files[0].modality, files[0].description.empty() ? "" : " ",
-                          files[0].description, files.size(), files.size() == 1 ? "" : "s");
+  for (const DicomSeries& one : described(series))
+    result += fmt::format("{} {} ({}{}{}, {} file{})", result.empty() ? "" : ";", one.uid,
+                          one.modality, one.description.empty() ? "" : " ", one.description,
+                          one.n_files, one.n_files == 1 ? "" : "s");
   return result;
 }
 
@@ -393,6 +400,12 @@ Volume read_dicom(const std::string& path, const ReadOptions& options) {
     builder.append_slice(values);
   }
   return builder.finish();
+}
+
+std::vector<DicomSeries> dicom_series(const std::string& folder) {
+  const SilenceGdcm silence;
+  int n_skipped = 0;
+  return described(read_folder(folder, folder, n_skipped));
 }
 
 }  // namespace surf::volume
