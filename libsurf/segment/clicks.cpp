@@ -121,6 +121,32 @@ std::vector<Click<Dim>> as_outside(const std::vector<Click<Dim>>& clicks) {
 }
 
 template <int Dim>
+bool contains_all(const std::vector<Click<Dim>>& clicks, const std::vector<Click<Dim>>& part) {
+  return std::all_of(part.begin(), part.end(), [&](const Click<Dim>& click) {
+    return std::find(clicks.begin(), clicks.end(), click) != clicks.end();
+  });
+}
+
+template <int Dim>
+std::vector<mesh::HeldPoint<Dim>> held_points(const std::vector<Click<Dim>>& clicks) {
+  std::vector<mesh::HeldPoint<Dim>> out;
+  for (const Click<Dim>& click : clicks) {
+    const bool is_inside = click.side == Side::kInside;
+    out.push_back({click.point_mm, is_inside});
+    for (const Vector<Dim>& point : click.stroke_mm) out.push_back({point, is_inside});
+  }
+  return out;
+}
+
+template <int Dim>
+bool obeys(const Simplices<Dim>& shape, const std::vector<Click<Dim>>& clicks,
+           const ImageExtent<Dim>& extent) {
+  const std::vector<char> flags = mesh::are_held<Dim>(shape, held_points<Dim>(clicks),
+                                                      kLeastDistance * extent.cell_mm(), extent);
+  return std::all_of(flags.begin(), flags.end(), [](char flag) { return flag != 0; });
+}
+
+template <int Dim>
 bool heeds(const Simplices<Dim>& shape, const std::vector<Click<Dim>>& clicks) {
   if (clicks.empty()) return true;
   std::vector<Vector<Dim>> all;
@@ -135,15 +161,19 @@ bool heeds(const Simplices<Dim>& shape, const std::vector<Click<Dim>>& clicks) {
   return mesh::are_inside<Dim>(shape, points) == belongs;
 }
 
-#define SURF_INSTANTIATE(Dim)                                                                  \
-  template void check_click<Dim>(const ImageExtent<Dim>&, const std::vector<Click<Dim>>&,      \
-                                 const Click<Dim>&);                                           \
-  template void check_beside<Dim>(const ImageExtent<Dim>&, const std::vector<Click<Dim>>&,     \
-                                  const std::string&, const Click<Dim>&);                      \
-  template void check_box<Dim>(const ImageExtent<Dim>&, const std::optional<BoxCorners<Dim>>&, \
-                               const std::vector<Click<Dim>>&);                                \
-  template std::vector<Vector<Dim>> points_on<Dim>(Side, const std::vector<Click<Dim>>&);      \
-  template std::vector<Click<Dim>> as_outside<Dim>(const std::vector<Click<Dim>>&);            \
+#define SURF_INSTANTIATE(Dim)                                                                      \
+  template void check_click<Dim>(const ImageExtent<Dim>&, const std::vector<Click<Dim>>&,          \
+                                 const Click<Dim>&);                                               \
+  template void check_beside<Dim>(const ImageExtent<Dim>&, const std::vector<Click<Dim>>&,         \
+                                  const std::string&, const Click<Dim>&);                          \
+  template void check_box<Dim>(const ImageExtent<Dim>&, const std::optional<BoxCorners<Dim>>&,     \
+                               const std::vector<Click<Dim>>&);                                    \
+  template std::vector<Vector<Dim>> points_on<Dim>(Side, const std::vector<Click<Dim>>&);          \
+  template std::vector<Click<Dim>> as_outside<Dim>(const std::vector<Click<Dim>>&);                \
+  template bool contains_all<Dim>(const std::vector<Click<Dim>>&, const std::vector<Click<Dim>>&); \
+  template std::vector<mesh::HeldPoint<Dim>> held_points<Dim>(const std::vector<Click<Dim>>&);     \
+  template bool obeys<Dim>(const Simplices<Dim>&, const std::vector<Click<Dim>>&,                  \
+                           const ImageExtent<Dim>&);                                               \
   template bool heeds<Dim>(const Simplices<Dim>&, const std::vector<Click<Dim>>&);
 SURF_INSTANTIATE(2)
 SURF_INSTANTIATE(3)

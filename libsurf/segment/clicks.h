@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "libsurf/base/image_box.h"
+#include "libsurf/mesh/point_obstacles.h"
 #include "libsurf/segment/setting.h"
 
 namespace surf::segment {
@@ -37,7 +38,23 @@ std::vector<Vector<Dim>> points_on(Side side, const std::vector<Click<Dim>>& cli
 template <int Dim>
 std::vector<Click<Dim>> as_outside(const std::vector<Click<Dim>>& clicks);
 
-/// Whether a shape has the clicks where they belong.
+/// Whether all of a part are among the clicks.
+template <int Dim>
+bool contains_all(const std::vector<Click<Dim>>& clicks, const std::vector<Click<Dim>>& part);
+
+/// The clicks, as obstacles.
+template <int Dim>
+std::vector<mesh::HeldPoint<Dim>> held_points(const std::vector<Click<Dim>>& clicks);
+
+/// How near a shape may come to a click [cells].
+inline constexpr double kLeastDistance = 0.5;
+
+/// Whether a shape has the clicks where they belong, no nearer to it than that.
+template <int Dim>
+bool obeys(const Simplices<Dim>& shape, const std::vector<Click<Dim>>& clicks,
+           const ImageExtent<Dim>& extent);
+
+/// Whether a shape has the clicks where they belong, however near.
 template <int Dim>
 bool heeds(const Simplices<Dim>& shape, const std::vector<Click<Dim>>& clicks);
 

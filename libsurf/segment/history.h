@@ -44,6 +44,10 @@ struct History {
     for (std::size_t n = 0; n < n_done; ++n) out.push_back(moments[n].action);
     return out;
   }
+  /// Whether the shape has come to rest, and nothing has been done since then but to click where
+  /// it obeys already.
+  /// @param others  inside clicks of other objects, as outside clicks
+  bool is_at_rest(const std::vector<Click<Dim>>& others, const ImageExtent<Dim>& extent) const;
   /// What has been undone is gone.
   void add(Action<Dim> action, Object<Dim> after) {
     moments.resize(n_done);

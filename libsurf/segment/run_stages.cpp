@@ -12,7 +12,6 @@
 namespace surf::segment {
 namespace {
 
-constexpr double kHalf = 0.5;  // cells: nearer to a click the shape should not be
 constexpr int kMostNotes = 5;  // of one kind
 
 /// One note for each kind of what went: how many, how large, where the largest is.
@@ -50,7 +49,7 @@ template <int Dim>
 void note_disobeyed(const Simplices<Dim>& shape, const Setting<Dim>& setting,
                     const std::vector<Click<Dim>>& clicks, std::vector<std::string>& notes) {
   if (shape.elements.rows() == 0) return;
-  const double half = kHalf * setting.extent().cell_mm();
+  const double half = kLeastDistance * setting.extent().cell_mm();
   int n = 0;
   for (const Click<Dim>& click : clicks) {
     const std::vector<mesh::HeldPoint<Dim>> held = held_points<Dim>({click});

@@ -204,6 +204,11 @@ const Result<Dim>& Segmentation<Dim>::propose_beside(Id id, const std::vector<Cl
 }
 
 template <int Dim>
+void Segmentation<Dim>::prepare() {
+  fields_.search_grid(field_options(Options<Dim>(), 0), {});
+}
+
+template <int Dim>
 std::vector<Candidate<Dim>> Segmentation<Dim>::candidates(Id id) {
   const Object<Dim>& now = object(id);
   if (!now.result->search) return {};
@@ -243,8 +248,10 @@ Result<Dim> Segmentation<Dim>::evolved(const Object<Dim>& object,
   // What was proposed for these clicks is an answer to them; what was evolved has to heed them.
   const bool is_answer = before.outcome == Outcome::kProposed && before.search &&
                          before.search->clicks.size() == work.clicks.size();
-  const bool goes_on =
-      is_answer || (has_shape(before.outcome) && heeds<Dim>(before.shape, work.clicks));
+  // A click that was taken back takes with it what it stood for.
+  const bool has_lost = before.search && !contains_all<Dim>(work.clicks, before.search->clicks);
+  const bool goes_on = is_answer || (!has_lost && has_shape(before.outcome) &&
+                                     heeds<Dim>(before.shape, work.clicks));
   // Without an energy the clicks say more of the object than a body to start from does.
   const bool uses_initial =
       object.options.initial && (!object.options.energies.empty() || work.seeds_mm.empty());
@@ -260,7 +267,7 @@ Result<Dim> Segmentation<Dim>::evolved(const Object<Dim>& object,
         "'{}' has nothing to start from: no inside click and no initial shape", object.name));
   if (!goes_on) work.proposals.clear();
   work.start_is_given = goes_on || uses_initial;
-  if (is_answer && object.options.energies.empty()) work.verdict = before.verdict;
+  if (goes_on && object.options.energies.empty()) work.verdict = before.verdict;
   run_stages(work);
   return to_result(std::move(work));
 }
@@ -270,6 +277,10 @@ const Result<Dim>& Segmentation<Dim>::evolve_beside(Id id, const std::vector<Cli
                                                     const ProgressOf<Dim>& progress,
                                                     const std::stop_token& stop) {
   Object<Dim> after = object(id);
+  if (find(id).is_at_rest(others, setting().extent())) {
+    find(id).add(Evolve<Dim>{.others = others}, std::move(after));
+    return *object(id).result;
+  }
   int n_calls = 0;
   const ProgressOf<Dim> counted = [&](const auto& stage, const auto& record, const auto& shape) {
     n_calls += record.n_elements > 0;

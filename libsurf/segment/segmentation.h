@@ -70,6 +70,9 @@ class Segmentation {
   void rename(Id id, const std::string& name);
   void recolour(Id id, const Colour& colour);
 
+  /// Makes what a first click with the standard options needs of the image, so that it is there.
+  void prepare();
+
   /// Regions round the clicks, best first; the best one is chosen. None: the state is kNoObject.
   /// @throws UsageError  there is no inside click, or one is in a cell with that of another object
   const Result<Dim>& propose(Id id, const ProgressOf<Dim>& progress = {},
@@ -87,7 +90,8 @@ class Segmentation {
   /// comes no nearer to them than half a cell; notes say where it cannot. Where there is none, or a
   /// click is not heeded by it, with explicit energies from options.initial or else from balls
   /// round the inside clicks, without an energy from what is proposed or, where there is no inside
-  /// click, from options.initial.
+  /// click, from options.initial. After a click that was heeded has been taken back it begins anew,
+  /// too. What has come to rest and obeys all clicks that were added since then stays as it is.
   /// @throws UsageError  there is nothing to start from, or an inside click is in a cell with that
   ///                     of another object
   const Result<Dim>& evolve(Id id, const ProgressOf<Dim>& progress = {},

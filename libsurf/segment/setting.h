@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <mutex>
 #include <span>
 #include <string>
 #include <vector>
@@ -74,9 +75,19 @@ class Setting {
   virtual Simplices<Dim> rounded_to_file(const Simplices<Dim>& shape,
                                          const std::string& extension) const = 0;
   /// SHA-1 of size, affine and values, in hexadecimal digits: the image that a recipe belongs to.
-  virtual std::string content_hash() const = 0;
+  /// Computed once.
+  const std::string& content_hash() const {
+    std::call_once(is_hashed_, [this] { hash_ = hash_content(); });
+    return hash_;
+  }
   /// "curve" or "surface"
   virtual const char* noun() const = 0;
+
+ private:
+  virtual std::string hash_content() const = 0;
+
+  mutable std::once_flag is_hashed_;
+  mutable std::string hash_;
 };
 
 }  // namespace surf::segment

@@ -116,7 +116,7 @@ def a_session_from_the_first_click_to_the_files(browser, picture):
         browser.open(studio.address)
         browser.until("window.studio && !document.getElementById('files').hidden", 60)
         picture("1-files")
-        browser.press("#files-list ul button")
+        browser.press("#files-list button.file")
         open_page(browser, studio)
         picture("2-open")
 

@@ -68,8 +68,11 @@ class WithStudio(unittest.TestCase):
     phantoms = [BALLS]
     words = ["balls.nii.gz"]
 
-    def setUp(self):
+    def make_folder(self):
         self.folder = folder_with(*self.phantoms)
+
+    def setUp(self):
+        self.make_folder()
         self.studio = Studio(self.folder, *self.words)
         if self.words and self.words[0] != ".":
             self.studio.until(lambda s: s["volume"] and s["job"] is None)
@@ -82,12 +85,15 @@ class WithStudio(unittest.TestCase):
 class SeveralSeries(WithStudio):
     phantoms, words = [], ["."]
 
-    def test_a_folder_of_several_series_offers_a_choice(self):
+    def make_folder(self):
+        super().make_folder()
         folder = os.path.join(self.folder, "patient")
         os.mkdir(folder)
         for series in ("1.2.3.4", "1.2.3.5"):
             for k in range(24):
                 write_dicom(os.path.join(folder, f"{series}-{k}.dcm"), series, k)
+
+    def test_a_folder_of_several_series_offers_a_choice(self):
         entry = self.studio.state()["files"][0]
         self.assertEqual((entry["path"], entry["kind"], "series" in entry), ("patient", "DICOM folder", False))
         self.studio.do("open", path="patient")

@@ -27,7 +27,7 @@ using surf::segment::Rename;
 using surf::segment::SetOptions;
 using surf::segment::TakeBackClick;
 
-constexpr std::chrono::milliseconds kBetweenFrames(100);
+constexpr std::chrono::milliseconds kBetweenFrames(200);
 
 std::string words_of(const Action<3>& action) {
   struct Words {
@@ -179,7 +179,7 @@ void Dialogue::close() {
       [this] {
         segmentation_.reset();
         volume_.reset();
-        measures_.clear();
+        checked_.clear();
         {
           std::lock_guard lock(mutex_);
           wanted_.clear();
@@ -226,6 +226,9 @@ void Dialogue::read_volume(const std::filesystem::path& path,
   end_job();
   if (segmentation_->objects().empty()) segmentation_->add_object();
   publish();
+  // So that the first click need not wait for them.
+  segmentation_->prepare();
+  opened->setting->content_hash();
 }
 
 /// One that cannot be repeated here is moved aside, so that nothing is lost.
@@ -307,9 +310,12 @@ bool Dialogue::show(const std::string& stage, const surf::flow::StepRecord& reco
                     const std::function<surf::Triangles()>& shape) {
   const auto now = std::chrono::steady_clock::now();
   std::shared_ptr<const surf::Triangles> frame;
-  if (record.n_elements > 0 && now - last_frame_ >= kBetweenFrames) {
+  if (now - last_frame_ >= kBetweenFrames) {
     frame = std::make_shared<surf::Triangles>(shape());
-    last_frame_ = now;
+    if (frame->elements.rows() == 0)
+      frame.reset();  // while regions are looked for
+    else
+      last_frame_ = now;
   }
   {
     std::lock_guard lock(mutex_);
@@ -343,17 +349,20 @@ void Dialogue::publish() {
   next->volume = volume_;
   next->series_of = series_of_;
   if (segmentation_) {
-    std::map<const void*, std::shared_ptr<const surf::segment::Measures<3>>> measures;
+    decltype(checked_) checked;
     for (const int id : segmentation_->objects()) {
       ObjectState object;
       object.id = id;
       object.object = segmentation_->object(id);
       const auto& result = object.object.result;
       if (surf::segment::has_shape(result->outcome) && result->shape.elements.rows() > 0) {
-        auto& known = measures_[result.get()];
-        if (!known)
-          known = std::make_shared<surf::segment::Measures<3>>(segmentation_->measures(id));
-        object.measures = measures[result.get()] = known;
+        Checked& known = checked_[result];
+        if (!known.measures)
+          known = {std::make_shared<const surf::segment::Measures<3>>(segmentation_->measures(id)),
+                   ++n_surfaces_};
+        checked[result] = known;
+        object.measures = known.measures;
+        object.surface = known.surface;
       }
       const auto history = segmentation_->history(id);
       for (auto action = history.rbegin(); action != history.rend(); ++action)
@@ -368,7 +377,7 @@ void Dialogue::publish() {
       }
       next->objects.push_back(std::move(object));
     }
-    measures_ = std::move(measures);
+    checked_ = std::move(checked);
   }
   {
     std::lock_guard lock(mutex_);

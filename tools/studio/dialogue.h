@@ -46,6 +46,7 @@ struct ObjectState {
   surf::segment::Object<3> object;
   /// The final check of its surface; null if it has none.
   std::shared_ptr<const surf::segment::Measures<3>> measures;
+  int surface = 0;  ///< another number for another surface; 0 if it has none
   bool can_undo = false, can_redo = false;
   std::string undo_words;  ///< what undo would take back: "inside click"
 };
@@ -153,7 +154,13 @@ class Dialogue {
   // Of the worker alone.
   std::shared_ptr<const OpenVolume> volume_;
   std::unique_ptr<surf::segment::Segmentation<3>> segmentation_;
-  std::map<const void*, std::shared_ptr<const surf::segment::Measures<3>>> measures_;
+  struct Checked {
+    std::shared_ptr<const surf::segment::Measures<3>> measures;
+    int surface = 0;
+  };
+  /// Of the objects' present results.
+  std::map<std::shared_ptr<const surf::segment::Result<3>>, Checked> checked_;
+  int n_surfaces_ = 0;
   std::map<std::string, std::vector<surf::volume::DicomSeries>> series_of_;
   int n_opened_ = 0;
 

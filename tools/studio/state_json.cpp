@@ -87,7 +87,7 @@ ordered_json to_json(const ObjectState& state) {
                       {"outcome", to_string(result.outcome)},
                       {"message", result.message},
                       {"has_surface", state.measures != nullptr},
-                      {"surface", fmt::format("{:x}", std::uintptr_t(result.shape.points.data()))},
+                      {"surface", state.surface},
                       {"measures", nullptr},
                       {"verdict", nullptr},
                       {"candidates", candidates},
@@ -111,9 +111,9 @@ std::string words_of(const FolderEntry& entry) {
 ordered_json to_json(const std::vector<surf::volume::DicomSeries>& series) {
   ordered_json out = ordered_json::array();
   for (const auto& one : series)
-    out.push_back({{"id", one.uid},
-                   {"words", fmt::format("{} {}, {} files", one.modality, one.description,
-                                         one.n_files)}});
+    out.push_back(
+        {{"id", one.uid},
+         {"words", fmt::format("{} {}, {} files", one.modality, one.description, one.n_files)}});
   return out;
 }
 

@@ -153,7 +153,7 @@ Segments CurveSetting::rounded_to_file(const Segments& shape, const std::string&
   return shape;
 }
 
-std::string CurveSetting::content_hash() const {
+std::string CurveSetting::hash_content() const {
   ContentHash hash;
   hash.add(image_.size());
   hash.add(image_.pixel_to_plane().matrix());

@@ -34,10 +34,11 @@ class CurveSetting : public segment::Setting<2> {
                          const mesh::PartOptions<2>& options) const override;
   segment::Measures<2> measures(const Segments& shape) const override;
   Segments rounded_to_file(const Segments& shape, const std::string& extension) const override;
-  std::string content_hash() const override;
   const char* noun() const override { return "curve"; }
 
  private:
+  std::string hash_content() const override;
+
   Image image_;
   segment::ImageExtent<2> extent_;
 };

@@ -171,7 +171,7 @@ Triangles SurfaceSetting::rounded_to_file(const Triangles& shape,
   return extension.empty() ? shape : io::rounded_to_file(shape, extension);
 }
 
-std::string SurfaceSetting::content_hash() const {
+std::string SurfaceSetting::hash_content() const {
   ContentHash hash;
   hash.add(volume_.size());
   hash.add(volume_.index_to_world().matrix());

@@ -33,10 +33,11 @@ class SurfaceSetting : public Setting<3> {
                          const mesh::PartOptions<3>& options) const override;
   Measures<3> measures(const Triangles& shape) const override;
   Triangles rounded_to_file(const Triangles& shape, const std::string& extension) const override;
-  std::string content_hash() const override;
   const char* noun() const override { return "surface"; }
 
  private:
+  std::string hash_content() const override;
+
   volume::Volume volume_;
   ImageExtent<3> extent_;
 };

@@ -94,17 +94,6 @@ mesh::MovingShapeOptions<Dim> shape_options(const Work<Dim>& work, double edge_l
   return out;
 }
 
-template <int Dim>
-std::vector<mesh::HeldPoint<Dim>> held_points(const std::vector<Click<Dim>>& clicks) {
-  std::vector<mesh::HeldPoint<Dim>> out;
-  for (const Click<Dim>& click : clicks) {
-    const bool is_inside = click.side == Side::kInside;
-    out.push_back({click.point_mm, is_inside});
-    for (const Vector<Dim>& point : click.stroke_mm) out.push_back({point, is_inside});
-  }
-  return out;
-}
-
 double held_distance_mm(double cell_mm) { return kHeldCells * cell_mm; }
 
 template <int Dim>
@@ -182,8 +171,6 @@ template FieldOptions field_options<2>(const Options<2>&, double);
 template FieldOptions field_options<3>(const Options<3>&, double);
 template KindContext<2> context<2>(const Work<2>&, EnergyModel<2>&);
 template KindContext<3> context<3>(const Work<3>&, EnergyModel<3>&);
-template std::vector<mesh::HeldPoint<2>> held_points<2>(const std::vector<Click<2>>&);
-template std::vector<mesh::HeldPoint<3>> held_points<3>(const std::vector<Click<3>>&);
 template mesh::MovingShapeOptions<2> shape_options<2>(const Work<2>&, double, double);
 template mesh::MovingShapeOptions<3> shape_options<3>(const Work<3>&, double, double);
 template Segments in_file_order<2>(const Segments&);

@@ -15,11 +15,13 @@ class Propose : public Stage<Dim> {
     StageReport report;
     report.name = "propose";
     report.kind = StageKind::kProposes;
-    search(work);
+    int n_done = 0;
+    search(work, n_done);
     if (!work.proposals.empty()) {
       work.shape = work.proposals[work.chosen].shape;
       report.outcome = Outcome::kProposed;
       report.message = to_string(work.proposals[work.chosen]);
+      tell(work, n_done);  // so that it is seen before the evolution begins
     } else {
       report.outcome = Outcome::kNoObject;
       report.message =
@@ -52,18 +54,23 @@ class Propose : public Stage<Dim> {
     return out;
   }
 
-  static void search(Work<Dim>& work) {
+  static bool tell(Work<Dim>& work, int n_done) {
+    flow::StepRecord record;
+    record.k = n_done;
+    return work.tell("propose", record, [&] { return work.shape; });
+  }
+
+  /// @param n_done  windows that were looked at
+  static void search(Work<Dim>& work, int& n_done) {
     const SearchGrid<Dim>& grid = work.fields.search_grid(
         field_options(work.options, 0), work.options.sigma_mm, work.options.box_mm);
-    const std::string stage = "propose";
     work.chosen = 0;
     work.proposals.clear();
     const ClickSearchPointer<Dim> found = search_clicks<Dim>(
         grid, clicks_of(work), work.search, {},
-        [&](int n_done) {
-          flow::StepRecord record;
-          record.k = n_done;
-          return work.tell(stage, record, [&] { return work.shape; });
+        [&](int n) {
+          n_done = n;
+          return tell(work, n);
         },
         work.stop);
     if (!found) return;

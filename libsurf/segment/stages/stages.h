@@ -1,6 +1,7 @@
 // The stages that there are, one in each file of this folder, and what they share.
 #pragma once
 
+#include "libsurf/segment/clicks.h"
 #include "libsurf/segment/energy_assembly.h"
 #include "libsurf/segment/stage.h"
 
@@ -66,10 +67,6 @@ KindContext<Dim> context(const Work<Dim>& work, EnergyModel<Dim>& model);
 
 /// Standard deviation of the fields' blur [mm]: the Gaussian's and the spline's.
 double blur_mm(double sigma_mm, double cell_mm);
-
-/// The clicks, as obstacles.
-template <int Dim>
-std::vector<mesh::HeldPoint<Dim>> held_points(const std::vector<Click<Dim>>& clicks);
 
 /// How near a shape may come to a click [mm]: half a cell, and a little for rounding.
 double held_distance_mm(double cell_mm);

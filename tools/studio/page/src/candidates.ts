@@ -1,5 +1,6 @@
-// The proposals of the last click as thumbnails: each one's outline on the slice through that click.
-import type { Candidate, StudioObject } from './protocol';
+// The proposals of the last click as thumbnails: each one's outline on the slice through that click, or,
+// where none of them is seen there, through the first click.
+import type { Candidate, Click, StudioObject } from './protocol';
 import { byId, h, number, refill } from './dom';
 import { act, get } from './server';
 import { activeObject, page, setView } from './state';
@@ -64,12 +65,17 @@ function thumbnail(o: StudioObject, c: Candidate, source: string): HTMLElement {
 }
 
 function paint(canvas: HTMLCanvasElement, o: StudioObject, own: Fetched, all: Fetched[]): void {
-  const volume = loaded!, last = o.clicks.at(-1);
-  if (!last) return;
-  const at = volume.snapped(volume.fraction(last.point));
+  const volume = loaded!;
+  if (!o.clicks.length) return;
   const axis = 2, u = 0, v = 1;  // the axial slice
+  const outlinesAt = (z: number) => all.map((f) => cut(f.fractions, f.surface.triangles, axis, z, u, v));
+  const place = (click: Click) => volume.snapped(volume.fraction(click.point));
+  let at = place(o.clicks.at(-1)!), outlines = outlinesAt(at[axis]);
+  if (!outlines.some((ends) => ends.length)) {
+    at = place(o.clicks.find((c) => c.side === 'inside') ?? o.clicks[0]);
+    outlines = outlinesAt(at[axis]);
+  }
   let low = [at[u], at[v]], high = [at[u], at[v]];
-  const outlines = all.map((f) => cut(f.fractions, f.surface.triangles, axis, at[axis], u, v));
   for (const ends of outlines)
     for (let i = 0; i < ends.length; i += 2) {
       low = [Math.min(low[0], ends[i]), Math.min(low[1], ends[i + 1])];

@@ -14,7 +14,7 @@ import { getOptions, listen } from './server';
 import { changed, object, onChange, page, volume } from './state';
 import { crosshairFraction, crosshairWorld, draw, dropVolume, loaded, lookAt, showVolume, startSlices, viewOf } from './slices';
 import { drawSolid, resetSolid, startSolid } from './solid';
-import { drawPosition, drawStatus, jobWords, tellPosition } from './status';
+import { drawPosition, drawStatus, startSpinners, jobWords, tellPosition } from './status';
 import { followJob, followState, forgetSurfaces, onNewSurface, surfaces } from './surfaces';
 import { startTheme } from './theme';
 import { drawTools, startTools } from './tools';
@@ -122,6 +122,7 @@ async function start(): Promise<void> {
   startKeys();
   startTabs();
   startPanes();
+  startSpinners();
   await startSlices({
     click: (world, side) => { void click(world, side); },
     moveClick: (id, index, world) => { void moveClick(id, index, world); },
@@ -134,7 +135,7 @@ async function start(): Promise<void> {
   onNewSurface(() => { frames++; draw({}); drawSolid(); drawObjects(); });
   onChange(() => { void followVolume(); followState(); drawAll(); drawPosition(); });
   getOptions().then((options) => { page.options = options; changed(); }, (error: Error) => showError(error.message));
-  listen(followJob);
+  listen(() => { followJob(); drawStatus(); drawOpening(); });
   changed();
 }
 

@@ -17,8 +17,8 @@ export function drawObjects(): void {
   if (list !== shownList) { shownList = list; drawList(objects); }
   const o = activeObject();
   const surface = o && surfaces.get(o.id);
-  const details = JSON.stringify([o && { ...o, candidates: 0, options: 0, frame: 0 }, page.view.click, page.view.meshColour,
-    surface?.frame, !!surface?.deviation, !!volume(), page.job?.object === o?.id && !!page.job]);
+  const details = JSON.stringify([o && { ...o, candidates: 0, options: 0 }, page.view.click, page.view.meshColour,
+    surface?.key, !!volume(), page.job?.object === o?.id && !!page.job]);
   if (details !== shownDetails) { shownDetails = details; drawDetails(o); }
 }
 

@@ -64,8 +64,7 @@ export function listen(onJob: (job: Job) => void): void {
   source.addEventListener('progress', (event) => {
     const job = JSON.parse((event as MessageEvent<string>).data) as Job;
     page.job = job;
-    onJob(job);
-    changed();
+    onJob(job);  // and not `changed()`: many a second, and only the job is another one
   });
   source.addEventListener('error', () => {
     page.connected = false;

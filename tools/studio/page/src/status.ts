@@ -1,7 +1,7 @@
 // The line at the foot: what lies under the mouse, what the program does, whether it is there.
 import { byId, number, refill, h } from './dom';
 import type { Point } from './protocol';
-import { page } from './state';
+import { page, volume } from './state';
 import { loaded, crosshairWorld, crosshairFraction } from './slices';
 
 const points = (p: Point, digits: number) => p.map((x) => x.toFixed(digits)).join(', ');
@@ -37,9 +37,25 @@ export function jobWords(): string {
   return `${what}${stage}${job.step ? `, step ${job.step}` : ''}${job.seconds !== undefined ? `, ${job.seconds.toFixed(1)} s` : ''}`;
 }
 
-let told = '';
+const BETWEEN_WORDS = 250;  // ms: each change has the whole page composed anew
+let turn = 0;
+/** While something is computed the spinners turn by an eighth now and then. */
+export function startSpinners(): void {
+  setInterval(() => {
+    const waiting = page.job || !page.state || (volume() && !loaded);
+    if (!waiting) return;
+    turn = (turn + 1) % 8;
+    document.documentElement.style.setProperty('--turn', `${turn / 8}turn`);
+  }, BETWEEN_WORDS);
+}
+
+let told = '', shown = { job: '', at: 0 };
 export function drawStatus(): void {
-  byId('job').textContent = jobWords();
+  const now = performance.now(), job = page.job ? `${page.job.id}` : '';
+  if (job !== shown.job || now - shown.at > BETWEEN_WORDS) {
+    byId('job').textContent = jobWords();
+    shown = { job, at: now };
+  }
   byId('job-spinner').hidden = !page.job;
   byId('lost').hidden = page.connected;
   // Screen readers hear the ends of things, not ten steps a second.

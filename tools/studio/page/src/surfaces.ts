@@ -3,7 +3,7 @@ import { readSurface, type Surface } from './surface';
 import { page } from './state';
 import { get, RequestError } from './server';
 
-export interface Shown extends Surface { fractions: Float32Array | null }
+export interface Shown extends Surface { fractions: Float32Array | null; key: string }
 
 export const surfaces = new Map<number, Shown>();
 const wanted = new Map<number, string>();
@@ -19,8 +19,8 @@ export function followState(): void {
   for (const id of [...surfaces.keys(), ...wanted.keys()])
     if (!objects.some((o) => o.id === id && (o.has_surface || page.job?.object === id))) drop(id);
   for (const o of objects)
-    // Deviations come with the measures, after the last frame.
-    if (o.has_surface) wanted.set(o.id, `${o.frame}${o.measures ? ' measured' : ''}`);
+    // While it evolves its frames are newer.
+    if (o.has_surface && !(page.job?.object === o.id && page.job.frame)) wanted.set(o.id, `surface ${o.surface}`);
   void work();
 }
 
@@ -28,7 +28,7 @@ export function followState(): void {
 export function followJob(): void {
   const job = page.job;
   if (job?.object === undefined || job.object === null || job.frame === undefined || job.frame <= 0) return;
-  wanted.set(job.object, `${job.frame}`);
+  wanted.set(job.object, `job ${job.id} ${job.frame}`);
   void work();
 }
 
@@ -52,7 +52,7 @@ async function work(): Promise<void> {
       try {
         const buffer = await (await get(`/api/surface?object=${id}`)).arrayBuffer();
         if (!wanted.has(id)) continue;
-        surfaces.set(id, { ...readSurface(buffer), fractions: null });
+        surfaces.set(id, { ...readSurface(buffer), fractions: null, key });
         onNew(id);
       } catch (error) {
         // 404: there is none yet, or no longer; a lost connection is told by the events.

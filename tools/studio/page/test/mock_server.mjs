@@ -124,7 +124,7 @@ const state = {
 const COLOURS = ['#ffd400', '#3ec1f3', '#ff6fae', '#7ee081', '#ff9d4d'];
 const history = new Map();  // object -> {past, future}
 const shapes = new Map();
-let nextObject = 1, jobs = 0, timer = null, errors = 0;
+let nextObject = 1, jobs = 0, surfaces = 0, timer = null, errors = 0;
 const received = [];  // for the tests
 
 function tell() { state.revision++; send('state', state); }
@@ -155,17 +155,17 @@ function evolve(o) {
   halt('');
   const { middle, radius, none } = radiusOf(o);
   if (none) { o.has_surface = false; o.measures = o.verdict = null; o.candidates = []; o.outcome = null; o.message = null; shapes.delete(o.id); tell(); return; }
-  const started = Date.now(), frame0 = o.frame;
-  state.job = { id: ++jobs, object: o.id, what: 'evolve', stage: 'search', step: 0, seconds: 0, frame: frame0 };
+  const started = Date.now();
+  state.job = { id: ++jobs, object: o.id, what: 'evolve', stage: 'search', step: 0, seconds: 0, frame: 0 };
   o.measures = o.verdict = null;
   o.notes = [];
   tell();
   const tick = () => {
     const seconds = (Date.now() - started) / 1000, share = Math.min(1, seconds / 1.0);
     shapes.set(o.id, { shape: sphere(middle, radius * (0.25 + 0.75 * share), 0.08 * share), arrays: 0 });
-    o.frame++;
+    const frame = state.job.frame + 1;
     o.has_surface = true;
-    Object.assign(state.job, { stage: 'evolve', step: o.frame - frame0, seconds, frame: o.frame });
+    Object.assign(state.job, { stage: 'evolve', step: frame, seconds, frame });
     if (share < 1) { send('progress', state.job); return; }
     finish(o, middle, radius, 'converged', 'the shape derivative fell to 1.1e-05 of its largest value');
   };
@@ -179,7 +179,7 @@ function finish(o, middle, radius, outcome, message) {
   if (has('fail')) { fail('no object found round the click: its grey values (mean 180) are those of its surroundings; click where it differs'); return; }
   o.outcome = outcome;
   o.message = message;
-  o.frame++;
+  o.surface = ++surfaces;
   shapes.get(o.id).arrays = 2;
   const count = shapes.get(o.id).shape;
   const ml = 4 / 3 * Math.PI * radius ** 3 / 1000;
@@ -239,7 +239,7 @@ const ACTIONS = {
   close() { halt(''); state.volume = null; state.objects = []; },
   add_object() {
     const o = { id: nextObject++, name: `object ${nextObject - 1}`, colour: COLOURS[(nextObject - 2) % COLOURS.length], clicks: [], options: {}, outcome: null, message: null,
-      has_surface: false, frame: 0, measures: null, verdict: null, candidates: [], notes: [], can_undo: false, can_redo: false, undo_words: '' };
+      has_surface: false, surface: 0, measures: null, verdict: null, candidates: [], notes: [], can_undo: false, can_redo: false, undo_words: '' };
     history.set(o.id, { past: [], future: [] });
     state.objects.push(o);
     return { object: o.id };
@@ -339,7 +339,7 @@ const server = createServer(async (request, response) => {
       case '/api/surface': {
         const s = shapes.get(object), o = state.objects.find((x) => x.id === object);
         if (!s || !o) throw new Refused(404, 'there is no surface');
-        response.end(encode(s.shape, o.frame, s.arrays));
+        response.end(encode(s.shape, state.job?.object === o.id ? state.job.frame : 0, s.arrays));
         return;
       }
       case '/api/candidate': {
