@@ -70,7 +70,8 @@ Rung<Dim> rung_of(const SearchGrid<Dim>& grid, const Flags& before,
 
 template <int Dim>
 ClickSearchPointer<Dim> first_search(const SearchGrid<Dim>& grid, const Click<Dim>& click,
-                                     const SearchOptions& options, const SearchProgress& progress,
+                                     const SearchOptions& options,
+                                     const SearchProgress<Dim>& progress,
                                      const std::stop_token& stop) {
   auto out = std::make_shared<ClickSearch<Dim>>();
   const std::array seeds{click.point_mm};
@@ -136,7 +137,8 @@ ClickSearchPointer<Dim> further_search(const SearchGrid<Dim>& grid,
 /// Of a stroke first its point alone, then all of it as a further click.
 template <int Dim>
 ClickSearchPointer<Dim> first_stroke(const SearchGrid<Dim>& grid, const Click<Dim>& stroke,
-                                     const SearchOptions& options, const SearchProgress& progress,
+                                     const SearchOptions& options,
+                                     const SearchProgress<Dim>& progress,
                                      const std::stop_token& stop) {
   const Click<Dim> point{stroke.point_mm, stroke.side};
   const auto first = first_search<Dim>(grid, point, options, progress, stop);
@@ -170,7 +172,8 @@ template <int Dim>
 ClickSearchPointer<Dim> search_clicks(const SearchGrid<Dim>& grid,
                                       std::span<const Click<Dim>> clicks,
                                       ClickSearchPointer<Dim> known, const SearchOptions& options,
-                                      const SearchProgress& progress, const std::stop_token& stop) {
+                                      const SearchProgress<Dim>& progress,
+                                      const std::stop_token& stop) {
   const std::vector<Click<Dim>> ordered = in_order<Dim>(clicks);
   if (ordered.empty()) return nullptr;
   const auto is_start = [&](const ClickSearch<Dim>& search) {
@@ -204,7 +207,7 @@ std::vector<Region<Dim>> regions(const SearchGrid<Dim>& grid, const ClickSearch<
   template struct ClickSearch<Dim>;                                                        \
   template ClickSearchPointer<Dim> search_clicks<Dim>(                                     \
       const SearchGrid<Dim>&, std::span<const Click<Dim>>, ClickSearchPointer<Dim>,        \
-      const SearchOptions&, const SearchProgress&, const std::stop_token&);                \
+      const SearchOptions&, const SearchProgress<Dim>&, const std::stop_token&);           \
   template ClickSearchPointer<Dim> with_choice<Dim>(const ClickSearch<Dim>&, std::size_t); \
   template std::vector<Region<Dim>> regions<Dim>(const SearchGrid<Dim>&, const ClickSearch<Dim>&);
 SURF_INSTANTIATE(2)

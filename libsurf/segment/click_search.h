@@ -56,7 +56,7 @@ ClickSearchPointer<Dim> search_clicks(const SearchGrid<Dim>& grid,
                                       std::span<const Click<Dim>> clicks,
                                       ClickSearchPointer<Dim> known = nullptr,
                                       const SearchOptions& options = {},
-                                      const SearchProgress& progress = {},
+                                      const SearchProgress<Dim>& progress = {},
                                       const std::stop_token& stop = {});
 
 /// The same with another of those that were found; further clicks start from it.

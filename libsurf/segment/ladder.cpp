@@ -264,7 +264,8 @@ Ladder make_ladder(const SeedView<Dim>& view, Family family, std::span<const dou
 
 template <int Dim>
 std::vector<Windows<Dim>> climb(const SeedView<Dim>& view, std::span<const Ladder> ladders,
-                                const std::function<void()>& done, const std::stop_token& stop) {
+                                const std::function<void(const Rung<Dim>*)>& done,
+                                const std::stop_token& stop) {
   struct Task {
     std::size_t ladder, window;
   };
@@ -291,7 +292,8 @@ std::vector<Windows<Dim>> climb(const SeedView<Dim>& view, std::span<const Ladde
       while (n > most_of(l) && w + 1 < least && !last[l].compare_exchange_weak(least, w + 1)) {
       }
     }
-    done();
+    const bool is_there = w < last[l] && !out[l][w].empty() && out[l][w].front().n_nodes > 0;
+    done(is_there ? &out[l][w].front() : nullptr);
   });
   for (std::size_t l = 0; l < out.size(); ++l) {
     out[l].resize(last[l]);
@@ -309,7 +311,7 @@ std::vector<Windows<Dim>> climb(const SeedView<Dim>& view, std::span<const Ladde
                                    const LadderLimits&);                                       \
   template std::vector<float> front_cost<Dim>(const SeedView<Dim>&, double);                   \
   template std::vector<Windows<Dim>> climb<Dim>(const SeedView<Dim>&, std::span<const Ladder>, \
-                                                const std::function<void()>&,                  \
+                                                const std::function<void(const Rung<Dim>*)>&,  \
                                                 const std::stop_token&);
 SURF_INSTANTIATE(2)
 SURF_INSTANTIATE(3)

@@ -62,10 +62,12 @@ using Windows = std::vector<std::vector<Rung<Dim>>>;
 ///
 /// O(windows (1 + neck radii) nodes in the component's box); one thread per window.
 ///
-/// @param done  called after each window, on any thread
+/// @param done  called after each window, on any thread, with its rung of the first neck radius;
+///              with null where there is none
 /// @return  for each ladder; after a stop, of the windows that were done
 template <int Dim>
 std::vector<Windows<Dim>> climb(const SeedView<Dim>& view, std::span<const Ladder> ladders,
-                                const std::function<void()>& done, const std::stop_token& stop);
+                                const std::function<void(const Rung<Dim>*)>& done,
+                                const std::stop_token& stop);
 
 }  // namespace surf::segment

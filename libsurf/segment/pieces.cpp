@@ -203,8 +203,8 @@ class Pieces {
   }
 
   void keep(const SeedView<Dim>& view, std::span<const Ladder> ladders, double least) {
-    for (Windows<Dim>& windows : climb(
-             view, ladders, [] {}, stop_))
+    for (Windows<Dim>& windows : climb<Dim>(
+             view, ladders, [](const Rung<Dim>*) {}, stop_))
       for (std::size_t w = 0; w < windows.size(); ++w)
         for (std::size_t n = 0; n < windows[w].size(); ++n) {
           Rung<Dim>& rung = windows[w][n];

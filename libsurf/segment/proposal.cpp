@@ -107,6 +107,17 @@ SearchGrid<Dim> search_grid(const Setting<Dim>& setting, FieldOptions options,
 }
 
 template <int Dim>
+Simplices<Dim> preview(const Setting<Dim>& setting, const SearchGrid<Dim>& grid,
+                       const Rung<Dim>& rung) {
+  std::vector<float> share(rung.inside.begin(), rung.inside.end());
+  blur(rung.box, share);
+  Vector<Dim> lower;
+  for (int axis = 0; axis < Dim; ++axis) lower[axis] = rung.box.lower[axis];
+  return setting.shape_of_level(share, rung.box.size,
+                                grid.node_to_world() * Eigen::Translation<double, Dim>(lower), 0.5);
+}
+
+template <int Dim>
 std::vector<Proposal<Dim>> proposals(const Setting<Dim>& setting, const SearchGrid<Dim>& grid,
                                      const ClickSearch<Dim>& search) {
   std::vector<Proposal<Dim>> out;
@@ -158,6 +169,8 @@ std::string to_string(const Proposal<Dim>& proposal) {
   template SearchGrid<Dim> search_grid<Dim>(const Setting<Dim>&, FieldOptions,                    \
                                             std::optional<double>,                                \
                                             const std::optional<BoxCorners<Dim>>&, double);       \
+  template Simplices<Dim> preview<Dim>(const Setting<Dim>&, const SearchGrid<Dim>&,               \
+                                       const Rung<Dim>&);                                         \
   template std::vector<Proposal<Dim>> proposals<Dim>(const Setting<Dim>&, const SearchGrid<Dim>&, \
                                                      const ClickSearch<Dim>&);
 SURF_INSTANTIATE(2)

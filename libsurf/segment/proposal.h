@@ -39,6 +39,11 @@ SearchGrid<Dim> search_grid(const Setting<Dim>& setting, FieldOptions options,
                             const std::optional<BoxCorners<Dim>>& box_mm = {},
                             double max_nodes = SearchOptions().max_nodes);
 
+/// A region while it is looked at, to be shown; it may intersect itself.
+template <int Dim>
+Simplices<Dim> preview(const Setting<Dim>& setting, const SearchGrid<Dim>& grid,
+                       const Rung<Dim>& rung);
+
 /// What clicks have found, as shapes, best first; those whose boundary cannot be made a sound shape
 /// are left out. Empty: no object stands out round the first click.
 template <int Dim>

@@ -41,19 +41,20 @@ constexpr double kCutGrowth = 0.4;                      // in place of the growt
 constexpr double kTail = 0.02;  // of the intensities of a front's region, on either side
 
 /// Tells on the caller's own thread of what is done on any.
+template <int Dim>
 class Teller {
  public:
-  Teller(const SearchProgress& progress, std::stop_source& stop)
+  Teller(const SearchProgress<Dim>& progress, std::stop_source& stop)
       : progress_(progress), stop_(stop) {}
-  void done() {
+  void done(const Rung<Dim>* seen = nullptr) {
     ++n_done_;
     if (progress_ && std::this_thread::get_id() == caller_ && !stop_.stop_requested() &&
-        !progress_(n_done_))
+        !progress_(n_done_, seen))
       stop_.request_stop();
   }
 
  private:
-  const SearchProgress& progress_;
+  const SearchProgress<Dim>& progress_;
   std::stop_source& stop_;
   std::thread::id caller_ = std::this_thread::get_id();
   std::atomic<int> n_done_ = 0;
@@ -244,13 +245,13 @@ Region<Dim> region_of(const SeedView<Dim>& view, const Rung<Dim>& rung) {
 
 template <int Dim>
 SearchedRegions<Dim> search_rungs(const SearchGrid<Dim>& grid, std::span<const Vector<Dim>> seeds,
-                                  const SearchOptions& options, const SearchProgress& progress,
+                                  const SearchOptions& options, const SearchProgress<Dim>& progress,
                                   const std::stop_token& outer_stop) {
   if (seeds.empty()) return {};
   const SeedView<Dim> view(grid, seeds);
   std::stop_source stop;
   const std::stop_callback forwarded(outer_stop, [&] { stop.request_stop(); });
-  Teller teller(progress, stop);
+  Teller<Dim> teller(progress, stop);
   const Flags domain = domain_of(grid);
   LadderLimits limits;
   if (!domain.empty()) limits.domain = &domain;
@@ -259,8 +260,9 @@ SearchedRegions<Dim> search_rungs(const SearchGrid<Dim>& grid, std::span<const V
     if (!stop.stop_requested())
       ladders[l] = make_ladder(view, kFamilies[l], options.neck_radii, limits);
   });
-  auto climbed = climb(
-      view, std::span<const Ladder>(ladders), [&] { teller.done(); }, stop.get_token());
+  auto climbed = climb<Dim>(
+      view, std::span<const Ladder>(ladders), [&](const Rung<Dim>* rung) { teller.done(rung); },
+      stop.get_token());
   if (grid.has_outside_faces()) weigh_by_fit(grid, climbed);
   auto best = differing(candidates(climbed), grid.has_outside_faces() ? kMostInBox : kMostSettled,
                         kMostSame);
@@ -292,7 +294,7 @@ template <int Dim>
 std::vector<Region<Dim>> search_regions(const SearchGrid<Dim>& grid,
                                         std::span<const Vector<Dim>> seeds,
                                         const SearchOptions& options,
-                                        const SearchProgress& progress,
+                                        const SearchProgress<Dim>& progress,
                                         const std::stop_token& stop) {
   std::vector<Region<Dim>> out;
   if (seeds.empty()) return out;
@@ -306,10 +308,10 @@ std::vector<Region<Dim>> search_regions(const SearchGrid<Dim>& grid,
   template Region<Dim> region_of<Dim>(const SeedView<Dim>&, const Rung<Dim>&);    \
   template SearchedRegions<Dim> search_rungs<Dim>(                                \
       const SearchGrid<Dim>&, std::span<const Vector<Dim>>, const SearchOptions&, \
-      const SearchProgress&, const std::stop_token&);                             \
+      const SearchProgress<Dim>&, const std::stop_token&);                        \
   template std::vector<Region<Dim>> search_regions<Dim>(                          \
       const SearchGrid<Dim>&, std::span<const Vector<Dim>>, const SearchOptions&, \
-      const SearchProgress&, const std::stop_token&);
+      const SearchProgress<Dim>&, const std::stop_token&);
 SURF_INSTANTIATE(2)
 SURF_INSTANTIATE(3)
 #undef SURF_INSTANTIATE

@@ -56,14 +56,17 @@ struct SearchedRegions {
   bool was_stopped = false;
 };
 
-/// Called on the caller's own thread now and then with the number of steps done; false stops.
-using SearchProgress = std::function<bool(int n_done)>;
+/// Called on the caller's own thread now and then; false stops.
+/// @param n_done  steps done
+/// @param seen    a region that has just been looked at; null if there is none to be shown
+template <int Dim>
+using SearchProgress = std::function<bool(int n_done, const Rung<Dim>* seen)>;
 
 /// The regions that search_regions() looks at.
 template <int Dim>
 SearchedRegions<Dim> search_rungs(const SearchGrid<Dim>& grid, std::span<const Vector<Dim>> seeds,
                                   const SearchOptions& options = {},
-                                  const SearchProgress& progress = {},
+                                  const SearchProgress<Dim>& progress = {},
                                   const std::stop_token& stop = {});
 
 /// Ladders of three families climb (ladder.h); the best ten rungs that differ settle on the edges
@@ -80,7 +83,7 @@ template <int Dim>
 std::vector<Region<Dim>> search_regions(const SearchGrid<Dim>& grid,
                                         std::span<const Vector<Dim>> seeds,
                                         const SearchOptions& options = {},
-                                        const SearchProgress& progress = {},
+                                        const SearchProgress<Dim>& progress = {},
                                         const std::stop_token& stop = {});
 
 }  // namespace surf::segment

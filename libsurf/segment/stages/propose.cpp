@@ -7,6 +7,8 @@
 namespace surf::segment {
 namespace {
 
+constexpr double kMostShown = 0.2;  // of the grid
+
 template <int Dim>
 class Propose : public Stage<Dim> {
  public:
@@ -68,9 +70,16 @@ class Propose : public Stage<Dim> {
     work.proposals.clear();
     const ClickSearchPointer<Dim> found = search_clicks<Dim>(
         grid, clicks_of(work), work.search, {},
-        [&](int n) {
+        [&](int n, const Rung<Dim>* seen) {
           n_done = n;
-          return tell(work, n);
+          flow::StepRecord record;
+          record.k = n;
+          return work.tell("propose", record, [&] {
+            // What nearly fills the image is a leak, and slow to draw.
+            const bool is_shown =
+                seen && double(seen->n_nodes) < kMostShown * double(grid.box().n());
+            return is_shown ? preview<Dim>(work.setting(), grid, *seen) : work.shape;
+          });
         },
         work.stop);
     if (!found) return;

@@ -31,8 +31,8 @@ struct Ladders : ::testing::Test {
   std::vector<Windows<kDim>> climbed(const Ladder& ladder, int* n_done = nullptr,
                                      const std::stop_token& stop = {}) const {
     std::atomic<int> n = 0;
-    auto out = climb(
-        view, std::span<const Ladder>(&ladder, 1), [&] { ++n; }, stop);
+    auto out = climb<kDim>(
+        view, std::span<const Ladder>(&ladder, 1), [&](const Rung<kDim>*) { ++n; }, stop);
     if (n_done) *n_done = n;
     return out;
   }

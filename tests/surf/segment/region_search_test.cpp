@@ -37,7 +37,7 @@ template <int Dim>
 std::vector<Region<Dim>> search(const LatticeImage<Dim>& image,
                                 const std::vector<Vector<Dim>>& seeds,
                                 const SearchOptions& options = {},
-                                const SearchProgress& progress = {},
+                                const SearchProgress<Dim>& progress = {},
                                 const std::stop_token& stop = {}) {
   const SearchGrid<Dim> grid(image, image.extent(), {image.extent(), options.max_nodes});
   return search_regions<Dim>(grid, seeds, options, progress, stop);
@@ -173,7 +173,7 @@ TYPED_TEST(RegionSearch, StopsOnRequestAndJudgesWhatItHas) {
       image_of<Dim>([&](const auto& x) { return is_in_ball<Dim>(x, center, 14); }, kNoise);
   const ThreadLimit limit(1);  // so that every window is told of
   int n_windows = 0, n_calls = 0;
-  search<Dim>(image, {center}, {}, [&](int n_done) { return (n_windows = n_done) > 0; });
+  search<Dim>(image, {center}, {}, [&](int n_done, const Rung<Dim>*) { return (n_windows = n_done) > 0; });
   ASSERT_GT(n_windows, 4);
   const auto stopped =
       search<Dim>(image, {center}, {}, [&](int) { return ++n_calls < n_windows - 1; });
