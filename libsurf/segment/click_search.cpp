@@ -89,9 +89,8 @@ ClickSearchPointer<Dim> first_search(const SearchGrid<Dim>& grid, const Click<Di
     }
     out->contest = contest(scores, overlaps, searched.found.front().score);
   }
-  out->first = std::move(searched.settled);
+  out->first = std::make_shared<const std::vector<SettledRegion<Dim>>>(std::move(searched.settled));
   out->found = std::move(searched.found);
-  if (!out->found.empty()) out->inside = flags_of(grid.box(), out->found.front());
   return out;
 }
 
@@ -107,12 +106,13 @@ ClickSearchPointer<Dim> further_search(const SearchGrid<Dim>& grid,
   if (before->found.empty()) return out;
   const bool is_inside = click.side == Side::kInside;
   const auto& nodes = out->on_grid.back().seed.nodes;
+  const Flags inside = before->inside();
   if (std::all_of(nodes.begin(), nodes.end(), [&](const auto& node) {
-        return bool(before->inside[grid.box().at(node)]) == is_inside;
+        return bool(inside[grid.box().at(node)]) == is_inside;
       }))
     return out;
   const auto corrected =
-      corrections<Dim>(grid, before->inside, out->on_grid, out->first, out->noise, stop);
+      corrections<Dim>(grid, inside, out->on_grid, *out->first, out->noise, stop);
   if (stop.stop_requested()) return nullptr;
   std::vector<double> scores, overlaps;
   for (const Correction<Dim>& correction : corrected) {
@@ -122,7 +122,7 @@ ClickSearchPointer<Dim> further_search(const SearchGrid<Dim>& grid,
   out->contest = contest(scores, overlaps, corrected.front().score);
   std::vector<Rung<Dim>> rungs;
   for (const Correction<Dim>& correction : corrected)
-    rungs.push_back(rung_of(grid, before->inside, correction));
+    rungs.push_back(rung_of(grid, inside, correction));
   std::vector<const Rung<Dim>*> all;
   for (const Rung<Dim>& rung : rungs) all.push_back(&rung);
   out->found.clear();
@@ -130,7 +130,6 @@ ClickSearchPointer<Dim> further_search(const SearchGrid<Dim>& grid,
        differing(all, std::size_t(options.max_regions), SearchOptions::kMostOverlapOfCorrections))
     out->found.push_back(*rung);
   out->chosen = 0;
-  out->inside = flags_of(grid.box(), out->found.front());
   return out;
 }
 
@@ -153,6 +152,11 @@ ClickSearchPointer<Dim> first_stroke(const SearchGrid<Dim>& grid, const Click<Di
 }
 
 }  // namespace
+
+template <int Dim>
+Flags ClickSearch<Dim>::inside() const {
+  return found.empty() ? Flags() : flags_of(box, found[chosen]);
+}
 
 Contest contest(std::span<const double> scores, std::span<const double> overlaps,
                 double chosen_score) {
@@ -191,7 +195,6 @@ template <int Dim>
 ClickSearchPointer<Dim> with_choice(const ClickSearch<Dim>& search, std::size_t chosen) {
   auto out = std::make_shared<ClickSearch<Dim>>(search);
   out->chosen = chosen;
-  out->inside = flags_of(out->box, out->found[chosen]);
   return out;
 }
 

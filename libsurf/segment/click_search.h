@@ -30,14 +30,18 @@ template <int Dim>
 struct ClickSearch {
   std::vector<Click<Dim>> clicks;
   std::vector<GridClick<Dim>> on_grid;
-  std::vector<SettledRegion<Dim>> first;      ///< of the first inside click, best first
+  /// Of the first inside click, best first; never null.
+  std::shared_ptr<const std::vector<SettledRegion<Dim>>> first;
   double noise = 0;                           ///< [intensity per node]
   NodeBox<Dim> box;                           ///< of the grid
   std::vector<Rung<Dim>> found;               ///< by the last click, best first; few
   std::size_t chosen = 0;                     ///< of them
-  Flags inside;                               ///< of the chosen one, at all nodes of the grid
   Contest contest;                            ///< of the best one, at the last click that it heeded
   std::shared_ptr<const ClickSearch> before;  ///< one click less; null at the first
+
+  /// Of the chosen one, at all nodes of the grid; empty if nothing was found. O(nodes), so that a
+  /// long dialogue does not hold them for each click.
+  Flags inside() const;
 };
 
 template <int Dim>

@@ -53,13 +53,14 @@ constexpr Cases kOfTrusted{97, 102}, kOfCheck{77, 126}, kOfDoubtful{46, 107};
 /// The deepest node of where two regions differ; of the region if they do not.
 template <int Dim>
 Vector<Dim> disputed_place(const SearchGrid<Dim>& grid, const ClickSearch<Dim>& search) {
-  Flags disputed = search.inside;
+  const Flags inside = search.inside();
+  Flags disputed = inside;
   double best = -1;
   for (std::size_t n = 0; n < search.found.size(); ++n) {
     const Rung<Dim>& other = search.found[n];
     if (n == search.chosen || other.score <= best) continue;
     best = other.score;
-    disputed = search.inside;
+    disputed = inside;
     for (std::size_t at = 0; at < other.inside.size(); ++at)
       if (other.inside[at]) disputed[grid.box().at(other.box.node(at))] ^= 1;
   }
@@ -132,8 +133,9 @@ template <int Dim>
 VerdictFeatures verdict_features(const SearchGrid<Dim>& grid, const ClickSearch<Dim>& search) {
   const SeedView<Dim> view(grid, {search.on_grid.front().seed}, search.noise);
   Rung<Dim> region;
-  region.box = bounds(grid.box(), search.inside, kMargin);
-  const Flags inside = cropped(grid.box(), search.inside, region.box);
+  const Flags all = search.inside();
+  region.box = bounds(grid.box(), all, kMargin);
+  const Flags inside = cropped(grid.box(), all, region.box);
   measure(inside, cropped(grid.box(), grid.level(), region.box),
           cropped(grid.box(), view.edge, region.box), region);
   VerdictFeatures out;

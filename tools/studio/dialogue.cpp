@@ -1,6 +1,7 @@
 #include "tools/studio/dialogue.h"
 
 #include <fmt/format.h>
+#include <malloc.h>
 
 #include <algorithm>
 #include <chrono>
@@ -300,9 +301,14 @@ void Dialogue::begin_job(int object, const std::string& what) {
 }
 
 void Dialogue::end_job() {
-  std::lock_guard lock(mutex_);
-  job_.reset();
-  frame_.reset();
+  {
+    std::lock_guard lock(mutex_);
+    job_.reset();
+    frame_.reset();
+  }
+#ifdef __GLIBC__
+  malloc_trim(0);  // what a long dialogue has freed goes back to the system
+#endif
 }
 
 /// After every step; makes a frame now and then.

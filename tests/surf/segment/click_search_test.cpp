@@ -22,7 +22,7 @@ TYPED_TEST_SUITE(ClickSearches, test::Dims, test::DimName);
 TYPED_TEST(ClickSearches, HeedsClicksOneAfterTheOther) {
   const auto found = this->search({this->inside(14), this->inside(34)});
   ASSERT_TRUE(found && !found->found.empty());
-  EXPECT_GT(this->dice(found->inside, this->both), 0.95);
+  EXPECT_GT(this->dice(found->inside(), this->both), 0.95);
   ASSERT_TRUE(found->before);
   EXPECT_EQ(found->before->clicks.size(), 1u);
   EXPECT_FALSE(found->before->before);
@@ -36,7 +36,7 @@ TYPED_TEST(ClickSearches, GoesOnFromWhatIsKnownToTheSame) {
   EXPECT_EQ(second->before, first);  // taken over
   const auto third = this->search(clicks, second);
   const auto at_once = this->search(clicks);
-  EXPECT_EQ(third->inside, at_once->inside);
+  EXPECT_EQ(third->inside(), at_once->inside());
   EXPECT_EQ(third->found.front().score, at_once->found.front().score);
   // A click is taken back: what is left in common is the first one.
   const auto other = this->search({clicks[0], clicks[2]}, third);
@@ -49,7 +49,7 @@ TYPED_TEST(ClickSearches, DoesNotDependOnTheNumberOfThreads) {
   std::vector<Flags> found;
   for (const int n : {1, 3}) {
     const ThreadLimit limit(n);
-    found.push_back(this->search(clicks)->inside);
+    found.push_back(this->search(clicks)->inside());
   }
   EXPECT_EQ(found[0], found[1]);
 }
@@ -57,14 +57,14 @@ TYPED_TEST(ClickSearches, DoesNotDependOnTheNumberOfThreads) {
 TYPED_TEST(ClickSearches, BeginsWithTheFirstInsideClick) {
   const auto found = this->search({this->outside(34), this->inside(14)});
   ASSERT_TRUE(found);
-  EXPECT_EQ(found->inside, this->search({this->inside(14), this->outside(34)})->inside);
+  EXPECT_EQ(found->inside(), this->search({this->inside(14), this->outside(34)})->inside());
   EXPECT_FALSE(this->search({this->outside(34)}));
 }
 
 TYPED_TEST(ClickSearches, AClickThatIsWhereItBelongsChangesNothing) {
   const auto first = this->search({this->inside(14)});
   const auto second = this->search({this->inside(14), this->inside(16)}, first);
-  EXPECT_EQ(second->inside, first->inside);
+  EXPECT_EQ(second->inside(), first->inside());
   EXPECT_EQ(second->clicks.size(), 2u);
 }
 
@@ -73,8 +73,8 @@ TYPED_TEST(ClickSearches, TakesAnotherThatWasFound) {
   ASSERT_GT(found->found.size(), 1u);
   const auto other = with_choice(*found, 1);
   EXPECT_EQ(other->chosen, 1u);
-  EXPECT_NE(other->inside, found->inside);
-  EXPECT_EQ(with_choice(*other, 0)->inside, found->inside);
+  EXPECT_NE(other->inside(), found->inside());
+  EXPECT_EQ(with_choice(*other, 0)->inside(), found->inside());
 }
 
 TYPED_TEST(ClickSearches, EndsWithNothingWhenItIsStopped) {

@@ -112,9 +112,9 @@ TYPED_TEST(ObjectBoxes, KeepWhatIsFoundWithin) {
       for (int axis = 0; axis < Dim; ++axis) index[axis] = node[axis];
       const Vector<Dim> x = grid.node_to_world() * index;
       const bool is_in_ball = test::is_in_ball<Dim>(x, point<Dim>(14), 9);
-      EXPECT_FALSE(faces[at] && found->inside[at]) << at;
-      both += is_in_ball && found->inside[at];
-      sum += is_in_ball + found->inside[at];
+      EXPECT_FALSE(faces[at] && found->inside()[at]) << at;
+      both += is_in_ball && found->inside()[at];
+      sum += is_in_ball + found->inside()[at];
     }
     EXPECT_GT(2 * both / sum, 0.93) << n;
   }

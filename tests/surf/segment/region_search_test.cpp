@@ -173,10 +173,11 @@ TYPED_TEST(RegionSearch, StopsOnRequestAndJudgesWhatItHas) {
       image_of<Dim>([&](const auto& x) { return is_in_ball<Dim>(x, center, 14); }, kNoise);
   const ThreadLimit limit(1);  // so that every window is told of
   int n_windows = 0, n_calls = 0;
-  search<Dim>(image, {center}, {}, [&](int n_done, const Rung<Dim>*) { return (n_windows = n_done) > 0; });
+  search<Dim>(image, {center}, {},
+              [&](int n_done, const Rung<Dim>*) { return (n_windows = n_done) > 0; });
   ASSERT_GT(n_windows, 4);
-  const auto stopped =
-      search<Dim>(image, {center}, {}, [&](int) { return ++n_calls < n_windows - 1; });
+  const auto stopped = search<Dim>(
+      image, {center}, {}, [&](int, const Rung<Dim>*) { return ++n_calls < n_windows - 1; });
   EXPECT_FALSE(stopped.empty());
   EXPECT_EQ(n_calls, n_windows - 1);
   std::stop_source stop;
@@ -188,13 +189,15 @@ TYPED_TEST(RegionSearch, TellsOfProgressOnTheCallersThread) {
   constexpr int Dim = TypeParam::value;
   const Vector<Dim> center = this->at(24, 24, 24);
   const auto caller = std::this_thread::get_id();
-  int n_calls = 0;
+  int n_calls = 0, n_seen = 0;
   search<Dim>(image_of<Dim>([&](const auto& x) { return is_in_ball<Dim>(x, center, 14); }, kNoise),
-              {center}, {}, [&](int) {
+              {center}, {}, [&](int, const Rung<Dim>* seen) {
                 EXPECT_TRUE(std::this_thread::get_id() == caller);
+                n_seen += seen && seen->n_nodes > 0;
                 return ++n_calls > 0;
               });
-  EXPECT_GT(n_calls, 0);
+  EXPECT_GT(n_calls, n_seen);  // regions that settle are not shown
+  EXPECT_GT(n_seen, 0);
 }
 
 TYPED_TEST(RegionSearch, TakesSeedsInObjectsOfDifferentIntensity) {

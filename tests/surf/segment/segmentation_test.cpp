@@ -120,7 +120,9 @@ TEST(Segmentation, GoesOnFromTheShapeThatIsThere) {
   const int object = s.add_object();
   s.add_click(object, inside(0));
   const double first = s.evolve(object).n_steps();
-  s.add_click(object, inside(0.3));
+  Options<3> options;
+  options.components.fill_cavities = true;
+  s.set_options(object, options);
   const Result<3>& second = s.evolve(object);
   EXPECT_EQ(second.stages.front().name, "fit");  // nothing was proposed
   EXPECT_LE(second.n_steps(), first);
@@ -135,6 +137,43 @@ TEST(Segmentation, LooksForTheObjectAnewWhereAClickIsNotHeeded) {
   s.add_click(object, inside(0.5));
   EXPECT_EQ(s.evolve(object).stages.front().name, "propose");
   EXPECT_EQ(s.measures(object).n_components, 2);
+}
+
+TEST(Segmentation, StaysAsItIsWhereAClickIsObeyedAlready) {
+  Segmentation<3> s = ball();
+  const int object = s.add_object();
+  s.add_click(object, inside(0));
+  const Result<3>* const first = &s.evolve(object);
+  ASSERT_TRUE(first->verdict);
+  int n_calls = 0;
+  const ProgressOf<3> counts = [&](const auto&, const auto&, const auto&) { return ++n_calls > 0; };
+  s.add_click(object, inside(0.2));
+  s.add_click(object, outside(0.9));
+  EXPECT_EQ(&s.evolve(object, counts), first);
+  EXPECT_EQ(n_calls, 0);
+  // A click nearer than half a voxel, other options: something may move.
+  s.add_click(object, inside(0.595));
+  EXPECT_NE(&s.evolve(object, counts), first);
+  EXPECT_GT(n_calls, 0);
+  const Result<3>* const second = s.object(object).result.get();
+  Options<3> options;
+  options.edge_length_mm = 0.2;
+  s.set_options(object, options);
+  EXPECT_NE(&s.evolve(object), second);
+}
+
+TEST(Segmentation, LosesWhatAClickThatIsTakenBackStoodFor) {
+  Segmentation<3> s(make_setting(phantom(volume::PhantomKind::kSeparateBalls)));
+  const int object = s.add_object();
+  s.add_click(object, inside(-0.5));
+  s.evolve(object);
+  const double one = s.measures(object).content;
+  s.add_click(object, inside(0.5));
+  s.evolve(object);
+  EXPECT_NEAR(s.measures(object).content, 2 * one, 0.05 * one);
+  s.take_back_click(object, 1);
+  s.evolve(object);
+  EXPECT_NEAR(s.measures(object).content, one, 0.01 * one);
 }
 
 TEST(Segmentation, TakesAnotherProposal) {
