@@ -8,9 +8,10 @@
 #include <memory>
 #include <numbers>
 #include <optional>
-#include <unordered_map>
 
+#include "libsurf/segment/cell_noise.h"
 #include "libsurf/segment/edge_profiles.h"
+#include "libsurf/segment/faded_moves.h"
 #include "libsurf/segment/smooth_moves.h"
 
 namespace surf::segment {
@@ -27,14 +28,15 @@ constexpr int kMiddle = 3;                                          // of the le
 constexpr double kLevelShare = 0.6;   // of the cells tell levels apart from the place
 constexpr double kClearStep = 8;      // deviations of the mean of all cells round a vertex
 constexpr double kExplained = 0.5;    // of the profile's variance
+constexpr double kOwnShare = 0.4;     // of the step
+constexpr double kOwnAround = 0.6;    // of the vertices about it, itself a third of them
+constexpr double kFewCells = 6;       // on either side
 constexpr double kBentDoubt = 0.1;    // of the content between flat elements and the bent shape
 constexpr double kOffsetDoubt = 0.3;  // of the vertices' offset by flat elements
 constexpr double kCauchy = 2.385;     // deviations: 95 % as efficient as squares under normal noise
 // Of the weights of a normal variable under this loss: their mean is 0.865, what they tell 0.95.
 constexpr double kInformation = 0.95 / 0.865;
 constexpr double kLeastNoise = 1e-3;  // of the image's range
-constexpr int kLag = 2;               // cells: noise is alike no further
-constexpr std::size_t kMostLagged = 20000;
 
 double median(Eigen::VectorXd values) {
   if (values.size() == 0) return 0;
@@ -109,7 +111,8 @@ class Locator {
     return out;
   }
 
-  /// Fills in the certainty; vertices without an edge stay (u = 0).
+  /// Fills in the certainty. Vertices without an edge follow those that have one nearby and stay
+  /// where none is, see faded_moves().
   void judge(const EdgeProfiles& profiles, const Posterior& posterior, Eigen::VectorXd& u,
              LocatedEdges<Dim>& out) const {
     Certainty<Dim>& certainty = out.certainty;
@@ -134,6 +137,7 @@ class Locator {
         std::min(Dim == 3 ? 4 * std::numbers::pi * pool * pool : 4 * pool, geometry_.measure());
     double variance = 0, doubtful = 0, bent = 0;
     std::vector<char> on_border(std::size_t(u.size()), 0);
+    const std::vector<char> is_own = have_own_steps(profiles, u);
     for (Eigen::Index i = 0; i < u.size(); ++i) {
       if (normals_.row(i).isZero()) {
         on_border[std::size_t(i)] = 1;
@@ -142,24 +146,60 @@ class Locator {
       }
       const double step = height[i] / std::max(profiles.noise[i], 1e-300) *
                           std::sqrt(profiles.n_cells[i] / out.correlation);
-      const bool has_edge = step >= kClearStep && profiles.explained[i] >= kExplained &&
-                            std::abs(profiles.place_mm[i]) <= profiles.width_mm[i] &&
-                            std::abs(u[i]) < reach_mm_ / 2 &&
-                            certainty.deviation_mm[i] < reach_mm_ / 2;
+      const bool has_edge =
+          step >= kClearStep && is_own[std::size_t(i)] && profiles.explained[i] >= kExplained &&
+          std::abs(profiles.place_mm[i]) <= profiles.width_mm[i] &&
+          std::abs(u[i]) < reach_mm_ / 2 && certainty.deviation_mm[i] < reach_mm_ / 2;
       certainty.has_edge[std::size_t(i)] = has_edge;
       if (has_edge) {
         variance += mass[i] * pool_area * by_level[i] * by_level[i];
         bent += mass[i] * std::abs(offsets[i]);
         continue;
       }
-      u[i] = counted[i] = 0;
+      counted[i] = 0;
       certainty.deviation_mm[i] = std::max(certainty.deviation_mm[i], reach_mm_);
       doubtful += mass[i] * reach_mm_;
     }
+    u = faded_moves<Dim>(geometry_, u, certainty.has_edge, reach_mm_);
     variance += posterior.variance_of(counted) + std::pow(kBentDoubt * bent, 2);
     certainty.content_deviation = std::hypot(std::sqrt(std::max(variance, 0.0)), doubtful);
     find_doubt<Dim>({geometry_.points() + u.asDiagonal() * normals_, geometry_.elements()},
                     on_border, certainty);
+  }
+
+  /// Whether the cells beside the elements of each vertex show the step that is fitted to all cells
+  /// some way round it: where an edge ends those of the edge would speak for what is beyond.
+  std::vector<char> have_own_steps(const EdgeProfiles& profiles, const Eigen::VectorXd& u) const {
+    const Elements<Dim>& T = geometry_.elements();
+    // Sums, numbers and variances of inner and outer cells.
+    Eigen::ArrayX2d sum = Eigen::ArrayX2d::Zero(u.size(), 2), n = sum;
+    for (const EdgeCell<Dim>& cell : cells_) {
+      const double d = distance_after<Dim>(cell, T, u);
+      for (int i = 0; i < Dim; ++i) {
+        const int vertex = T(cell.element, i);
+        if (std::abs(d) < profiles.width_mm[vertex]) continue;
+        sum(vertex, d > 0) += cell.value;
+        n(vertex, d > 0) += 1;
+      }
+    }
+    std::vector<char> out(std::size_t(u.size()), 1);
+    for (Eigen::Index i = 0; i < u.size(); ++i) {
+      if (n.row(i).minCoeff() < kFewCells) continue;
+      const double step =
+          (sum(i, 1) / n(i, 1) - sum(i, 0) / n(i, 0)) / (profiles.outside[i] - profiles.inside[i]);
+      out[std::size_t(i)] = step >= kOwnShare;
+    }
+    // Alone among others without, a step is noise.
+    Eigen::ArrayXd own = Eigen::ArrayXd::Zero(u.size()), all = own;
+    for (const auto corners : T.rowwise())
+      for (int i = 0; i < Dim; ++i)
+        for (int j = 0; j < Dim; ++j) {
+          own[corners[i]] += out[std::size_t(corners[j])];
+          all[corners[i]] += 1;
+        }
+    for (Eigen::Index i = 0; i < u.size(); ++i)
+      if (own[i] < kOwnAround * all[i]) out[std::size_t(i)] = 0;
+    return out;
   }
 
   enum class Part { kAll, kOne, kOther };
@@ -257,6 +297,11 @@ class Locator {
     return out;
   }
 
+  Part part_of(const EdgeCell<Dim>& cell, double correlation) const {
+    return is_in_first_half<Dim>(cell.index, setting_.extent().size, correlation) ? Part::kOne
+                                                                                  : Part::kOther;
+  }
+
   /// What the cells say of the moves: Gauss-Newton round u, Cauchy's loss by its weights.
   Observations observations(const EdgeProfiles& profiles, const Eigen::VectorXd& u,
                             double& correlation, Part part) const {
@@ -268,13 +313,13 @@ class Locator {
           expected_value<Dim>(profiles, cells_[k], T, distance_after<Dim>(cells_[k], T, u));
       residuals[k] = (cells_[k].value - expected[k].value) / expected[k].noise;
     }
-    correlation = correlation_of(residuals);
+    correlation = noise_correlation<Dim>(cells_, residuals, setting_.extent().size);
     Observations out;
     out.b.setZero(geometry_.n_vertices());
     std::vector<Eigen::Triplet<double>> entries;
     for (std::size_t k = 0; k < cells_.size(); ++k) {
       const EdgeCell<Dim>& cell = cells_[k];
-      if (part != Part::kAll && part != half_of(cell.index)) continue;
+      if (part != Part::kAll && part != part_of(cell, correlation)) continue;
       const double slope = expected[k].slope / expected[k].noise;  // by the distance
       const double q = residuals[k] / kCauchy;
       const double weight = kInformation / (1 + q * q) / correlation;
@@ -291,49 +336,6 @@ class Locator {
     out.P.resize(geometry_.n_vertices(), geometry_.n_vertices());
     out.P.setFromTriplets(entries.begin(), entries.end());
     return out;
-  }
-
-  /// 1 + the sum of the correlations of the residuals of cells up to kLag apart along each axis.
-  double correlation_of(const std::vector<double>& residuals) const {
-    std::unordered_map<std::uint64_t, std::size_t> at;
-    for (std::size_t k = 0; k < cells_.size(); ++k) at.emplace(cells_[k].index, k);
-    const auto clipped = [&](std::size_t k) { return std::clamp(residuals[k], -4.0, 4.0); };
-    double variance = 0;
-    for (std::size_t k = 0; k < residuals.size(); ++k) variance += clipped(k) * clipped(k);
-    variance /= std::max<double>(residuals.size(), 1);
-    const std::size_t stride = 1 + cells_.size() / kMostLagged;
-    std::array<int, Dim> lag;
-    lag.fill(-kLag);
-    double sum = 0;
-    while (true) {
-      std::int64_t step = 0, scale = 1;
-      bool is_zero = true;
-      for (int axis = 0; axis < Dim; ++axis) {
-        step += lag[axis] * scale;
-        scale *= setting_.extent().size[axis];
-        is_zero &= lag[axis] == 0;
-      }
-      double product = 0, n = 0;
-      if (!is_zero && step > 0)
-        for (std::size_t k = 0; k < cells_.size(); k += stride)
-          if (const auto other = at.find(cells_[k].index + std::uint64_t(step));
-              other != at.end()) {
-            product += clipped(k) * clipped(other->second);
-            ++n;
-          }
-      if (n > 0) sum += 2 * product / n / std::max(variance, 1e-300);
-      int axis = 0;
-      while (axis < Dim && ++lag[axis] > kLag) lag[axis++] = -kLag;
-      if (axis == Dim) break;
-    }
-    return std::max(1.0, 1 + sum);
-  }
-
-  /// One of two halves, at random (the finaliser of splitmix64).
-  static Part half_of(std::uint64_t index) {
-    index = (index ^ (index >> 30)) * 0xbf58476d1ce4e5b9u;
-    index = (index ^ (index >> 27)) * 0x94d049bb133111ebu;
-    return (index ^ (index >> 31)) & 1 ? Part::kOne : Part::kOther;
   }
 
   const Setting<Dim>& setting_;

@@ -71,7 +71,7 @@ TEST(LocateEdges, HalvesTheDistanceAndHoldsItsWord) {
 }
 
 // The lower half of the ball has no contrast.
-TEST(LocateEdges, LeavesWhatHasNoEdgeAndPointsThere) {
+TEST(LocateEdges, FadesToWhereThereIsNoEdgeAndPointsThere) {
   volume::PhantomOptions options = phantom(volume::PhantomKind::kBall, 0);
   const volume::Volume whole = volume::make_phantom(options);
   volume::PhantomOptions noise = options;
@@ -96,7 +96,7 @@ TEST(LocateEdges, LeavesWhatHasNoEdgeAndPointsThere) {
     const double z = start.points(i, 2);
     if (z < -8 * voxel) {
       EXPECT_FALSE(certainty.has_edge[std::size_t(i)]);
-      EXPECT_EQ(located.points.row(i), start.points.row(i));
+      EXPECT_LT((located.points.row(i) - start.points.row(i)).norm(), 0.1 * voxel);
       EXPECT_GT(certainty.deviation_mm[i], voxel);
     }
     if (z > 9 * voxel) {  // nearer to the part without contrast levels and noise mix both

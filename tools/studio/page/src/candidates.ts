@@ -1,13 +1,13 @@
 // The proposals of the last click as thumbnails: each one's outline on the slice through that click, or,
 // where none of them is seen there, through the first click.
 import type { Candidate, Click, StudioObject } from './protocol';
-import { byId, h, number, refill } from './dom';
+import { byId, h, millilitres, refill } from './dom';
 import { act, get } from './server';
 import { activeObject, page, setView } from './state';
 import { readSurface, cut, type Surface } from './surface';
 import { loaded, preview, range } from './slices';
 
-const SIZE = 96;
+const SIZE = 96, LEAST_VOXELS = 12;
 interface Fetched { surface: Surface; fractions: Float32Array }
 let cache = new Map<string, Promise<Fetched | null>>();
 let shown = '';
@@ -45,12 +45,12 @@ function fetched(o: StudioObject, c: Candidate, source: string): Promise<Fetched
 function thumbnail(o: StudioObject, c: Candidate, source: string): HTMLElement {
   const ratio = window.devicePixelRatio || 1;
   const canvas = h('canvas', { width: Math.round(SIZE * ratio), height: Math.round(SIZE * ratio), 'aria-hidden': 'true' });
-  const words = `Proposal ${c.number}${c.volume_ml !== undefined ? `, ${number(c.volume_ml)} ml` : ''}: ${c.words}`;
+  const words = `Proposal ${c.number}${c.volume_ml !== undefined ? `, ${millilitres(c.volume_ml)}` : ''}: ${c.words}`;
   const button = h('button', { type: 'button', class: c.chosen ? 'candidate chosen' : 'candidate', title: words, 'aria-label': words,
     'aria-pressed': String(!!c.chosen), 'data-key': `candidate${c.number}`,
     onclick: () => { preview(null); void act({ action: 'choose', object: o.id, number: c.number }); },
     onmouseenter: () => show(), onfocus: () => show(), onmouseleave: () => hide(), onblur: () => hide() },
-    canvas, h('span', { class: 'caption' }, h('b', {}, String(c.number)), c.volume_ml !== undefined ? ` ${number(c.volume_ml)} ml` : ''));
+    canvas, h('span', { class: 'caption' }, h('b', {}, String(c.number)), c.volume_ml !== undefined ? ` ${millilitres(c.volume_ml)}` : ''));
   const show = () => {
     page.view.candidate = { object: o.id, number: c.number };
     void fetched(o, c, source).then((f) => { if (page.view.candidate?.number === c.number) preview(f?.surface ?? null); });
@@ -83,7 +83,7 @@ function paint(canvas: HTMLCanvasElement, o: StudioObject, own: Fetched, all: Fe
     }
   // A square in mm round all outlines, with a margin.
   const length = [u, v].map((k) => volume.high[k] - volume.low[k]);
-  const side = Math.max(1.3 * Math.max(...[0, 1].map((k) => (high[k] - low[k]) * length[k])), 20);
+  const side = Math.max(1.3 * Math.max(...[0, 1].map((k) => (high[k] - low[k]) * length[k])), LEAST_VOXELS * Math.max(...volume.about.spacing_mm));
   const middle = [0, 1].map((k) => (low[k] + high[k]) / 2);
   const corner = middle.map((x, k) => x - side / length[k] / 2);
   const n = canvas.width, c = canvas.getContext('2d')!, image = c.createImageData(n, n);

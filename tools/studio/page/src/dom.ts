@@ -99,3 +99,9 @@ export function number(value: number | null | undefined, digits = 3): string {
   const decimals = size === 0 ? 0 : Math.max(0, Math.min(4, digits - 1 - Math.floor(Math.log10(size))));
   return value.toFixed(decimals);
 }
+
+/** A volume, small ones in mm3: `28.3 ± 0.4 ml`. */
+export function millilitres(ml: number, deviation?: number | null, digits = 3): string {
+  const [scale, unit] = Math.abs(ml) < 0.1 ? [1000, 'mm³'] : [1, 'ml'];
+  return `${number(scale * ml, digits)}${deviation ? ` ± ${number(scale * deviation, 2)}` : ''} ${unit}`;
+}

@@ -1,7 +1,7 @@
 // The panel of objects: the list, and of the active one its measures, verdict, clicks and notes.
 import type { Click, Point, StudioObject } from './protocol';
 import { addObject, copyCommand, deleteClick, evolve, toggleHidden } from './actions';
-import { byId, h, icon, iconButton, number, refill } from './dom';
+import { byId, h, icon, iconButton, millilitres, number, refill } from './dom';
 import { cssGradient, rangeOf } from './colours';
 import { act } from './server';
 import { activeObject, type MeshColour, page, setView, volume } from './state';
@@ -44,7 +44,7 @@ function drawList(objects: StudioObject[]): void {
           void act({ action: 'rename', object: o.id, name }).then((done) => { if (!done) field.value = o.name; });
         } }),
       page.job?.object === o.id ? h('span', { class: 'spinner', 'aria-label': 'evolving' })
-        : h('span', { class: 'ml' }, o.measures?.volume_ml !== undefined ? `${number(o.measures.volume_ml)} ml` : ''),
+        : h('span', { class: 'ml' }, o.measures?.volume_ml !== undefined ? millilitres(o.measures.volume_ml) : ''),
       iconButton('cross', `Remove ${o.name}`, (e) => {
         e.stopPropagation();
         void act({ action: 'remove_object', object: o.id });
@@ -94,7 +94,7 @@ function measures(o: StudioObject): Node | null {
   if (!m) return o.message ? h('p', { class: 'quiet' }, o.message) : null;
   const share = m.share_without_edge;
   return h('dl', { class: 'measures' },
-    m.volume_ml !== undefined && row('Volume', `${number(m.volume_ml, 4)}${m.volume_deviation_ml ? ` ± ${number(m.volume_deviation_ml, 2)}` : ''} ml`),
+    m.volume_ml !== undefined && row('Volume', millilitres(m.volume_ml, m.volume_deviation_ml, 4)),
     m.area_cm2 !== undefined && row('Area', `${number(m.area_cm2, 4)} cm²`),
     m.triangles !== undefined && row('Triangles', m.triangles.toLocaleString('en-US')
       + (m.components && m.components > 1 ? ` in ${m.components} components` : '')),

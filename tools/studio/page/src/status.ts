@@ -1,10 +1,10 @@
 // The line at the foot: what lies under the mouse, what the program does, whether it is there.
-import { byId, number, refill, h } from './dom';
+import { byId, millilitres, number, refill, h } from './dom';
 import type { Point } from './protocol';
 import { page, volume } from './state';
 import { loaded, crosshairWorld, crosshairFraction } from './slices';
 
-const points = (p: Point, digits: number) => p.map((x) => x.toFixed(digits)).join(', ');
+const points = (p: Point, digits: number) => p.map((x) => (Number(x.toFixed(digits)) || 0).toFixed(digits)).join(', ');  // no -0.0
 
 let under: { world: Point; value: number } | null = null;
 
@@ -61,6 +61,6 @@ export function drawStatus(): void {
   // Screen readers hear the ends of things, not ten steps a second.
   const o = page.state?.objects.find((x) => x.id === page.view.active);
   const words = page.job ? `${STAGES[page.job.what] ?? page.job.what}` : o?.message
-    ? `${o.name}: ${o.message}${o.measures?.volume_ml !== undefined ? ` ${number(o.measures.volume_ml)} ml` : ''}` : '';
+    ? `${o.name}: ${o.message}${o.measures?.volume_ml !== undefined ? ` ${millilitres(o.measures.volume_ml)}` : ''}` : '';
   if (words !== told) { told = words; byId('spoken').textContent = words; }
 }
