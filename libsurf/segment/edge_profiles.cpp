@@ -12,6 +12,11 @@
 namespace surf::segment {
 namespace {
 
+// Of a vertex' own step.
+constexpr double kOwnShare = 0.4;   // of the step
+constexpr double kOwnAround = 0.6;  // of the vertices about it, itself a third of them
+constexpr double kFewCells = 6;     // on either side
+
 using Sparse = Eigen::SparseMatrix<double>;
 
 constexpr double kLeastMass = 1e-3;   // of the mean mass of vertices
@@ -248,12 +253,51 @@ EdgeProfiles fit_edge_profiles(const fem::Geometry<Dim>& geometry,
   return out;
 }
 
-#define SURFSEG_INSTANTIATE(Dim)                                                        \
-  template ExpectedValue expected_value<Dim>(const EdgeProfiles&, const EdgeCell<Dim>&, \
-                                             const Elements<Dim>&, double);             \
-  template EdgeProfiles fit_edge_profiles<Dim>(const fem::Geometry<Dim>&,               \
-                                               const std::vector<EdgeCell<Dim>>&,       \
-                                               const Eigen::VectorXd&, const ProfileOptions&);
+template <int Dim>
+std::vector<char> have_own_steps(const fem::Geometry<Dim>& geometry,
+                                 const std::vector<EdgeCell<Dim>>& cells,
+                                 const EdgeProfiles& profiles, const Eigen::VectorXd& u) {
+  const Elements<Dim>& T = geometry.elements();
+  // Sums, numbers and variances of inner and outer cells.
+  Eigen::ArrayX2d sum = Eigen::ArrayX2d::Zero(u.size(), 2), n = sum;
+  for (const EdgeCell<Dim>& cell : cells) {
+    const double d = distance_after<Dim>(cell, T, u);
+    for (int i = 0; i < Dim; ++i) {
+      const int vertex = T(cell.element, i);
+      if (std::abs(d) < profiles.width_mm[vertex]) continue;
+      sum(vertex, d > 0) += cell.value;
+      n(vertex, d > 0) += 1;
+    }
+  }
+  std::vector<char> out(std::size_t(u.size()), 1);
+  for (Eigen::Index i = 0; i < u.size(); ++i) {
+    if (n.row(i).minCoeff() < kFewCells) continue;
+    const double step =
+        (sum(i, 1) / n(i, 1) - sum(i, 0) / n(i, 0)) / (profiles.outside[i] - profiles.inside[i]);
+    out[std::size_t(i)] = step >= kOwnShare;
+  }
+  // Alone among others without, a step is noise.
+  Eigen::ArrayXd own = Eigen::ArrayXd::Zero(u.size()), all = own;
+  for (const auto corners : T.rowwise())
+    for (int i = 0; i < Dim; ++i)
+      for (int j = 0; j < Dim; ++j) {
+        own[corners[i]] += out[std::size_t(corners[j])];
+        all[corners[i]] += 1;
+      }
+  for (Eigen::Index i = 0; i < u.size(); ++i)
+    if (own[i] < kOwnAround * all[i]) out[std::size_t(i)] = 0;
+  return out;
+}
+
+#define SURFSEG_INSTANTIATE(Dim)                                                               \
+  template ExpectedValue expected_value<Dim>(const EdgeProfiles&, const EdgeCell<Dim>&,        \
+                                             const Elements<Dim>&, double);                    \
+  template EdgeProfiles fit_edge_profiles<Dim>(const fem::Geometry<Dim>&,                      \
+                                               const std::vector<EdgeCell<Dim>>&,              \
+                                               const Eigen::VectorXd&, const ProfileOptions&); \
+  template std::vector<char> have_own_steps<Dim>(const fem::Geometry<Dim>&,                    \
+                                                 const std::vector<EdgeCell<Dim>>&,            \
+                                                 const EdgeProfiles&, const Eigen::VectorXd&);
 SURFSEG_INSTANTIATE(2)
 SURFSEG_INSTANTIATE(3)
 

@@ -52,4 +52,13 @@ template <int Dim>
 ExpectedValue expected_value(const EdgeProfiles& profiles, const EdgeCell<Dim>& cell,
                              const Elements<Dim>& T, double distance_mm);
 
+/// Whether the cells beside the elements of each vertex show the step that is fitted to all cells
+/// some way round it: where an edge ends those of the edge would speak for what is beyond.
+/// A vertex alone among others without is noise; one with few cells on either side has it.
+/// @param u  moves of the vertices along their normals, (n) [mm]
+template <int Dim>
+std::vector<char> have_own_steps(const fem::Geometry<Dim>& geometry,
+                                 const std::vector<EdgeCell<Dim>>& cells,
+                                 const EdgeProfiles& profiles, const Eigen::VectorXd& u);
+
 }  // namespace surf::segment

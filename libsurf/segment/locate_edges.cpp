@@ -28,9 +28,6 @@ constexpr int kMiddle = 3;                                          // of the le
 constexpr double kLevelShare = 0.6;   // of the cells tell levels apart from the place
 constexpr double kClearStep = 8;      // deviations of the mean of all cells round a vertex
 constexpr double kExplained = 0.5;    // of the profile's variance
-constexpr double kOwnShare = 0.4;     // of the step
-constexpr double kOwnAround = 0.6;    // of the vertices about it, itself a third of them
-constexpr double kFewCells = 6;       // on either side
 constexpr double kBentDoubt = 0.1;    // of the content between flat elements and the bent shape
 constexpr double kOffsetDoubt = 0.3;  // of the vertices' offset by flat elements
 constexpr double kCauchy = 2.385;     // deviations: 95 % as efficient as squares under normal noise
@@ -137,7 +134,7 @@ class Locator {
         std::min(Dim == 3 ? 4 * std::numbers::pi * pool * pool : 4 * pool, geometry_.measure());
     double variance = 0, doubtful = 0, bent = 0;
     std::vector<char> on_border(std::size_t(u.size()), 0);
-    const std::vector<char> is_own = have_own_steps(profiles, u);
+    const std::vector<char> is_own = have_own_steps<Dim>(geometry_, cells_, profiles, u);
     for (Eigen::Index i = 0; i < u.size(); ++i) {
       if (normals_.row(i).isZero()) {
         on_border[std::size_t(i)] = 1;
@@ -165,41 +162,6 @@ class Locator {
     certainty.content_deviation = std::hypot(std::sqrt(std::max(variance, 0.0)), doubtful);
     find_doubt<Dim>({geometry_.points() + u.asDiagonal() * normals_, geometry_.elements()},
                     on_border, certainty);
-  }
-
-  /// Whether the cells beside the elements of each vertex show the step that is fitted to all cells
-  /// some way round it: where an edge ends those of the edge would speak for what is beyond.
-  std::vector<char> have_own_steps(const EdgeProfiles& profiles, const Eigen::VectorXd& u) const {
-    const Elements<Dim>& T = geometry_.elements();
-    // Sums, numbers and variances of inner and outer cells.
-    Eigen::ArrayX2d sum = Eigen::ArrayX2d::Zero(u.size(), 2), n = sum;
-    for (const EdgeCell<Dim>& cell : cells_) {
-      const double d = distance_after<Dim>(cell, T, u);
-      for (int i = 0; i < Dim; ++i) {
-        const int vertex = T(cell.element, i);
-        if (std::abs(d) < profiles.width_mm[vertex]) continue;
-        sum(vertex, d > 0) += cell.value;
-        n(vertex, d > 0) += 1;
-      }
-    }
-    std::vector<char> out(std::size_t(u.size()), 1);
-    for (Eigen::Index i = 0; i < u.size(); ++i) {
-      if (n.row(i).minCoeff() < kFewCells) continue;
-      const double step =
-          (sum(i, 1) / n(i, 1) - sum(i, 0) / n(i, 0)) / (profiles.outside[i] - profiles.inside[i]);
-      out[std::size_t(i)] = step >= kOwnShare;
-    }
-    // Alone among others without, a step is noise.
-    Eigen::ArrayXd own = Eigen::ArrayXd::Zero(u.size()), all = own;
-    for (const auto corners : T.rowwise())
-      for (int i = 0; i < Dim; ++i)
-        for (int j = 0; j < Dim; ++j) {
-          own[corners[i]] += out[std::size_t(corners[j])];
-          all[corners[i]] += 1;
-        }
-    for (Eigen::Index i = 0; i < u.size(); ++i)
-      if (own[i] < kOwnAround * all[i]) out[std::size_t(i)] = 0;
-    return out;
   }
 
   enum class Part { kAll, kOne, kOther };
