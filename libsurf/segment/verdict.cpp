@@ -101,9 +101,14 @@ std::string doubt(const VerdictFeatures& features) {
 }
 
 template <int Dim>
+std::string Verdict<Dim>::words() const {
+  return fmt::format("right in {} of {} such cases; {}", n_right, n_cases, reason);
+}
+
+template <int Dim>
 std::string Verdict<Dim>::text() const {
   return fmt::format(
-      "{}: right in {} of {} such cases; {}{}", to_string(trust), n_right, n_cases, reason,
+      "{}: {}{}", to_string(trust), words(),
       trust == Trust::kTrusted ? "" : fmt::format("; look at ({}) mm", point_text<Dim>(place_mm)));
 }
 

@@ -40,6 +40,8 @@ struct Verdict {
 
   /// "check: right in 31 of 46 such cases; another region fits nearly as well: look at (3, -4, 12)"
   std::string text() const;
+  /// Without the trust and the place.
+  std::string words() const;
 };
 
 /// Likelihood of a Dice of 0.8 or more: a logistic function of

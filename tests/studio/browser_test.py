@@ -105,12 +105,14 @@ def clicks_land_in_the_voxel_that_is_seen(browser, picture):
 
 def a_session_from_the_first_click_to_the_files(browser, picture):
     """On the demo's scan if it is installed, else on a phantom: what is exported is what the command line repeats."""
+    top = folder_with()
+    folder = os.path.join(top, "scans")  # its name is seen in the pictures
+    os.mkdir(folder)
     if os.path.exists(DEMO_SCAN):
-        folder = folder_with()
         os.symlink(DEMO_SCAN, os.path.join(folder, "scan.nii.gz"))
         inside, more, outside = (10, -10, 22), (-10, -12, 22), (0, 40, 40)
     else:
-        folder = folder_with(("scan.nii.gz", "separate-balls", "--size", "64", "--noise", "0.05"))
+        phantom(folder, "scan.nii.gz", "separate-balls", "--size", "64", "--noise", "0.05")
         inside, more, outside = (-0.5, 0, 0), (0.5, 0, 0), (0, 0, 0)
     with Studio(folder) as studio:
         browser.open(studio.address)
@@ -130,8 +132,13 @@ def a_session_from_the_first_click_to_the_files(browser, picture):
         click(inside)
         browser.until("studio.framesShown > 0", 120)
         first = time.time() - begin
-        picture("3-evolving")
+        browser.until("/evolving, step/.test(document.getElementById('job').textContent) || !studio.state.job", 120)
+        browser.key("Escape")  # stays where it is, if it has not ended by now
         done(browser)
+        picture("3-evolving")
+        browser.key("g")  # and on
+        browser.until("studio.state.objects[0].outcome === 'converged' && !studio.state.job", 240)
+        browser.frame()
         print(f"    first outline after {first:.2f} s, surface after {time.time() - begin:.2f} s")
         picture("4-surface")
         one = studio.state()["objects"][0]
@@ -182,7 +189,7 @@ def a_session_from_the_first_click_to_the_files(browser, picture):
     for ours, theirs in (("object.stl", "again.stl"), ("labels.nii.gz", "again.nii.gz")):
         with open(os.path.join(folder, ours), "rb") as a, open(os.path.join(folder, theirs), "rb") as b:
             check(a.read() == b.read(), f"{ours}: the bytes of the command line")
-    shutil.rmtree(folder)
+    shutil.rmtree(top)
 
 
 TESTS = [clicks_land_in_the_voxel_that_is_seen, a_session_from_the_first_click_to_the_files]

@@ -96,10 +96,9 @@ ordered_json to_json(const ObjectState& state) {
                       {"can_redo", state.can_redo},
                       {"undo_words", state.undo_words}};
   if (state.measures) out["measures"] = measures_to_json(*state.measures, result.certainty);
-  const std::string text = result.verdict ? result.verdict->text() : "";  // "check: right in ..."
   if (result.verdict && state.measures)
     out["verdict"] = {{"trust", to_string(result.verdict->trust)},
-                      {"words", text.substr(text.find(": ") + 2)},
+                      {"words", result.verdict->words()},
                       {"place", to_json(result.verdict->place_mm)}};
   return out;
 }
