@@ -73,6 +73,7 @@ std::string report(const Arguments& a, const std::vector<batch::Case>& cases) {
   std::string out;
   for (const auto& [state, n] : counts)
     out += fmt::format("{}{} {}", out.empty() ? "" : ", ", n, to_string(state));
+  if (entries.size() != cases.size()) out = fmt::format("{} objects: {}", entries.size(), out);
   return fmt::format("{}; {} outlier{}: {}", out, n_outliers, n_outliers == 1 ? "" : "s",
                      (std::filesystem::path(a.output) / "group.html").string());
 }

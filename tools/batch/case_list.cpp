@@ -46,7 +46,7 @@ class SegmentOptions {
   bool has(const std::string& name) const {
     return std::find(names_.begin(), names_.end(), name) != names_.end();
   }
-  bool is_flag(const std::string& name) const { return find(name).get_type_size() == 0; }
+  bool is_flag(const std::string& name) const { return find(name).get_expected_min() == 0; }
   bool is_repeatable(const std::string& name) const {
     return find(name).get_multi_option_policy() == CLI::MultiOptionPolicy::TakeAll;
   }

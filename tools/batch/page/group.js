@@ -97,12 +97,12 @@
   }
 
   /** Dots spread a little up and down, the same at every visit. */
-  const strip = (metric, m) => {
-    const known = rows.filter((row) => row.x[m] !== null);
-    if (known.length < 2) return [];
+  const strip = (metric, m, object) => {
+    const known = rows.filter((row) => row.object === object && row.x[m] !== null);
     const sorted = known.map((row) => row.x[m]).sort((a, b) => a - b);
     const low = sorted[0], high = sorted[sorted.length - 1];
-    const x = (value) => high > low ? 12 + 376 * (value - low) / (high - low) : 200;
+    if (!(high > low)) return [];  // nothing to compare
+    const x = (value) => 12 + 376 * (value - low) / (high - low);
     const quartile = (share) => sorted[Math.round(share * (sorted.length - 1))];
     const dots = known.map((row, n) => {
       const dot = make('circle', {
@@ -113,7 +113,7 @@
       return dot;
     });
     const from = x(quartile(0.25)), to = x(quartile(0.75));
-    return [make('figure', {}, make('figcaption', {}, metric.title, make('span', {}, 'median ' + shown(quartile(0.5), metric.unit))),
+    return [make('figure', {}, make('figcaption', {}, object ? `${metric.title}, ${object}` : metric.title, make('span', {}, 'median ' + shown(quartile(0.5), metric.unit))),
       make('svg', { viewBox: '0 0 400 74', role: 'img', 'aria-label': metric.about },
         make('rect', { class: 'box', x: from, y: 4, width: Math.max(1, to - from), height: 54, rx: 3 }),
         make('line', { class: 'box', x1: x(quartile(0.5)), x2: x(quartile(0.5)), y1: 4, y2: 58 }), ...dots,
@@ -121,7 +121,7 @@
         make('text', { x: 396, y: 71, 'text-anchor': 'end' }, shown(high, metric.unit))))];
   };
 
-  const kinds = { all: 'all', failed: 'failed', outlier: 'outliers', limit: 'stopped at a limit', done: 'done', missing: 'not run', unrated: 'without a rating' };
+  const kinds = { all: 'all', failed: 'failed', outlier: 'outlier', limit: 'stopped at a limit', done: 'done', missing: 'not run', unrated: 'without a rating' };
   const order = () => {
     const words = at('find').value.toLowerCase(), show = at('show').value, key = at('sort').value;
     visible = rows.filter((row) => (show === 'all' || (show === 'unrated' ? !rated[idOf(row)] : kindOf(row) === show))
@@ -148,7 +148,10 @@
   at('tools').addEventListener('submit', (event) => event.preventDefault());
   for (const id of ['find', 'show', 'sort']) at(id).addEventListener('input', order);
   at('export').addEventListener('click', save);
-  at('strips').append(...metrics.flatMap(strip));
+  const objects = [...new Set(rows.map((row) => row.object))];
+  at('strips').append(...metrics.flatMap((metric, m) => objects.flatMap((object) => strip(metric, m, object))));
+  at('failures').append(...rows.filter((row) => row.state === 'failed').map((row) => make('li', {},
+    make('button', { type: 'button', click: () => open(row) }, `${row.name} ${row.object}`), ` exit code ${row.code}: ${row.message}`)));
   order();
   const asked = rows.find((row) => '#' + encodeURIComponent(idOf(row)) === location.hash);
   if (asked) open(asked);
