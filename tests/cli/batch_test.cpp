@@ -217,6 +217,7 @@ INSTANTIATE_TEST_SUITE_P(
                   "expected yes or no"},
         std::pair{"name\tscan\tclicks\tspace\na\tv\t1,2,3\tmni\n", "list.tsv:2: --space"},
         std::pair{"name\tscan\tclicks\trecipe\na\tv\t1,2,3\tr.json\n", "the recipe says it"},
+        std::pair{"name\tscan\tclicks\treference-label\na\tv\t1,2,3\t1.5\n", "expected a label"},
         std::pair{"name\tscan\tclicks\tbox\na\tv\t1,2,3\t1,2,3\n", "list.tsv:2: --box"}));
 
 TEST_F(Batch, AListThatIsNotThereIsAnInputError) {

@@ -7,12 +7,10 @@
 #include <cctype>
 #include <exception>
 #include <filesystem>
-#include <set>
 
 #include "libsurf/base/error.h"
 #include "libsurf/base/nearest_name.h"
 #include "tools/batch/table.h"
-#include "tools/common/arguments.h"
 #include "tools/common/config.h"
 #include "tools/common/program.h"
 #include "tools/surfseg/commands.h"
@@ -107,7 +105,10 @@ class RowReader {
     out.recipe = file(taken(row, "recipe"), out);
     out.reference = file(taken(row, "reference"), out);
     out.reference_label = taken(row, "reference-label");
-    if (!out.reference_label.empty()) parse_number("reference-label", out.reference_label);
+    if (out.reference_label.find_first_not_of("0123456789") != std::string::npos ||
+        out.reference_label.size() > 9)
+      throw UsageError(fmt::format("reference-label: expected a label, such as 2; got '{}'",
+                                   out.reference_label));
     if (out.recipe.empty())
       read_clicks(row, out);
     else

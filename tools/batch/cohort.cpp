@@ -69,7 +69,7 @@ Entry entry_of(const Case& row, const ordered_json& summary, const ordered_json&
   for (const char* key : {"stop_message", "not_written", "message"})
     if (const std::string message = text(what, key); !message.empty()) out.message = message;
   out.verdict = text(part(what, "verdict"), "trust");
-  out.values = values_of(what);
+  if (out.state != State::kFailed) out.values = values_of(what);
   for (const auto& file : part(summary, "files"))
     if (file.is_string()) out.files.push_back(file.get<std::string>());
   out.files.push_back(summary_file(row.name));

@@ -19,8 +19,7 @@ nlohmann::ordered_json description() {
           {"GeneratedBy", {{{"Name", "surfseg"}, {"Version", SURFSEG_VERSION}}}}};
 }
 
-constexpr const char* kBeyondBids =
-    "*.stl\n*_recipe.json\n*_surfseg.json\n*_mask.json\n*_dseg.json\ngroup.*\n**/figures/\n";
+constexpr const char* kBeyondBids = "*.stl\n*_recipe.json\n*_surfseg.json\ngroup.*\n**/figures/\n";
 
 }  // namespace
 

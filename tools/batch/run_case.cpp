@@ -155,7 +155,9 @@ class CaseRun {
     if (!row_.reference.empty()) compare();
     if (!row_.recipe.empty()) fs::copy_file(row_.recipe, at(files_->recipe));
     if (!fs::exists(at(files_->labels))) return;
-    write_json(at(files_->sidecar), {{"Type", "ROI"}, {"Sources", {row_.settings.at("scan")}}});
+    ordered_json sidecar = {{"Sources", {row_.settings.at("scan")}}};
+    if (files_->label_names.empty()) sidecar["Type"] = "ROI";
+    write_json(at(files_->sidecar), sidecar);
     if (files_->label_names.empty()) return;
     std::string table = "index\tname\n";
     for (std::size_t n = 0; n < objects_.size(); ++n)
