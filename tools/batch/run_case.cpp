@@ -81,7 +81,7 @@ class CaseRun {
       if (signal_exit_code() == kDone) finish();
     } catch (...) {
       const Failure failure = failure_of(std::current_exception(), "surfseg");
-      out = {false, failure.exit_code, relative(failure.message)};
+      out = {false, failure.exit_code, reason(relative(failure.message))};
     }
     if (const ExitCode signal = signal_exit_code(); signal != kDone) return {false, signal, ""};
     commit(out);
@@ -96,6 +96,12 @@ class CaseRun {
     for (std::size_t at = text.find(prefix); at != std::string::npos; at = text.find(prefix, at))
       text.erase(at, prefix.size());
     return text;
+  }
+
+  /// Without the name of the only surface, which says nothing here.
+  std::string reason(const std::string& message) const {
+    const std::string prefix = files_ ? files_->surface + ": not written: " : "";
+    return message.starts_with(prefix) ? message.substr(prefix.size()) : message;
   }
 
   /// Names that a label can have; several objects of a recipe need not have such ones.

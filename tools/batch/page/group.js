@@ -64,14 +64,15 @@
       numbers(row),
       make('ul', { class: 'files' }, ...row.files.map((file) => make('li', {}, make('a', { href: link(file) }, file)))));
     if (!dialog.open) dialog.showModal();
+    dialog.focus();  // the button that had it is gone
     history.replaceState(null, '', '#' + encodeURIComponent(idOf(row)));
   }
   dialog.addEventListener('close', () => {
     history.replaceState(null, '', location.pathname);
     if (current) current.card.focus();
   });
-  dialog.addEventListener('keydown', (event) => {
-    if (event.ctrlKey || event.metaKey || event.altKey) return;
+  document.addEventListener('keydown', (event) => {
+    if (!dialog.open || event.ctrlKey || event.metaKey || event.altKey) return;
     if (event.key === 'ArrowLeft') step(-1);
     else if (event.key === 'ArrowRight') step(1);
     else if ('0123'.includes(event.key)) rate(current, Number(event.key));
