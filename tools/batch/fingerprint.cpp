@@ -18,9 +18,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Formats that are one file each; another may be one of a DICOM series.
-constexpr std::array kWhole = {".nii", ".nii.gz", ".gz",  ".mha",  ".nrrd", ".vti", ".vdb",
-                               ".stl", ".ply",    ".obj", ".json", ".fcsv", ".txt", ".csv"};
+/// Formats of volumes that are one file each; a scan of another may be one of a DICOM series.
+constexpr std::array kWhole = {".nii", ".nii.gz", ".gz", ".mha", ".nrrd", ".vti", ".vdb"};
 constexpr std::array kHeaders = {".hdr", ".img", ".mhd", ".nhdr"};
 
 std::vector<fs::path> files_in(const fs::path& folder) {
@@ -33,17 +32,18 @@ std::vector<fs::path> files_in(const fs::path& folder) {
 }
 
 /// Everything that may be read when this file is.
-std::vector<fs::path> files_of(const fs::path& path) {
+std::vector<fs::path> files_of(const fs::path& path, bool is_scan) {
   const auto is_one_of = [ending = surf::extension(path.string())](const auto& endings) {
     return std::find(endings.begin(), endings.end(), ending) != endings.end();
   };
   std::error_code status;
   if (fs::is_directory(path, status)) return files_in(path);
   if (!fs::exists(path, status)) return {};
-  if (is_one_of(kWhole)) return {path};
+  const bool is_header = is_one_of(kHeaders);
+  if (!is_header && (!is_scan || is_one_of(kWhole))) return {path};
   const fs::path folder = path.has_parent_path() ? path.parent_path() : fs::path(".");
   std::vector<fs::path> out = files_in(folder);
-  if (is_one_of(kHeaders))
+  if (is_header)
     std::erase_if(out, [&](const fs::path& other) { return other.stem() != path.stem(); });
   return out;
 }
@@ -67,7 +67,7 @@ std::string fingerprint(const Case& row) {
     hash.add_bytes(fmt::format("\n{}\t{}", column, text));
   for (const std::string& named : row.files) {
     hash.add_bytes("\nnext");
-    for (const fs::path& path : files_of(named)) add_file(path, hash);
+    for (const fs::path& path : files_of(named, named == row.scan)) add_file(path, hash);
   }
   if (const auto preset = row.settings.find("preset"); preset != row.settings.end())
     add_file(surf::segment::find_preset(preset->second).path, hash);
