@@ -162,7 +162,7 @@ TEST_F(Batch, TakesObjectsLandmarksRecipesAndReferences) {
     EXPECT_GT(json(anat(name, "surfseg.json"))["dice"], 0.99) << name;
 }
 
-// Seven balls alike and a small one.
+// Five balls alike and a box.
 TEST_F(Batch, OutliersComeBeforeTheOthers) {
   make("ball.nii.gz");
   must({"phantom", "box", "--size", "24", "--spacing", "1", "-o", "box.nii.gz"});
@@ -219,6 +219,38 @@ INSTANTIATE_TEST_SUITE_P(
         std::pair{"name\tscan\tclicks\trecipe\na\tv\t1,2,3\tr.json\n", "the recipe says it"},
         std::pair{"name\tscan\tclicks\treference-label\na\tv\t1,2,3\t1.5\n", "expected a label"},
         std::pair{"name\tscan\tclicks\tbox\na\tv\t1,2,3\t1,2,3\n", "list.tsv:2: --box"}));
+
+// Stopped at a limit there is a result; where no object was found there is none.
+TEST_F(Batch, TellsWhatEachCaseEndedWith) {
+  make("ball.nii.gz");
+  put("list.tsv",
+      "name\tscan\tclicks\tmax-iterations\nlimit\tball.nii.gz\t0,0,0\t1\n"
+      "none\tball.nii.gz\t-11,-11,-11\t\n");
+  const Outcome outcome = batch();
+  EXPECT_EQ(outcome.exit_code, 7);
+  EXPECT_TRUE(has(outcome, "limit: stopped at a limit")) << outcome.err;
+  EXPECT_TRUE(has(outcome, "none: failed (8): no object")) << outcome.err;
+  EXPECT_EQ(json(anat("limit", "surfseg.json"))["exit_code"], 5);
+  EXPECT_TRUE(exists(anat("limit", "surface.stl")));
+  EXPECT_EQ(json(anat("none", "surfseg.json"))["exit_code"], 8);
+  EXPECT_FALSE(exists(anat("none", "surface.stl")));
+  put("list.tsv", "name\tscan\tclicks\tmax-iterations\nlimit\tball.nii.gz\t0,0,0\t1\n");
+  const Outcome again = batch();
+  EXPECT_EQ(again.exit_code, 0) << again.err;
+  EXPECT_TRUE(has(again, "limit: is done already")) << again.err;
+}
+
+// Names and messages are data: they end no script, and nothing is fetched.
+TEST_F(Batch, ThePageStandsAlone) {
+  put("list.tsv", "name\tscan\tclicks\na\t</script><b>.nii\t0,0,0\n");
+  EXPECT_EQ(batch({"-q"}).exit_code, 7);
+  const std::string page = bytes("out/group.html");
+  EXPECT_EQ(page.find("</script><b>"), std::string::npos);
+  EXPECT_NE(page.find("&lt;/script&gt;&lt;b&gt;.nii"), std::string::npos);
+  EXPECT_NE(page.find("default-src 'none'"), std::string::npos);
+  EXPECT_EQ(page.find("https:"), std::string::npos);
+  EXPECT_EQ(page.find("src=\"http"), std::string::npos);
+}
 
 TEST_F(Batch, AListThatIsNotThereIsAnInputError) {
   const Outcome outcome = batch();
