@@ -26,6 +26,10 @@ void ContentHash::add(const Eigen::Ref<const Eigen::MatrixXd>& matrix) {
   impl_->sha.process_bytes(values.data(), std::size_t(values.size()) * sizeof(double));
 }
 
+void ContentHash::add_bytes(std::string_view bytes) {
+  impl_->sha.process_bytes(bytes.data(), bytes.size());
+}
+
 std::string ContentHash::digits() const {
   boost::uuids::detail::sha1 copy = impl_->sha;
   unsigned int words[5];

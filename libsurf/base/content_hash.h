@@ -5,6 +5,7 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <string_view>
 
 namespace surf {
 
@@ -18,6 +19,8 @@ class ContentHash {
   void add(std::span<const float> values);
   void add(std::span<const int> values);
   void add(const Eigen::Ref<const Eigen::MatrixXd>& matrix);
+  /// As they are in a file.
+  void add_bytes(std::string_view bytes);
   /// 40 hexadecimal digits of what has been added so far.
   std::string digits() const;
 

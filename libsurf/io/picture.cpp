@@ -10,6 +10,7 @@
 #include <cassert>
 #include <cmath>
 #include <cstring>
+#include <mutex>
 
 #include "libsurf/base/error.h"
 #include "libsurf/base/file.h"
@@ -18,6 +19,8 @@ namespace surf::io {
 namespace {
 
 std::string png_bytes(const Picture& picture) {
+  static std::mutex mutex;  // VTK makes its objects by factories that all threads share
+  const std::scoped_lock lock(mutex);
   vtkNew<vtkImageData> image;
   image->SetDimensions(picture.width(), picture.height(), 1);
   image->AllocateScalars(VTK_UNSIGNED_CHAR, 3);

@@ -70,6 +70,36 @@ std::string exit_code_help(const std::string& result) {
 
 }  // namespace
 
+Failure failure_of(const std::exception_ptr& error, const std::string& program) {
+  const auto failure = [&](ExitCode code, std::string message) -> Failure {
+    // One line, whatever a library's exception says.
+    std::replace(message.begin(), message.end(), '\n', ' ');
+    return {code, with_option_names(message, program)};
+  };
+  try {
+    std::rethrow_exception(error);
+  } catch (const CLI::ParseError& parse) {
+    return failure(kUsage, parse.what());
+  } catch (const surf::UsageError& usage) {
+    return failure(kUsage, usage.what());
+  } catch (const surf::InputError& input) {
+    return failure(kInput, input.what());
+  } catch (const surf::OutputError& output) {
+    return failure(kOutput, output.what());
+  } catch (const surf::NoObject& none) {
+    const ExitCode code = signal_exit_code();
+    return failure(code == kDone ? kNoObject : code, none.what());
+  } catch (const surf::InvalidMesh& invalid) {
+    return failure(kInvalidResult, invalid.what());
+  } catch (const PartFailed& part) {
+    return failure(kBatchFailed, part.what());
+  } catch (const std::bad_alloc&) {
+    return failure(kInput, "out of memory; crop the input or use a larger edge length");
+  } catch (const std::exception& other) {
+    return failure(kInternal, other.what());
+  }
+}
+
 int run_program(const Program& program, int argc, char** argv) {
   const std::string name = program.name;
   ExitCode exit_code = kDone;
@@ -83,11 +113,9 @@ int run_program(const Program& program, int argc, char** argv) {
     if (level == surf::LogLevel::kWarning)
       fmt::print(stderr, "{}: warning: {}\n", name, with_option_names(message, name));
   });
-  const auto fail = [&](ExitCode code, std::string message) -> int {
-    // One line, whatever a library's exception says.
-    std::replace(message.begin(), message.end(), '\n', ' ');
-    fmt::print(stderr, "{}: error: {}\n", name, with_option_names(message, name));
-    return code;
+  const auto fail = [&](const Failure& failure) -> int {
+    fmt::print(stderr, "{}: error: {}\n", name, failure.message);
+    return failure.exit_code;
   };
   try {
     app.parse(argc, argv);
@@ -98,24 +126,9 @@ int run_program(const Program& program, int argc, char** argv) {
   } catch (const CLI::Success& help_or_version) {
     return app.exit(help_or_version);
   } catch (const CLI::ParseError& error) {
-    return fail(kUsage, usage_message(app, error));
-  } catch (const surf::UsageError& error) {
-    return fail(kUsage, error.what());
-  } catch (const surf::InputError& error) {
-    return fail(kInput, error.what());
-  } catch (const surf::OutputError& error) {
-    return fail(kOutput, error.what());
-  } catch (const surf::NoObject& error) {
-    const ExitCode code = signal_exit_code();
-    return fail(code == kDone ? kNoObject : code, error.what());
-  } catch (const surf::InvalidMesh& error) {
-    return fail(kInvalidResult, error.what());
-  } catch (const PartFailed& error) {
-    return fail(kBatchFailed, error.what());
-  } catch (const std::bad_alloc&) {
-    return fail(kInput, "out of memory; crop the input or use a larger edge length");
-  } catch (const std::exception& error) {
-    return fail(kInternal, error.what());
+    return fail({kUsage, with_option_names(usage_message(app, error), name)});
+  } catch (...) {
+    return fail(failure_of(std::current_exception(), name));
   }
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <exception>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -27,6 +28,13 @@ struct Program {
   /// Each adds its subcommand; see commands.h.
   std::vector<void (*)(CLI::App& app, ExitCode& exit_code)> verbs;
 };
+
+/// What a program says of an exception, and what it ends with.
+struct Failure {
+  ExitCode exit_code;
+  std::string message;  ///< one line, with the names of options
+};
+Failure failure_of(const std::exception_ptr& error, const std::string& program);
 
 /// Parses the command line, whose callbacks run the verbs, and returns the exit code. An error is
 /// one line on stderr that begins with the program's name.

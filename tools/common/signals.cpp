@@ -1,6 +1,7 @@
 #include "tools/common/signals.h"
 
 #include <csignal>
+#include <mutex>
 
 namespace surfseg {
 namespace {
@@ -15,8 +16,11 @@ void remember(int signal) {
 }  // namespace
 
 void catch_signals() {
-  std::signal(SIGINT, remember);
-  std::signal(SIGTERM, remember);
+  static std::once_flag is_set;
+  std::call_once(is_set, [] {
+    std::signal(SIGINT, remember);
+    std::signal(SIGTERM, remember);
+  });
 }
 
 ExitCode signal_exit_code() {

@@ -5,7 +5,8 @@
 
 namespace surfseg {
 
-/// Catches SIGINT and SIGTERM once; a second one ends the process at once.
+/// Catches SIGINT and SIGTERM once; a second one ends the process at once. Further calls do
+/// nothing; any thread may make them.
 void catch_signals();
 
 /// kDone, or kInterrupted / kTerminated once a signal has come.

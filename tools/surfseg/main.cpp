@@ -10,6 +10,6 @@ int main(int argc, char** argv) {
        .description = "Turn a CT or MRI volume into a closed, manifold, sub-voxel surface mesh.",
        .result = "surface",
        .verbs = {add_info_command, add_segment_command, add_replay_command, add_phantom_command,
-                 add_evaluate_command, add_render_command, add_studio_command}},
+                 add_evaluate_command, add_render_command, add_batch_command, add_studio_command}},
       argc, argv);
 }

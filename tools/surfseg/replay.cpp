@@ -20,6 +20,7 @@ void add_options(CLI::App& command, Arguments& a) {
   add_output_space(command, a.output_space, "the file", group.name());
   group.add("--mask", a.mask, "Label map on the volume's grid: .nii.gz, .nii, .mha, .nrrd");
   add_picture_option(command, a.picture, group.name());
+  add_thumbnail_option(command, a.thumbnail, group.name());
 }
 
 }  // namespace

@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "libsurf/base/error.h"
 #include "libsurf/base/file.h"
 #include "libsurf/segment/denoised.h"
@@ -35,6 +37,25 @@ class SegmentSurface : public SurfaceCommand {
   SegmentSurface(const CLI::App& command, const Arguments& arguments)
       : SurfaceCommand(command, arguments, arguments), arguments_(arguments) {}
 
+  /// All but names of files.
+  void check_values() const {
+    check_run_arguments(command(), arguments_, kVolumeWords);
+    if (arguments_.keep == "seeded" && arguments_.seeds.empty() && arguments_.marks.empty() &&
+        !arguments_.initial.is_body())
+      throw surf::UsageError("--keep seeded: a --seed in each component to keep is needed");
+    for (const std::string& seed : arguments_.seeds) parse_point("--seed", seed);
+    for (const std::string& point : arguments_.outside) parse_point("--outside", point);
+    for (const std::string& box : arguments_.boxes) split_box("--box", box, 3);
+    arguments_.initial.check();
+    if (!arguments_.objects.empty() && arguments_.initial.any())
+      throw surf::UsageError(
+          "--object: each is looked for from its own --seed, not from an initial surface");
+    if (arguments_.seeds.empty() && arguments_.marks.empty() && !arguments_.initial.any())
+      throw surf::UsageError(
+          "--seed: at least one point inside the object is needed, such as --seed 12.5,-30,44, or "
+          "--marks, or an --initial surface");
+  }
+
  protected:
   void check() const override {
     if (arguments_.volume.empty()) throw surf::UsageError("VOLUME: a volume is missing");
@@ -48,6 +69,7 @@ class SegmentSurface : public SurfaceCommand {
                                   {"--mask", arguments_.mask},
                                   {"--denoised", arguments_.denoised},
                                   {"--picture", arguments_.picture},
+                                  {"--thumbnail", arguments_.thumbnail},
                                   {"--start", arguments_.start},
                                   {"--recipe", arguments_.recipe},
                                   {"--json", arguments_.json}},
@@ -90,24 +112,6 @@ class SegmentSurface : public SurfaceCommand {
         !surf::segment::is_piecewise_smooth<3>(arguments_.terms(command())))
       throw surf::UsageError(
           "--denoised: only the Mumford-Shah model has such a volume; add --energy mumford-shah");
-  }
-
-  void check_values() const {
-    check_run_arguments(command(), arguments_, kVolumeWords);
-    if (arguments_.keep == "seeded" && arguments_.seeds.empty() && arguments_.marks.empty() &&
-        !arguments_.initial.is_body())
-      throw surf::UsageError("--keep seeded: a --seed in each component to keep is needed");
-    for (const std::string& seed : arguments_.seeds) parse_point("--seed", seed);
-    for (const std::string& point : arguments_.outside) parse_point("--outside", point);
-    for (const std::string& box : arguments_.boxes) split_box("--box", box, 3);
-    arguments_.initial.check();
-    if (!arguments_.objects.empty() && arguments_.initial.any())
-      throw surf::UsageError(
-          "--object: each is looked for from its own --seed, not from an initial surface");
-    if (arguments_.seeds.empty() && arguments_.marks.empty() && !arguments_.initial.any())
-      throw surf::UsageError(
-          "--seed: at least one point inside the object is needed, such as --seed 12.5,-30,44, or "
-          "--marks, or an --initial surface");
   }
 
   /// Of each label map.
@@ -200,6 +204,7 @@ void add_options(CLI::App& command, Arguments& a) {
              "Label map on the volume's grid, objects 1, 2, ... in their order: .nii.gz, .nii, "
              ".mha, .nrrd");
   add_picture_option(command, a.picture, output.name());
+  add_thumbnail_option(command, a.thumbnail, output.name());
   output.add("--start", a.start,
              "The surface that the evolution began with, .vtp: given to --initial, with the "
              "energies and lengths under `chosen` of the summary, it gives the same bytes again");
@@ -211,6 +216,18 @@ void add_options(CLI::App& command, Arguments& a) {
 }
 
 }  // namespace
+
+void check_segment(std::vector<std::string> words) {
+  Arguments arguments;
+  CLI::App command{"", "segment"};
+  add_options(command, arguments);
+  std::reverse(words.begin(), words.end());  // as the parser wants them
+  command.parse(std::move(words));
+  apply_files(command, arguments.config, arguments.preset);
+  const SegmentSurface segment(command, arguments);
+  segment.check_values();
+  check_objects(command, arguments, {});
+}
 
 void add_segment_command(CLI::App& app, ExitCode& exit_code) {
   add_verb<SegmentSurface>(

@@ -52,11 +52,19 @@ void add_picture_option(CLI::App& command, std::string& picture, const std::stri
            "Picture of three slices with the surface's outline and the clicks: .png");
 }
 
+void add_thumbnail_option(CLI::App& command, std::string& thumbnail, const std::string& group) {
+  OptionGroup(command, group)
+      .add("--thumbnail", thumbnail,
+           fmt::format("The same, {} pixels wide: .png", kThumbnailWidth));
+}
+
 void write_picture(const std::string& picture, const surf::Triangles& surface,
                    const surf::volume::Volume& volume,
-                   const std::vector<surf::segment::Click<3>>& clicks) {
+                   const std::vector<surf::segment::Click<3>>& clicks,
+                   const std::optional<int>& width) {
   if (picture.empty()) return;
   surf::io::SliceOptions options;
+  if (width) options.width = *width;
   for (const auto& click : clicks)
     options.marks.push_back({click.point_mm, click.side == surf::segment::Side::kInside});
   surf::io::write_png(picture, surf::io::draw_slices(surface, volume, options));

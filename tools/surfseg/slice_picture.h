@@ -3,6 +3,7 @@
 
 #include <CLI/CLI.hpp>
 #include <array>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -24,10 +25,16 @@ SheetSize parse_sheet(const std::string& option, const std::string& text);
 
 void add_picture_option(CLI::App& command, std::string& picture, const std::string& group);
 
+/// Of --thumbnail, in pixels.
+constexpr int kThumbnailWidth = 480;
+void add_thumbnail_option(CLI::App& command, std::string& thumbnail, const std::string& group);
+
 /// Writes draw_slices() of the surface with the clicks; nothing if `picture` is empty.
+/// @param width  in pixels; none = that of io::SliceOptions
 /// @throws surf::OutputError
 void write_picture(const std::string& picture, const surf::Triangles& surface,
                    const surf::volume::Volume& volume,
-                   const std::vector<surf::segment::Click<3>>& clicks);
+                   const std::vector<surf::segment::Click<3>>& clicks,
+                   const std::optional<int>& width = {});
 
 }  // namespace surfseg

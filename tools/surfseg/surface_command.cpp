@@ -10,7 +10,7 @@
 namespace surfseg {
 
 std::vector<Output> SurfaceFiles::outputs() const {
-  return {{"-o", output}, {"--mask", mask}, {"--picture", picture}};
+  return {{"-o", output}, {"--mask", mask}, {"--picture", picture}, {"--thumbnail", thumbnail}};
 }
 
 void SurfaceFiles::check() const {
@@ -20,6 +20,7 @@ void SurfaceFiles::check() const {
         fmt::format("-o: {}: expected a name that ends in .stl, .obj, .ply or .vtp", output));
   check_volume_name("--mask", mask);
   check_picture("--picture", picture);
+  check_picture("--thumbnail", thumbnail);
   which.check();
 }
 
@@ -31,14 +32,19 @@ std::shared_ptr<const surf::segment::Setting<3>> SurfaceFiles::setting(
 void SurfaceCommand::write(const surf::segment::Object<3>& object,
                            const surf::segment::Finished<3>& finished) const {
   ImageCommand::write(object, finished);
-  if (has_object(files().picture))
-    write_picture(object_path(files().picture, object.name), finished.shape, image(),
-                  object.clicks);
+  const std::string &picture = files().picture, &thumbnail = files().thumbnail;
+  if (has_object(picture))
+    write_picture(object_path(picture, object.name), finished.shape, image(), object.clicks);
+  if (has_object(thumbnail))
+    write_picture(object_path(thumbnail, object.name), finished.shape, image(), object.clicks,
+                  kThumbnailWidth);
 }
 
 void SurfaceCommand::write_together(const surf::Triangles& all,
                                     const std::vector<surf::segment::Click<3>>& clicks) const {
   if (!has_object(files().picture)) write_picture(files().picture, all, image(), clicks);
+  if (!has_object(files().thumbnail))
+    write_picture(files().thumbnail, all, image(), clicks, kThumbnailWidth);
 }
 
 void SurfaceCommand::write_labels(const std::vector<std::uint8_t>& labels) const {

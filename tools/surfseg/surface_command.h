@@ -15,7 +15,7 @@ namespace surfseg {
 
 /// The files as they were typed.
 struct SurfaceFiles {
-  std::string volume, output, output_space = "lps", mask, picture;
+  std::string volume, output, output_space = "lps", mask, picture, thumbnail;
   VolumeArguments which;
 
   const std::string& input() const { return volume; }

@@ -14,6 +14,9 @@ TEST(ContentHash, IsTheSha1OfTheBytes) {
   ContentHash hash;
   hash.add(std::vector<int>{0x64636261, 0x64636261});  // "abcdabcd"
   EXPECT_EQ(hash.digits(), "e0378e12d7ac5f9af37052d8763be4f3e8d13041");
+  ContentHash of_bytes;
+  of_bytes.add_bytes("abcdabcd");
+  EXPECT_EQ(of_bytes.digits(), hash.digits());
 }
 
 TEST(ContentHash, GoesOnAfterItWasAsked) {

@@ -1,0 +1,262 @@
+// surfseg batch: what a list becomes, and what becomes of it when something is wrong.
+#include <fmt/format.h>
+
+#include "tests/cli/program.h"
+#include "tests/cli/rows.h"
+
+namespace surfseg::test {
+namespace {
+
+std::string anat(const std::string& name, const std::string& ending) {
+  return fmt::format("out/sub-{0}/anat/sub-{0}_desc-surfseg_{1}", name, ending);
+}
+
+class Batch : public FileTest {
+ protected:
+  void make(const std::string& name, const Words& more = {}) const {
+    must(joined({"phantom", "ball", "--size", "24", "--spacing", "1", "-o", name}, more));
+  }
+  /// a, b and c in balls with different noise; the rows of `more` come after them.
+  void make_list(const std::string& more = "") const {
+    for (const char* seed : {"1", "2", "3"})
+      make(std::string(seed) + ".nii.gz", {"--noise", "0.02", "--random-seed", seed});
+    put("list.tsv",
+        "name\tscan\tclicks\tedge-length\n"
+        "a\t1.nii.gz\t0,0,0\t\n"
+        "b\t2.nii.gz\t0,0,0; !9,9,9\t2mm\n"
+        "c\t3.nii.gz\t1,0,0\t\n" +
+            more);
+  }
+  Outcome batch(const Words& more = {}) const {
+    return run(joined({"batch", "list.tsv", "-o", "out"}, more));
+  }
+  /// Everything under a folder by its name.
+  std::map<std::string, std::string> contents(const std::string& folder) const {
+    std::map<std::string, std::string> out;
+    for (const std::string& name : files())
+      if (name.starts_with(file(folder) + "/") && !std::filesystem::is_directory(name))
+        out[name.substr(file(folder).size())] = read(name);
+    return out;
+  }
+  static bool has(const Outcome& outcome, const std::string& words) {
+    return outcome.err.find(words) != std::string::npos;
+  }
+};
+
+TEST_F(Batch, GivesTheBytesOfSegmentForAnyNumberOfJobs) {
+  make_list();
+  const Outcome one = batch();
+  EXPECT_EQ(one.exit_code, 0) << one.err;
+  EXPECT_TRUE(has(one, "3 done; 0 outliers: out/group.html")) << one.err;
+  must({"batch", "list.tsv", "-o", "two", "--jobs", "2", "-q"});
+  EXPECT_EQ(contents("out"), contents("two"));
+  must({"segment", "2.nii.gz", "--seed", "0,0,0", "--outside", "9,9,9", "--edge-length", "2mm",
+        "-o", "s.stl", "--mask", "m.nii.gz", "--picture", "p.png", "--thumbnail", "t.png", "-q"});
+  EXPECT_EQ(bytes("s.stl"), bytes(anat("b", "surface.stl")));
+  EXPECT_EQ(bytes("m.nii.gz"), bytes(anat("b", "mask.nii.gz")));
+  const std::string figure = "out/sub-b/figures/sub-b_desc-surfseg_";
+  EXPECT_EQ(bytes("p.png"), bytes(figure + "slices.png"));
+  EXPECT_EQ(bytes("t.png"), bytes(figure + "thumbnail.png"));
+  must({"replay", anat("b", "recipe.json"), "-o", "again.stl", "-q"});
+  EXPECT_EQ(bytes("again.stl"), bytes("s.stl"));
+  EXPECT_EQ(json("out/dataset_description.json")["DatasetType"], "derivative");
+}
+
+TEST_F(Batch, OneFailureStopsNoOtherAndComesFirst) {
+  make_list("d\tnowhere.nii.gz\t0,0,0\t\ne\t1.nii.gz\t500,0,0\t\nf\t1.nii.gz\t0,0,1\t\n");
+  const Outcome outcome = batch();
+  EXPECT_EQ(outcome.exit_code, 7);
+  EXPECT_TRUE(has(outcome, "[4/6] d: failed (3): nowhere.nii.gz")) << outcome.err;
+  EXPECT_TRUE(has(outcome, "[5/6] e: failed (2): --seed")) << outcome.err;
+  EXPECT_TRUE(has(outcome, "2 of 6 cases failed")) << outcome.err;
+  EXPECT_TRUE(exists(anat("f", "surface.stl")));
+  EXPECT_FALSE(exists(anat("d", "surface.stl")));
+  EXPECT_EQ(json(anat("d", "surfseg.json"))["exit_code"], 3);
+  const std::string table = bytes("out/group.tsv"), page = bytes("out/group.html");
+  EXPECT_LT(table.find("\nd\t"), table.find("\na\t"));
+  EXPECT_LT(table.find("\ne\t"), table.find("\na\t"));
+  EXPECT_LT(page.find("<li>d: failed: nowhere.nii.gz"), page.find("<li>a: done"));
+  EXPECT_LT(page.find(R"("name":"e")"), page.find(R"("name":"a")"));
+  const Outcome again = batch();  // they are tried again
+  EXPECT_EQ(again.exit_code, 7);
+  EXPECT_TRUE(has(again, "[1/6] a: is done already")) << again.err;
+  EXPECT_TRUE(has(again, "[4/6] d: failed")) << again.err;
+}
+
+TEST_F(Batch, RunsAgainWhatChangedAlone) {
+  make_list();
+  batch();
+  const std::string before = bytes(anat("c", "surfseg.json"));
+  make("1.nii.gz", {"--noise", "0.02", "--random-seed", "9"});
+  put("list.tsv",
+      "name\tscan\tclicks\tedge-length\na\t1.nii.gz\t0,0,0\t\nb\t2.nii.gz\t0,0,0\t2mm\n"
+      "c\t3.nii.gz\t1,0,0\t\n");
+  const Outcome outcome = batch();
+  EXPECT_TRUE(has(outcome, "a: done")) << outcome.err;
+  EXPECT_TRUE(has(outcome, "b: done")) << outcome.err;
+  EXPECT_TRUE(has(outcome, "c: is done already")) << outcome.err;
+  EXPECT_EQ(bytes(anat("c", "surfseg.json")), before);
+  std::filesystem::remove(file(anat("c", "mask.nii.gz")));
+  EXPECT_TRUE(has(batch(), "c: done"));
+  // What fails now leaves nothing of what it was.
+  std::filesystem::remove(file("3.nii.gz"));
+  EXPECT_TRUE(has(batch(), "c: failed (3)"));
+  EXPECT_FALSE(exists(anat("c", "surface.stl")));
+}
+
+TEST_F(Batch, ShardsTogetherDoAllAndCollectShowsThem) {
+  make_list();
+  const Outcome first = batch({"--shard", "1/2"});
+  EXPECT_TRUE(has(first, "2 done, 1 not run")) << first.err;
+  EXPECT_TRUE(exists(anat("a", "surface.stl")));
+  EXPECT_FALSE(exists(anat("b", "surface.stl")));
+  batch({"--shard", "2/2"});
+  EXPECT_TRUE(exists(anat("b", "surface.stl")));
+  const std::string table = bytes("out/group.tsv");
+  std::filesystem::remove(file("out/group.tsv"));
+  const Outcome all = batch({"--collect"});
+  EXPECT_EQ(all.exit_code, 0);
+  EXPECT_EQ(bytes("out/group.tsv"), table);
+  EXPECT_EQ(table.find("not run"), std::string::npos);
+  EXPECT_EQ(batch({"--shard", "3/2"}).exit_code, 2);
+  EXPECT_EQ(batch({"--shard", "0/2"}).exit_code, 2);
+  EXPECT_EQ(batch({"--jobs", "0"}).exit_code, 2);
+}
+
+TEST_F(Batch, InterruptLeavesWholeCasesAndTheNextRunGoesOn) {
+  make_list();
+  const Outcome outcome =
+      interrupted_run({"batch", "list.tsv", "-o", "out"}, SIGINT, "[1/3] a: done");
+  EXPECT_EQ(outcome.exit_code, 130) << outcome.err;
+  EXPECT_TRUE(exists(anat("a", "surfseg.json")));
+  EXPECT_FALSE(exists("out/sub-c"));
+  for (const std::string& name : files())
+    EXPECT_EQ(name.find("partial"), std::string::npos) << name;
+  const Outcome next = batch();
+  EXPECT_EQ(next.exit_code, 0);
+  EXPECT_TRUE(has(next, "a: is done already")) << next.err;
+  EXPECT_TRUE(has(next, "c: done")) << next.err;
+  must({"batch", "list.tsv", "-o", "once", "-q"});
+  EXPECT_EQ(contents("out"), contents("once"));
+}
+
+TEST_F(Batch, TakesObjectsLandmarksRecipesAndReferences) {
+  must({"phantom", "separate-balls", "--size", "40", "--spacing", "1", "-o", "v.nii.gz"});
+  must({"segment", "v.nii.gz", "--seed", "10,0,0", "-o", "s.stl", "--recipe", "r.json", "--mask",
+        "m.nii.gz", "-q"});
+  std::filesystem::create_directories(file("lists"));
+  put("lists/p.txt", "# SPACE=LPS\n-10 0 0\n");
+  put("lists/list.tsv",
+      "# two balls\n\nscan\tclicks\trecipe\treference\tspace\tkeep\tfill-cavities\tname\r\n"
+      "../v.nii.gz\tleft: -10,0,0; right: 10,0,0; !0,0,0\t\t\t\t\t\tsub-two\r\n"
+      "../v.nii.gz\tp.txt\t\t../m.nii.gz\tijk\tlargest\tyes\tpoints\r\n"
+      "../v.nii.gz\tn/a\t../r.json\t../m.nii.gz\t\t\t\tagain\r\n");
+  const Outcome outcome = run({"batch", "lists/list.tsv", "-o", "out"});
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_TRUE(exists(anat("two", "dseg.nii.gz")));
+  EXPECT_EQ(bytes(anat("two", "dseg.tsv")), "index\tname\n1\tleft\n2\tright\n");
+  EXPECT_TRUE(exists("out/sub-two/anat/sub-two_label-left_desc-surfseg_surface.stl"));
+  EXPECT_EQ(json(anat("two", "surfseg.json"))["objects"].size(), 2u);
+  EXPECT_EQ(bytes(anat("again", "surface.stl")), bytes("s.stl"));
+  for (const char* name : {"points", "again"})
+    EXPECT_GT(json(anat(name, "surfseg.json"))["dice"], 0.99) << name;
+}
+
+// Five balls alike and a box.
+TEST_F(Batch, OutliersComeBeforeTheOthers) {
+  make("ball.nii.gz");
+  must({"phantom", "box", "--size", "24", "--spacing", "1", "-o", "box.nii.gz"});
+  std::string list = "name\tscan\tclicks\n";
+  for (const char* name : {"a", "b", "c", "d", "e"})
+    list += fmt::format("{}\tball.nii.gz\t0,0,0\n", name);
+  put("list.tsv", list + "odd\tbox.nii.gz\t0,0,0\n");
+  const Outcome outcome = batch();
+  EXPECT_TRUE(has(outcome, "6 done; 1 outlier")) << outcome.err;
+  const std::string table = bytes("out/group.tsv");
+  EXPECT_EQ(table.substr(table.find('\n') + 1, 4), "odd\t");
+  EXPECT_NE(table.find("volume_ml,area_cm2"), std::string::npos) << table;
+}
+
+class BatchList : public FileTest,
+                  public ::testing::WithParamInterface<std::pair<std::string, std::string>> {};
+
+TEST_P(BatchList, WhatIsWrongIsOneLineBeforeAnythingRuns) {
+  const auto& [list, words] = GetParam();
+  put("list.tsv", list);
+  const Outcome outcome = run({"batch", "list.tsv", "-o", "out"});
+  EXPECT_EQ(outcome.exit_code, 3) << outcome.err;
+  EXPECT_NE(outcome.err.find(words), std::string::npos) << outcome.err;
+  EXPECT_TRUE(outcome.err.starts_with("surfseg: error: list.tsv")) << outcome.err;
+  EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
+  EXPECT_EQ(outcome.out, "");
+  EXPECT_FALSE(exists("out"));
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Errors, BatchList,
+    ::testing::Values(
+        std::pair{"", "is empty"}, std::pair{"name\tscan\n", "has no rows"},
+        std::pair{"name\tclicks\na\t0,0,0\n", "no column 'scan'"},
+        std::pair{"name\tscan\tedge-lenght\na\tv\t2mm\n", "did you mean 'edge-length'"},
+        std::pair{"name\tscan\toutput\na\tv\ts.stl\n", "'output' is not a column"},
+        std::pair{"name\tscan\tscan\na\tv\tv\n", "'scan' is there twice"},
+        std::pair{"name\tscan\na\tv\t0,0,0\n", "list.tsv:2: has 3 cells"},
+        std::pair{"name\tscan\tclicks\na\tv\t0,0,0\n\n../up\tv\t0,0,0\n", "list.tsv:4: name:"},
+        std::pair{"name\tscan\tclicks\na\tv\t0,0,0\nA\tv\t0,0,0\n",
+                  "list.tsv:3: name: 'A' is there"},
+        std::pair{"name\tscan\tclicks\na\t\t0,0,0\n", "list.tsv:2: scan: a volume is missing"},
+        std::pair{"name\tscan\tclicks\na\tv\t\n", "list.tsv:2: --seed"},
+        std::pair{"name\tscan\tclicks\na\tv\t!1,2,3\n", "list.tsv:2: --seed"},
+        std::pair{"name\tscan\tclicks\na\tv\t1,2,3; 1,,2\n", "list.tsv:2: --seed: expected three"},
+        std::pair{"name\tscan\tclicks\na\tv\tleft lung: 1,2,3;b b!: 1,2,3\n", "list.tsv:2: clicks"},
+        std::pair{"name\tscan\tclicks\tpreset\na\tv\t1,2,3\tno-such\n", "list.tsv:2: "},
+        std::pair{"name\tscan\tclicks\tpreset\na\tv\t1,2,3\tlist\n", "list.tsv:2: preset=list"},
+        std::pair{"name\tscan\tclicks\tedge-length\na\tv\t1,2,3\t2\n", "list.tsv:2: --edge-length"},
+        std::pair{"name\tscan\tclicks\tmax-iterations\na\tv\t1,2,3\tmany\n", "max-iterations"},
+        std::pair{"name\tscan\tclicks\tfill-cavities\na\tv\t1,2,3\tperhaps\n",
+                  "expected yes or no"},
+        std::pair{"name\tscan\tclicks\tspace\na\tv\t1,2,3\tmni\n", "list.tsv:2: --space"},
+        std::pair{"name\tscan\tclicks\trecipe\na\tv\t1,2,3\tr.json\n", "the recipe says it"},
+        std::pair{"name\tscan\tclicks\treference-label\na\tv\t1,2,3\t1.5\n", "expected a label"},
+        std::pair{"name\tscan\tclicks\tbox\na\tv\t1,2,3\t1,2,3\n", "list.tsv:2: --box"}));
+
+// Stopped at a limit there is a result; where no object was found there is none.
+TEST_F(Batch, TellsWhatEachCaseEndedWith) {
+  make("ball.nii.gz");
+  put("list.tsv",
+      "name\tscan\tclicks\tmax-iterations\nlimit\tball.nii.gz\t0,0,0\t1\n"
+      "none\tball.nii.gz\t-11,-11,-11\t\n");
+  const Outcome outcome = batch();
+  EXPECT_EQ(outcome.exit_code, 7);
+  EXPECT_TRUE(has(outcome, "limit: stopped at a limit")) << outcome.err;
+  EXPECT_TRUE(has(outcome, "none: failed (8): no object")) << outcome.err;
+  EXPECT_EQ(json(anat("limit", "surfseg.json"))["exit_code"], 5);
+  EXPECT_TRUE(exists(anat("limit", "surface.stl")));
+  EXPECT_EQ(json(anat("none", "surfseg.json"))["exit_code"], 8);
+  EXPECT_FALSE(exists(anat("none", "surface.stl")));
+  put("list.tsv", "name\tscan\tclicks\tmax-iterations\nlimit\tball.nii.gz\t0,0,0\t1\n");
+  const Outcome again = batch();
+  EXPECT_EQ(again.exit_code, 0) << again.err;
+  EXPECT_TRUE(has(again, "limit: is done already")) << again.err;
+}
+
+// Names and messages are data: they end no script, and nothing is fetched.
+TEST_F(Batch, ThePageStandsAlone) {
+  put("list.tsv", "name\tscan\tclicks\na\t</script><b>.nii\t0,0,0\n");
+  EXPECT_EQ(batch({"-q"}).exit_code, 7);
+  const std::string page = bytes("out/group.html");
+  EXPECT_EQ(page.find("</script><b>"), std::string::npos);
+  EXPECT_NE(page.find("&lt;/script&gt;&lt;b&gt;.nii"), std::string::npos);
+  EXPECT_NE(page.find("default-src 'none'"), std::string::npos);
+  EXPECT_EQ(page.find("https:"), std::string::npos);
+  EXPECT_EQ(page.find("src=\"http"), std::string::npos);
+}
+
+TEST_F(Batch, AListThatIsNotThereIsAnInputError) {
+  const Outcome outcome = batch();
+  EXPECT_EQ(outcome.exit_code, 3);
+  EXPECT_TRUE(has(outcome, "list.tsv: cannot be read")) << outcome.err;
+}
+
+}  // namespace
+}  // namespace surfseg::test

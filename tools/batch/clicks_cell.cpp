@@ -1,0 +1,103 @@
+#include "tools/batch/clicks_cell.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+
+#include "libsurf/base/error.h"
+#include "libsurf/io/read_landmarks.h"
+
+namespace surfseg::batch {
+namespace {
+
+std::string without_blanks(std::string text) {
+  std::erase_if(text, [](char c) { return c == ' '; });
+  return text;
+}
+
+/// Numbers and commas, perhaps after a mark.
+bool is_point(const std::string& text) {
+  return std::count(text.begin(), text.end(), ',') == 2 &&
+         text.find_first_not_of("!+-.,0123456789eE ") == std::string::npos;
+}
+
+bool is_list_of_points(const std::string& text) {
+  const std::vector<std::string> parts = parts_of(text);
+  const auto is_click = [](const std::string& part) {
+    const std::size_t colon = part.find(':');
+    return is_point(part.substr(colon == std::string::npos ? 0 : colon + 1));
+  };
+  return std::any_of(parts.begin(), parts.end(), is_click);
+}
+
+void add_point(const std::string& part, std::vector<std::string>& words) {
+  const std::string point = without_blanks(part);
+  words.push_back(point.starts_with('!') ? "--outside=" + point.substr(1) : "--seed=" + point);
+}
+
+}  // namespace
+
+std::vector<std::string> parts_of(const std::string& text) {
+  std::vector<std::string> out;
+  for (std::size_t begin = 0; begin <= text.size();) {
+    const std::size_t end = std::min(text.find(';', begin), text.size());
+    std::string part = text.substr(begin, end - begin);
+    part.erase(0, std::min(part.find_first_not_of(' '), part.size()));
+    part.erase(part.find_last_not_of(' ') + 1);
+    if (!part.empty()) out.push_back(part);
+    begin = end + 1;
+  }
+  return out;
+}
+
+bool is_label(const std::string& text) {
+  return !text.empty() && std::all_of(text.begin(), text.end(), [](unsigned char c) {
+    return c < 128 && std::isalnum(c) != 0;
+  });
+}
+
+ClicksCell parse_clicks(const std::string& text) {
+  ClicksCell out;
+  if (!is_list_of_points(text)) {
+    out.file = text;
+    return out;
+  }
+  for (const std::string& part : parts_of(text)) {
+    const std::size_t colon = part.find(':');
+    if (colon == std::string::npos) {
+      add_point(part, out.words);
+      continue;
+    }
+    const std::string name = without_blanks(part.substr(0, colon));
+    if (!is_label(name))
+      throw surf::UsageError(fmt::format(
+          "clicks: expected an object's name of letters and digits before the colon; got '{}'",
+          part.substr(0, colon)));
+    out.objects.push_back(name);
+    out.words.push_back("--object=" + name);
+    add_point(part.substr(colon + 1), out.words);
+  }
+  return out;
+}
+
+std::vector<std::string> point_words(const std::string& option, const std::string& text) {
+  std::vector<std::string> out;
+  for (const std::string& part : parts_of(text))
+    out.push_back(fmt::format("--{}={}", option, without_blanks(part)));
+  return out;
+}
+
+std::vector<std::string> landmark_words(const std::string& path, std::string& space) {
+  const surf::io::Landmarks landmarks = surf::io::read_landmarks(path);
+  if (landmarks.points.cols() != 3 || landmarks.points.rows() == 0)
+    throw surf::InputError(fmt::format("clicks: {}: has no points of three coordinates", path));
+  if (landmarks.is_ras) space = "ras";
+  std::vector<std::string> out;
+  for (Eigen::Index n = 0; n < landmarks.points.rows(); ++n)
+    out.push_back(fmt::format("--seed={},{},{}", landmarks.points(n, 0), landmarks.points(n, 1),
+                              landmarks.points(n, 2)));
+  return out;
+}
+
+}  // namespace surfseg::batch

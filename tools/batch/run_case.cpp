@@ -1,0 +1,294 @@
+#include "tools/batch/run_case.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <optional>
+
+#include "libsurf/base/error.h"
+#include "libsurf/base/file.h"
+#include "libsurf/io/read_surface.h"
+#include "libsurf/mesh/overlap.h"
+#include "libsurf/volume/read_volume.h"
+#include "tools/batch/derivatives.h"
+#include "tools/batch/fingerprint.h"
+#include "tools/batch/table.h"
+#include "tools/common/objects.h"
+#include "tools/common/program.h"
+#include "tools/common/report.h"
+#include "tools/common/signals.h"
+#include "tools/surfseg/commands.h"
+
+namespace surfseg::batch {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::ordered_json;
+
+/// `surfseg VERB WORDS...` in this process.
+ExitCode run_verb(void (*add)(CLI::App&, ExitCode&), std::vector<std::string> words) {
+  ExitCode exit_code = kDone;
+  CLI::App app;
+  add(app, exit_code);
+  std::reverse(words.begin(), words.end());  // as the parser wants them
+  app.parse(std::move(words));
+  return exit_code;
+}
+
+std::string text_of(const std::string& path) {
+  std::ifstream stream(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(stream), {}};
+}
+
+/// Times and memory are not the same twice.
+void drop_measured(ordered_json& json) {
+  if (json.is_object())
+    for (const char* key : {"time_s", "stages", "peak_memory_mb"}) json.erase(key);
+  if (json.is_structured())
+    for (ordered_json& entry : json) drop_measured(entry);
+}
+
+/// A case on its way: all it writes goes to a folder beside its own.
+class CaseRun {
+ public:
+  /// @param row  is kept
+  CaseRun(const Case& row, const std::string& folder, std::string input)
+      : row_(row),
+        folder_(folder),
+        input_(std::move(input)),
+        partial_(folder_ / fmt::format(".{}.partial", case_folder(row.name))) {
+    fs::remove_all(partial_);
+    for (const char* part : {"anat", "figures"})
+      fs::create_directories(partial_ / case_folder(row.name) / part);
+  }
+  ~CaseRun() {
+    std::error_code ignored;
+    fs::remove_all(partial_, ignored);
+  }
+  CaseRun(const CaseRun&) = delete;
+  CaseRun& operator=(const CaseRun&) = delete;
+
+  CaseOutcome run() {
+    CaseOutcome out;
+    try {
+      const bool is_replay = !row_.recipe.empty();
+      objects_ = is_replay ? objects_of_recipe() : row_.clicks.objects;
+      files_.emplace(row_.name, objects_.size() > 1);
+      out.exit_code = run_verb(is_replay ? add_replay_command : add_segment_command, words());
+      if (signal_exit_code() == kDone) finish();
+    } catch (...) {
+      const Failure failure = failure_of(std::current_exception(), "surfseg");
+      out = {false, failure.exit_code, reason(relative(failure.message))};
+    }
+    if (const ExitCode signal = signal_exit_code(); signal != kDone) return {false, signal, ""};
+    commit(out);
+    return out;
+  }
+
+ private:
+  std::string at(const std::string& name) const { return (partial_ / name).string(); }
+  /// Without the folder that nobody sees.
+  std::string relative(std::string text) const {
+    const std::string prefix = partial_.string() + "/";
+    for (std::size_t at = text.find(prefix); at != std::string::npos; at = text.find(prefix, at))
+      text.erase(at, prefix.size());
+    return text;
+  }
+
+  /// Without the name of the only surface, which says nothing here.
+  std::string reason(const std::string& message) const {
+    const std::string prefix = files_ ? files_->surface + ": not written: " : "";
+    return message.starts_with(prefix) ? message.substr(prefix.size()) : message;
+  }
+
+  /// Names that a label can have; several objects of a recipe need not have such ones.
+  std::vector<std::string> objects_of_recipe() const {
+    const ordered_json recipe = read_json(row_.recipe);
+    std::vector<std::string> out;
+    if (recipe.is_object() && recipe.contains("objects"))
+      for (const auto& object : recipe["objects"]) out.push_back(object.value("name", ""));
+    if (out.size() > 1)
+      for (const std::string& name : out)
+        if (!is_label(name))
+          throw surf::InputError(
+              fmt::format("{}: object '{}': expected a name of letters and digits, as BIDS has it",
+                          row_.recipe, name));
+    return out;
+  }
+
+  std::vector<std::string> words() const {
+    std::vector<std::string> out =
+        row_.recipe.empty()
+            ? std::vector<std::string>{"segment", row_.scan}
+            : std::vector<std::string>{"replay", row_.recipe, "--volume=" + row_.scan};
+    if (row_.recipe.empty()) {
+      out.insert(out.end(), row_.options.begin(), row_.options.end());
+      const auto clicks = click_words();
+      out.insert(out.end(), clicks.begin(), clicks.end());
+      out.push_back("--recipe=" + at(files_->recipe));
+    }
+    for (const auto& [option, name] : {std::pair{"output", files_->surface},
+                                       {"mask", files_->labels},
+                                       {"picture", files_->picture},
+                                       {"thumbnail", files_->thumbnail},
+                                       {"json", summary_file(row_.name)}})
+      out.push_back(fmt::format("--{}={}", option, at(name)));
+    out.push_back("--quiet");
+    return out;
+  }
+
+  std::vector<std::string> click_words() const {
+    std::string space = row_.space;
+    std::vector<std::string> out;
+    if (!row_.clicks.file.empty()) {
+      out = landmark_words(row_.clicks.file, space);
+      if (space != row_.space && (!row_.clicks.words.empty() || row_.settings.contains("box")))
+        throw surf::UsageError(
+            fmt::format("clicks: {}: states its space; 'box' and 'outside' beside it need 'space' "
+                        "to be ras",
+                        row_.clicks.file));
+    }
+    out.push_back("--space=" + space);
+    out.insert(out.end(), row_.clicks.words.begin(), row_.clicks.words.end());
+    return out;
+  }
+
+  /// What is beside the files of the verb.
+  void finish() {
+    if (!row_.reference.empty()) compare();
+    if (!row_.recipe.empty()) fs::copy_file(row_.recipe, at(files_->recipe));
+    if (!fs::exists(at(files_->labels))) return;
+    ordered_json sidecar = {{"Sources", {row_.settings.at("scan")}}};
+    if (files_->label_names.empty()) sidecar["Type"] = "ROI";
+    write_json(at(files_->sidecar), sidecar);
+    if (files_->label_names.empty()) return;
+    std::string table = "index\tname\n";
+    for (std::size_t n = 0; n < objects_.size(); ++n)
+      table += fmt::format("{}\t{}\n", n + 1, objects_[n]);
+    surf::write_bytes(at(files_->label_names), table);
+  }
+
+  /// Dice of each surface and its label.
+  void compare() {
+    const surf::volume::Volume labels = surf::volume::read_volume(row_.reference);
+    for (std::size_t n = 0; n < std::max<std::size_t>(1, objects_.size()); ++n) {
+      const bool is_one = objects_.size() <= 1;
+      const std::string path = at(object_path(files_->surface, is_one ? "" : objects_[n]));
+      std::optional<int> label;
+      if (!row_.reference_label.empty()) label = std::stoi(row_.reference_label);
+      if (!is_one) label = int(n + 1);
+      dice_.push_back(
+          !fs::exists(path)
+              ? std::optional<double>()
+              : surf::mesh::overlap(surf::io::read_surface(path), labels, label).dice());
+    }
+  }
+
+  /// What the verb has written, and what the report needs besides.
+  ordered_json summary(const CaseOutcome& outcome) const {
+    const std::string path = at(summary_file(row_.name));
+    ordered_json of_verb =
+        fs::exists(path) ? ordered_json::parse(relative(text_of(path))) : ordered_json::object();
+    drop_measured(of_verb);
+    ordered_json out = {{"surfseg", SURFSEG_VERSION}, {"name", row_.name}, {"input", input_}};
+    out["settings"] = row_.settings;
+    out["exit_code"] = int(outcome.exit_code);
+    if (!outcome.message.empty()) out["message"] = outcome.message;
+    of_verb.erase("surfseg");
+    of_verb.erase("exit_code");
+    out.update(of_verb);
+    const auto dice_of = [&](std::size_t n) {
+      return n < dice_.size() && dice_[n] ? ordered_json(*dice_[n]) : ordered_json();
+    };
+    if (!out.contains("objects"))
+      out["dice"] = dice_of(0);
+    else
+      for (std::size_t n = 0; n < out["objects"].size(); ++n)
+        out["objects"][n]["dice"] = dice_of(n);
+    return out;
+  }
+
+  /// Files with something in them, but for the summary.
+  std::vector<std::string> written() const {
+    std::vector<std::string> out;
+    for (const auto& entry : fs::recursive_directory_iterator(partial_))
+      if (entry.is_regular_file())
+        out.push_back(entry.path().lexically_relative(partial_).generic_string());
+    std::sort(out.begin(), out.end());
+    std::erase(out, summary_file(row_.name));
+    return out;
+  }
+
+  /// An empty folder, but for what is not ours.
+  static void clear(const fs::path& folder) {
+    fs::create_directories(folder);
+    std::vector<fs::path> old;
+    for (const auto& entry : fs::directory_iterator(folder))
+      if (entry.path().filename().string().find("_desc-surfseg_") != std::string::npos)
+        old.push_back(entry.path());
+    for (const fs::path& path : old) fs::remove(path);
+  }
+
+  /// The summary goes first and comes last: where one is, all is.
+  void commit(CaseOutcome& outcome) {
+    try {
+      ordered_json document = summary(outcome);
+      const std::vector<std::string> names = written();
+      document["files"] = names;
+      const fs::path own = folder_ / case_folder(row_.name);
+      fs::remove(folder_ / summary_file(row_.name));
+      for (const char* part : {"anat", "figures"}) clear(own / part);
+      for (const std::string& name : names) fs::rename(partial_ / name, folder_ / name);
+      write_json((folder_ / summary_file(row_.name)).string(), document);
+    } catch (...) {
+      outcome = {false, kOutput, failure_of(std::current_exception(), "surfseg").message};
+    }
+  }
+
+  const Case& row_;
+  fs::path folder_;
+  std::string input_;
+  fs::path partial_;
+  std::vector<std::string> objects_;
+  std::optional<CaseFiles> files_;
+  std::vector<std::optional<double>> dice_;
+};
+
+/// All that was written of it is there, from this input.
+bool is_done(const Case& row, const fs::path& folder, const std::string& input) {
+  const fs::path path = folder / summary_file(row.name);
+  if (!fs::exists(path)) return false;
+  try {
+    const ordered_json summary = read_json(path.string());
+    if (summary.value("input", "") != input || !is_success(summary.value("exit_code", -1)))
+      return false;
+    for (const auto& name : summary.at("files"))
+      if (!fs::exists(folder / name.get<std::string>())) return false;
+    return true;
+  } catch (const std::exception&) {
+    return false;  // it is not one of ours, or damaged
+  }
+}
+
+}  // namespace
+
+bool is_success(int exit_code) { return exit_code == kDone || exit_code == kStoppedAtLimit; }
+
+CaseOutcome run_case(const Case& row, const std::string& folder) {
+  try {
+    std::string input = fingerprint(row);
+    if (is_done(row, folder, input)) {
+      const int code = read_json((fs::path(folder) / summary_file(row.name)).string())["exit_code"];
+      return {true, ExitCode(code), ""};
+    }
+    return CaseRun(row, folder, std::move(input)).run();
+  } catch (...) {
+    const Failure failure = failure_of(std::current_exception(), "surfseg");
+    return {false, failure.exit_code == kInternal ? kOutput : failure.exit_code, failure.message};
+  }
+}
+
+}  // namespace surfseg::batch
