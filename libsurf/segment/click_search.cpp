@@ -107,9 +107,8 @@ ClickSearchPointer<Dim> further_search(const SearchGrid<Dim>& grid,
   const bool is_inside = click.side == Side::kInside;
   const auto& nodes = out->on_grid.back().seed.nodes;
   const Flags inside = before->inside();
-  if (std::all_of(nodes.begin(), nodes.end(), [&](const auto& node) {
-        return bool(inside[grid.box().at(node)]) == is_inside;
-      }))
+  if (std::all_of(nodes.begin(), nodes.end(),
+                  [&](const auto& node) { return bool(inside[grid.box().at(node)]) == is_inside; }))
     return out;
   const auto corrected =
       corrections<Dim>(grid, inside, out->on_grid, *out->first, out->noise, stop);

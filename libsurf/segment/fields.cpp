@@ -1,5 +1,6 @@
 #include "libsurf/segment/fields.h"
 
+#include "libsurf/segment/energy_assembly.h"
 #include "libsurf/segment/proposal.h"
 
 namespace surf::segment {
@@ -50,6 +51,14 @@ void Fields<Dim>::shrink() {
   if (memory_bytes() > max_bytes_) search_.reset();
 }
 
+template <int Dim>
+bool has_same_grid(const Options<Dim>& a, const Options<Dim>& b) {
+  return a.sigma_mm == b.sigma_mm && a.box_mm == b.box_mm &&
+         field_options(a, 0) == field_options(b, 0);
+}
+
+template bool has_same_grid<2>(const Options<2>&, const Options<2>&);
+template bool has_same_grid<3>(const Options<3>&, const Options<3>&);
 template class Fields<2>;
 template class Fields<3>;
 

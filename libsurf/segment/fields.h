@@ -47,4 +47,8 @@ class Fields {
   std::optional<SearchEntry> search_;
 };
 
+/// Whether both look for objects on the same grid.
+template <int Dim>
+bool has_same_grid(const Options<Dim>& a, const Options<Dim>& b);
+
 }  // namespace surf::segment

@@ -23,13 +23,6 @@ constexpr std::array<Colour, 7> kColours = {{{230, 159, 0},
                                              {213, 94, 0},
                                              {204, 121, 167}}};
 
-/// Whether both look for objects on the same grid.
-template <int Dim>
-bool has_same_grid(const Options<Dim>& a, const Options<Dim>& b) {
-  return a.sigma_mm == b.sigma_mm && a.box_mm == b.box_mm &&
-         field_options(a, 0) == field_options(b, 0);
-}
-
 }  // namespace
 
 template <int Dim>

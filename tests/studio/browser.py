@@ -9,6 +9,7 @@ import select
 import shutil
 import struct
 import subprocess
+import sys
 import tempfile
 import time
 import zlib
@@ -209,6 +210,14 @@ class Browser:
         clip = dict(x=x, y=y, width=1, height=1, scale=1)
         return first_pixel(base64.b64decode(self("Page.captureScreenshot", format="png", clip=clip)["data"]))
 
+    pictures = None  # a folder for picture()
+
+    def picture(self, name):
+        """A screenshot, where they are wanted."""
+        if self.pictures:
+            os.makedirs(self.pictures, exist_ok=True)
+            self.screenshot(os.path.join(self.pictures, name + ".png"))
+
     def close(self):
         try:
             self("Browser.close")
@@ -220,3 +229,35 @@ class Browser:
             self.process.kill()
             self.process.wait()
         shutil.rmtree(self.folder, ignore_errors=True)
+
+
+def run_tests(tests, needs=()):
+    """The program: [--screenshots FOLDER] [name ...]. Each test gets a browser of its own, whose console must stay
+    quiet. Returns 77 where Chromium or another program is missing."""
+    arguments, pictures = sys.argv[1:], None
+    if "--screenshots" in arguments:
+        k = arguments.index("--screenshots")
+        pictures = arguments[k + 1]
+        del arguments[k:k + 2]
+    missing = [program for program in needs if not shutil.which(program)] + ([] if find_browser() else ["Chromium"])
+    if missing:
+        print(f"skipped: {', '.join(missing)} missing")
+        return 77
+    failed = 0
+    for test in tests:
+        if arguments and test.__name__ not in arguments:
+            continue
+        started, name = time.time(), test.__name__.replace("_", " ")
+        with Browser() as browser:
+            browser.pictures = pictures
+            try:
+                test(browser)
+                log = [line for line in browser.log().splitlines() if "exception" in line or "Content Security Policy" in line]
+                if log:
+                    raise BrowserError("the console says: " + "; ".join(log))
+                print(f"passed  {name} ({time.time() - started:.1f} s)", flush=True)
+            except Exception as error:
+                failed += 1
+                browser.picture("failed-" + test.__name__)
+                print(f"FAILED  {name}: {error}\n{browser.log()}", flush=True)
+    return 1 if failed else 0

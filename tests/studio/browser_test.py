@@ -12,7 +12,7 @@ import subprocess
 import sys
 import time
 
-from browser import SHIFT, Browser, find_browser
+from browser import SHIFT, run_tests
 from studio import Studio, folder_with, phantom
 
 DEMO_SCAN = "/usr/share/mricron/templates/ch2.nii.gz"
@@ -67,7 +67,7 @@ class Voxels:
         return [round(det([[right[r] if c == k else m[r][c] for c in range(3)] for r in range(3)]) / det(m)) for k in range(3)]
 
 
-def clicks_land_in_the_voxel_that_is_seen(browser, picture):
+def clicks_land_in_the_voxel_that_is_seen(browser):
     """Six on each kind of affine: the grey under the mouse is that of the voxel that the server is told."""
     for name, direction in AFFINES.items():
         spacing = "0.8,1,2.4" if name == "anisotropic" else "1,1.1,1.3"
@@ -103,7 +103,7 @@ def clicks_land_in_the_voxel_that_is_seen(browser, picture):
         shutil.rmtree(folder)
 
 
-def a_session_from_the_first_click_to_the_files(browser, picture):
+def a_session_from_the_first_click_to_the_files(browser):
     """On the demo's scan if it is installed, else on a phantom: what is exported is what the command line repeats."""
     top = folder_with()
     folder = os.path.join(top, "scans")  # its name is seen in the pictures
@@ -117,10 +117,10 @@ def a_session_from_the_first_click_to_the_files(browser, picture):
     with Studio(folder) as studio:
         browser.open(studio.address)
         browser.until("window.studio && !document.getElementById('files').hidden", 60)
-        picture("1-files")
+        browser.picture("1-files")
         browser.press("#files-list button.file")
         open_page(browser, studio)
-        picture("2-open")
+        browser.picture("2-open")
 
         def click(point, modifiers=0):
             browser.js(f"studio.lookAt({list(point)})")
@@ -135,21 +135,21 @@ def a_session_from_the_first_click_to_the_files(browser, picture):
         browser.until("/evolving, step/.test(document.getElementById('job').textContent) || !studio.state.job", 120)
         browser.key("Escape")  # stays where it is, if it has not ended by now
         done(browser)
-        picture("3-evolving")
+        browser.picture("3-evolving")
         browser.key("g")  # and on
         browser.until("studio.state.objects[0].outcome === 'converged' && !studio.state.job", 240)
         browser.frame()
         print(f"    first outline after {first:.2f} s, surface after {time.time() - begin:.2f} s")
-        picture("4-surface")
+        browser.picture("4-surface")
         one = studio.state()["objects"][0]
         click(outside, SHIFT)
         browser.until("studio.state.objects[0].clicks.length === 2")
         done(browser)
-        picture("5-outside")
+        browser.picture("5-outside")
         click(more)
         browser.until("studio.state.objects[0].clicks.length === 3")
         done(browser)
-        picture("6-inside")
+        browser.picture("6-inside")
         browser.press("#undo")
         browser.until("studio.state.objects[0].clicks.length === 2")
         browser.press("#undo")
@@ -161,7 +161,7 @@ def a_session_from_the_first_click_to_the_files(browser, picture):
         done(browser)
         browser.key("e")
         browser.until("document.getElementById('export').open")
-        picture("7-export")
+        browser.picture("7-export")
         browser.js("(() => { const i = document.getElementById('export-name'); i.value = 'object.stl'; i.dispatchEvent(new Event('input')); })()")
         browser.press("#export-go")
         browser.until("document.querySelector('.result.good')")
@@ -172,16 +172,16 @@ def a_session_from_the_first_click_to_the_files(browser, picture):
         browser.key("Escape")
         browser.until("!document.getElementById('export').open")
         browser.press("#tab-options")
-        picture("8-options")
+        browser.picture("8-options")
         browser.key("?")
         browser.until("document.getElementById('help').open")
-        picture("9-help")
+        browser.picture("9-help")
         browser.key("Escape")
         browser.key("t")
         browser.press("#tab-objects")
         browser.js("(() => { const s = document.querySelector('.mesh-colour select'); s.value = 'deviation'; s.dispatchEvent(new Event('change')); })()")
         browser.js("new Promise(r => setTimeout(r, 900))")
-        picture("10-dark")
+        browser.picture("10-dark")
         command = json.loads(studio.get("/api/command?object=1"))["text"].split(" -o ")[0]
     program = os.environ["SURFSEG_PROGRAM"]
     subprocess.run(f"{command.replace('surfseg', program, 1)} -o again.stl --mask again.nii.gz", shell=True, check=True,
@@ -195,38 +195,5 @@ def a_session_from_the_first_click_to_the_files(browser, picture):
 TESTS = [clicks_land_in_the_voxel_that_is_seen, a_session_from_the_first_click_to_the_files]
 
 
-def main():
-    arguments, pictures = sys.argv[1:], None
-    if "--screenshots" in arguments:
-        k = arguments.index("--screenshots")
-        pictures = arguments[k + 1]
-        os.makedirs(pictures, exist_ok=True)
-        del arguments[k:k + 2]
-    if not find_browser():
-        print("browser_test: skipped, Chromium is missing")
-        return 77
-    failed = 0
-    for test in TESTS:
-        if arguments and test.__name__ not in arguments:
-            continue
-        started = time.time()
-        with Browser() as browser:
-
-            def picture(name):
-                if pictures:
-                    browser.screenshot(os.path.join(pictures, name + ".png"))
-
-            try:
-                test(browser, picture)
-                log = [line for line in browser.log().splitlines() if "exception" in line or "Content Security Policy" in line]
-                check(not log, "the console says: " + "; ".join(log))
-                print(f"passed  {test.__name__.replace('_', ' ')} ({time.time() - started:.1f} s)", flush=True)
-            except Exception as error:
-                failed += 1
-                picture("failed-" + test.__name__)
-                print(f"FAILED  {test.__name__.replace('_', ' ')}: {error}\n{browser.log()}", flush=True)
-    return 1 if failed else 0
-
-
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(run_tests(TESTS))

@@ -80,22 +80,22 @@ ordered_json data_of(const std::vector<Entry>& entries) {
                        {"about", metric.description},
                        {"judged", metric.is_for_outliers}});
   for (const Entry& entry : entries) {
-    ordered_json row = {{"name", entry.name},
-                        {"object", entry.object},
-                        {"state", to_string(entry.state)},
-                        {"code", entry.exit_code},
-                        {"message", entry.message},
-                        {"verdict", entry.verdict},
-                        {"outlier", entry.outlier_in},
-                        {"scan", entry.scan},
-                        {"files", entry.files},
-                        {"x", ordered_json::array()},
-                        {"z", ordered_json::array()}};
+    ordered_json x = ordered_json::array(), z = x;
     for (std::size_t m = 0; m < kNMetrics; ++m) {
-      row["x"].push_back(json_of(entry.values[m], 6));
-      row["z"].push_back(json_of(entry.z[m], 3));
+      x.push_back(json_of(entry.values[m], 6));
+      z.push_back(json_of(entry.z[m], 3));
     }
-    rows.push_back(std::move(row));
+    rows.push_back({{"name", entry.name},
+                    {"object", entry.object},
+                    {"state", to_string(entry.state)},
+                    {"code", entry.exit_code},
+                    {"message", entry.message},
+                    {"verdict", entry.verdict},
+                    {"outlier", entry.outlier_in},
+                    {"scan", entry.scan},
+                    {"files", entry.files},
+                    {"x", std::move(x)},
+                    {"z", std::move(z)}});
   }
   return {{"metrics", metrics}, {"rows", rows}, {"limit", kOutlierZ}};
 }

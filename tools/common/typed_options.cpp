@@ -48,7 +48,8 @@ surf::segment::Options<3> typed_options(std::vector<std::string> words, double c
     throw surf::UsageError(error.what());
   }
   if (!arguments.seeds.empty() || !arguments.outside.empty() || !arguments.boxes.empty())
-    throw surf::UsageError("--seed, --outside, --box: clicks and boxes are given apart from options");
+    throw surf::UsageError(
+        "--seed, --outside, --box: clicks and boxes are given apart from options");
   check_run_arguments(command, arguments, kVolumeWords);
   surf::segment::Options<3> out;
   set_run_options<3>(command, arguments, cell_mm, out);

@@ -95,12 +95,8 @@ struct DumbbellTest : ::testing::Test {
   const ClickImage<kDim> image{is_in_dumbbell<kDim>};
   const segment::Flags both = image.flags(is_in_dumbbell<kDim>);
 
-  static segment::Click<kDim> inside(double x, double y = 24) {
-    return test::inside<kDim>(x, y);
-  }
-  static segment::Click<kDim> outside(double x, double y = 24) {
-    return test::outside<kDim>(x, y);
-  }
+  static segment::Click<kDim> inside(double x, double y = 24) { return test::inside<kDim>(x, y); }
+  static segment::Click<kDim> outside(double x, double y = 24) { return test::outside<kDim>(x, y); }
   static double dice(const segment::Flags& a, const segment::Flags& b) {
     return ClickImage<kDim>::dice(a, b);
   }

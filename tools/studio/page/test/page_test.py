@@ -13,9 +13,8 @@ import urllib.request
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 sys.path.insert(0, os.path.join(HERE, "..", "..", "..", "..", "tests", "studio"))
-from browser import CTRL, SHIFT, Browser, find_browser  # noqa: E402
+from browser import CTRL, SHIFT, run_tests  # noqa: E402
 
-PICTURES = None
 
 
 class Server:
@@ -37,12 +36,6 @@ class Server:
 
     def received(self, action):
         return [r for r in self.get("mock/received") if r.get("action") == action or action in r]
-
-
-def picture(browser, name):
-    if PICTURES:
-        os.makedirs(PICTURES, exist_ok=True)
-        browser.screenshot(os.path.join(PICTURES, name + ".png"))
 
 
 def check(condition, words):
@@ -134,7 +127,7 @@ def clicking_dragging_deleting_and_undoing(browser):
         frames = browser.js("studio.framesShown") - before
         check(frames >= 5, f"{frames} frames in a second of evolution")
         print(f"    first outline after {first:.2f} s, {frames} frames")
-        picture(browser, "evolved")
+        browser.picture("evolved")
         check(browser.js("studio.surfaces[0].arrays") == 2, "deviation and edge strength have come")
 
         browser.key("o")
@@ -159,7 +152,7 @@ def clicking_dragging_deleting_and_undoing(browser):
         expected = browser.js(f"studio.world('axial', {end[0]}, {end[1]})")
         browser.drag(start, end, steps=5, release=False)
         browser.frame()
-        picture(browser, "drag")
+        browser.picture("drag")
         browser.mouse("mouseReleased", *end, "left", buttons=0, clickCount=1)
         browser.until("studio.state.objects[0].clicks[1].point[0] !== %r" % point[0])
         moved = server.received("move_click")[-1]
@@ -177,7 +170,7 @@ def clicking_dragging_deleting_and_undoing(browser):
         browser.click(*end)
         browser.frame()
         check(browser.js("studio.view.click?.index") == 1, "a click on a click selects it")
-        picture(browser, "selected")
+        browser.picture("selected")
         browser.key("Delete")
         browser.until("studio.state.objects[0].clicks.length === 2")
         check(server.received("delete_click")[-1]["index"] == 1, "Delete takes the selected click")
@@ -226,7 +219,7 @@ def the_view_moves_by_mouse_and_keyboard(browser):
         browser.drag((x, y), (x + 100, y), button="right")
         check(float(browser.js("document.getElementById('window-width').value")) > 1.3 * width, "a right drag widens the window")
         check(browser.js("document.getElementById('window-preset').value") == "own", "by hand")
-        picture(browser, "window")
+        browser.picture("window")
         browser.key("w")
         for name, level, wide in (("soft", 40, 400), ("bone", 500, 2000), ("lung", -600, 1500), ("brain", 40, 80)):
             browser.js(f"(() => {{ const s = document.getElementById('window-preset'); s.value = '{name}'; s.dispatchEvent(new Event('change')); }})()")
@@ -252,7 +245,7 @@ def the_view_moves_by_mouse_and_keyboard(browser):
         check(browser.js("studio.view.maximised") == "coronal", "enlarged")
         browser.frame()
         check(browser.js("studio.pane('coronal').width") > 900, "the pane has the whole stage")
-        picture(browser, "enlarged")
+        browser.picture("enlarged")
         browser.key("2")
         browser.key("Enter")
         browser.until("studio.state.objects[0]?.clicks.length === 1")
@@ -289,7 +282,7 @@ def objects_and_proposals(browser):
         browser.js("(() => { const s = document.querySelector('.mesh-colour select'); s.value = 'deviation'; s.dispatchEvent(new Event('change')); })()")
         browser.until("document.querySelector('.legend')")
         browser.js("new Promise(r => setTimeout(r, 900))")
-        picture(browser, "objects")
+        browser.picture("objects")
         place_of = browser.js("studio.state.objects[1].verdict.place")
         browser.press("[data-key=place]")
         browser.frame()
@@ -317,7 +310,7 @@ def options_are_applied_together(browser):
         browser.press("[data-key=add-energy]")
         browser.press("[data-key=energy0-lambda]")
         browser.type("2")
-        picture(browser, "options")
+        browser.picture("options")
         check(not server.received("set_options"), "edits are a draft")
         browser.press("#apply-options")
         browser.until("studio.state.objects[0].options.edge_length_mm === 1.5")
@@ -328,7 +321,7 @@ def options_are_applied_together(browser):
         browser.press("#apply-options")
         browser.until("document.querySelector('.alert')")
         check("expected more than 0 mm" in browser.js("document.querySelector('.alert').textContent"), "the program's own line")
-        picture(browser, "error")
+        browser.picture("error")
         browser.press(".alert button")
         check(browser.js("document.querySelectorAll('.alert').length") == 0, "dismissed")
 
@@ -340,7 +333,7 @@ def files_are_exported_and_overwritten_after_a_question(browser):
         done(browser)
         browser.key("e")
         browser.until("document.getElementById('export').open")
-        picture(browser, "export")
+        browser.picture("export")
         check(browser.js("document.getElementById('export-name').value") == "object-1.stl", "a name is proposed")
         browser.press("#export-go")
         browser.until("document.querySelector('.result.good')")
@@ -349,7 +342,7 @@ def files_are_exported_and_overwritten_after_a_question(browser):
         browser.press("#export-go")
         browser.until("document.querySelector('.result.bad')")
         check(browser.js("document.getElementById('export-go').textContent") == "Overwrite", "asks first")
-        picture(browser, "overwrite")
+        browser.picture("overwrite")
         browser.press("#export-go")
         browser.until("document.querySelector('.result.good')")
         check(server.received("export")[-1]["export"]["overwrite"] is True, "overwritten after the question")
@@ -368,7 +361,7 @@ def files_are_listed_where_no_volume_is_open(browser):
     with Server("--closed") as server:
         open_page(browser, server, "window.studio && studio.state")
         browser.until("!document.getElementById('files').hidden")
-        picture(browser, "files")
+        browser.picture("files")
         browser.press("#files-filter")
         browser.type("07")
         browser.until("document.querySelectorAll('#files-list .path').length === 3")
@@ -396,7 +389,7 @@ def errors_and_a_lost_connection_are_told(browser):
         port = server.address.split(":")[2].strip("/")
         server.__exit__()
         browser.until("!document.getElementById('lost').hidden")
-        picture(browser, "lost")
+        browser.picture("lost")
         server = Server("--port", port)
         browser.until("studio.connected && studio.ready", 20)
     finally:
@@ -409,7 +402,7 @@ def dark_light_help_and_no_foreign_requests(browser):
         open_page(browser, server)
         check(browser.js("document.documentElement.dataset.theme") == "dark", "as the system has it")
         check(not browser.js("document.getElementById('hint').hidden"), "the hint is shown once")
-        picture(browser, "dark")
+        browser.picture("dark")
         browser.press("#hint-close")
         browser.colour_scheme("light")
         browser.until("document.documentElement.dataset.theme === 'light'")
@@ -417,7 +410,7 @@ def dark_light_help_and_no_foreign_requests(browser):
         check(browser.js("document.documentElement.dataset.theme") == "dark", "chosen")
         browser.key("?")
         browser.until("document.getElementById('help').open")
-        picture(browser, "help")
+        browser.picture("help")
         browser.key("Escape")
         open_page(browser, server)
         check(browser.js("document.documentElement.dataset.theme") == "dark", "the choice lasts")
@@ -434,33 +427,5 @@ TESTS = [clicks_land_in_the_voxel_that_is_seen, clicking_dragging_deleting_and_u
          files_are_listed_where_no_volume_is_open, errors_and_a_lost_connection_are_told, dark_light_help_and_no_foreign_requests]
 
 
-def main():
-    global PICTURES
-    arguments = sys.argv[1:]
-    if "--screenshots" in arguments:
-        k = arguments.index("--screenshots")
-        PICTURES = arguments[k + 1]
-        del arguments[k:k + 2]
-    if not find_browser() or not shutil.which("node"):
-        print("page_test: skipped, Chromium or Node is missing")
-        return 77
-    failed = 0
-    for test in TESTS:
-        if arguments and test.__name__ not in arguments:
-            continue
-        started = time.time()
-        with Browser() as browser:
-            try:
-                test(browser)
-                log = [line for line in browser.log().splitlines() if "exception" in line or "Content Security Policy" in line]
-                check(not log, "the console says: " + "; ".join(log))
-                print(f"passed  {test.__name__.replace('_', ' ')} ({time.time() - started:.1f} s)", flush=True)
-            except Exception as error:
-                failed += 1
-                picture(browser, "failed-" + test.__name__)
-                print(f"FAILED  {test.__name__.replace('_', ' ')}: {error}\n{browser.log()}", flush=True)
-    return 1 if failed else 0
-
-
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(run_tests(TESTS, needs=["node"]))
