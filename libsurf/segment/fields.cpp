@@ -1,7 +1,7 @@
 #include "libsurf/segment/fields.h"
 
-#include "libsurf/segment/energy_assembly.h"
 #include "libsurf/segment/proposal.h"
+#include "libsurf/segment/stages/stages.h"
 
 namespace surf::segment {
 
