@@ -36,6 +36,11 @@ std::string mistyped_option(const CLI::App& verb) {
 /// The parser says of an unknown verb only that one is missing.
 std::string usage_message(const CLI::App& app, const CLI::ParseError& error) {
   const auto verbs = app.get_subcommands();
+  if (app.get_subcommands([](const CLI::App*) { return true; }).empty()) {
+    const std::string mistyped = mistyped_option(app);
+    return fmt::format("{} (see {} --help)", mistyped.empty() ? error.what() : mistyped,
+                       app.get_name());
+  }
   if (!verbs.empty()) {
     const std::string mistyped = mistyped_option(*verbs.front());
     return fmt::format("{} (see {} {} --help)", mistyped.empty() ? error.what() : mistyped,
@@ -71,27 +76,36 @@ std::string exit_code_help(const std::string& result) {
 }  // namespace
 
 int run_program(const Program& program, int argc, char** argv) {
-  const std::string name = program.name;
   ExitCode exit_code = kDone;
-  CLI::App app{program.description, name};
-  app.set_version_flag("--version", name + " " + program.version);
+  CLI::App app{program.description, program.name};
+  app.set_version_flag("--version", program.name + " " + program.version);
   app.require_subcommand(1);
   app.get_formatter()->column_width(34);
   app.footer(exit_code_help(program.result));
   for (const auto add_verb : program.verbs) add_verb(app, exit_code);
-  surf::set_log_sink([name](surf::LogLevel level, const std::string& message) {
+  surf::set_log_sink([name = program.name](surf::LogLevel level, const std::string& message) {
     if (level == surf::LogLevel::kWarning)
       fmt::print(stderr, "{}: warning: {}\n", name, with_option_names(message, name));
   });
-  const auto fail = [&](ExitCode code, std::string message) -> int {
+  return run_guarded(app, [&] {
+    app.parse(argc, argv);
+    return exit_code;
+  });
+}
+
+int run_guarded(CLI::App& app, const std::function<ExitCode()>& work,
+                const std::function<std::string(const std::string&)>& reworded) {
+  const std::string name = app.get_name();
+  const auto fail = [&](ExitCode code, const std::string& what) -> int {
+    std::string message = with_option_names(what, name);
+    if (reworded) message = reworded(message);
     // One line, whatever a library's exception says.
     std::replace(message.begin(), message.end(), '\n', ' ');
-    fmt::print(stderr, "{}: error: {}\n", name, with_option_names(message, name));
+    fmt::print(stderr, "{}: error: {}\n", name, message);
     return code;
   };
   try {
-    app.parse(argc, argv);
-    return exit_code;
+    return work();
   } catch (const Listing& list) {
     fmt::print("{}", list.text);
     return kDone;
