@@ -14,8 +14,8 @@ from slicer.ScriptedLoadableModule import (ScriptedLoadableModule, ScriptedLoada
                                            ScriptedLoadableModuleWidget)
 from vtk.util import numpy_support
 
-from SurfsegStudioLib.client import (StudioError, StudioProcess, Studio, SurfaceWatch,
-                                     environment_without_slicer)
+from SurfsegStudioLib.client import (StudioError, StudioProcess, StudioRefused, Studio,
+                                     SurfaceWatch, environment_without_slicer)
 
 POLL_MS = 150
 SETTING = "SurfsegStudio/program"
@@ -165,6 +165,7 @@ class SurfsegStudioLogic(ScriptedLoadableModuleLogic):
         self._lists = (None, None)
         self._observed = []
         self._has_new_points = False
+        self._refusal = ""  # of the points as they are
 
     def start(self, program, volume):
         """A studio of its own, on a copy of the volume in a temporary folder."""
@@ -227,15 +228,24 @@ class SurfsegStudioLogic(ScriptedLoadableModuleLogic):
             self._watch = SurfaceWatch(self.studio, self._object)
         if self._has_new_points:
             self._has_new_points = False
-            self.studio.set_points(self._object, *map(self._points, self._lists), state=state)
+            self._send_points(state)
         surface = self._watch.poll(state)
         if surface is not None:
             self._show_surface(None if surface == "gone" else surface)
         self._show_words(state)
 
+    def _send_points(self, state):
+        self._refusal = ""
+        try:
+            self.studio.set_points(self._object, *map(self._points, self._lists), state=state)
+        except StudioRefused as error:
+            self._refusal = str(error)
+
     def _show_words(self, state):
         found = next((o for o in state["objects"] if o["id"] == self._object), None)
-        if state["job"] is not None:
+        if self._refusal:
+            self.show(self._refusal)
+        elif state["job"] is not None:
             self.show(f"{state['job']['stage']}, step {state['job']['step']}")
         elif found and found["measures"]:
             verdict = found["verdict"]

@@ -17,6 +17,10 @@ class StudioError(Exception):
     """The studio refused, is not there, or is another program; one line for a person."""
 
 
+class StudioRefused(StudioError):
+    """It is there and does not do what was asked, such as a click outside the volume."""
+
+
 class Surface:
     """Triangles as the studio sends them."""
 
@@ -131,7 +135,7 @@ class Studio:
         finally:
             connection.close()
         if answer.status != 200:
-            raise StudioError(self._reason(answer.status, data))
+            raise StudioRefused(self._reason(answer.status, data))
         return data
 
     @staticmethod
@@ -180,11 +184,13 @@ class SurfaceWatch:
         self._seen = None
 
     def poll(self, state):
-        """The new surface, "gone" if there is none any more, or None if nothing has changed."""
+        """The new surface, "gone" if there is none any more, or None if nothing has changed. What a
+        studio keeps of an object that has no click any more does not count."""
         found = next((o for o in state["objects"] if o["id"] == self.object_id), None)
         job = state["job"]
         is_evolving = job is not None and job["object"] == self.object_id
-        mark = (bool(found and found["has_surface"]), found and found["surface"],
+        has = found is not None and found["has_surface"] and bool(found["clicks"])
+        mark = (has, found["surface"] if has else 0,
                 job["frame"] if is_evolving else 0)
         if mark == self._seen:
             return None
@@ -194,7 +200,7 @@ class SurfaceWatch:
             return "gone" if had else None
         try:
             surface = self.studio.surface(self.object_id)
-        except StudioError:
+        except StudioRefused:
             return None  # between two states; the next poll sees what came of it
         self._seen = (True, *mark[1:])
         return surface
