@@ -30,6 +30,7 @@ surfseg_add_man_page(surfseg phantom "make a test volume whose surface is known"
 surfseg_add_man_page(surfseg evaluate "compare a surface with a reference")
 surfseg_add_man_page(surfseg render "draw a surface, alone or over its volume")
 surfseg_add_man_page(surfseg studio "click in a browser, see the surface, mend it")
+surfseg_add_man_page(surfseg-slicer "" "a closed surface from points, for 3D Slicer and MITK")
 surfseg_add_man_page(curveseg "" "contours from images and slices of volumes")
 surfseg_add_man_page(curveseg segment "grow or shrink curves in an image")
 surfseg_add_man_page(curveseg replay "repeat what a recipe says, to the byte")

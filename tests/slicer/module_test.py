@@ -1,6 +1,8 @@
 #!/usr/bin/python3
 """The scripted module with stand-ins for Slicer's modules: it loads, its logic sends points and takes
 surfaces, and Slicer would take no other file of it for a module. No Slicer is here."""
+import array
+import importlib.util
 import os
 import sys
 import types
@@ -38,6 +40,9 @@ class Points:
         pass
 
 
+HAS_VTK = all(importlib.util.find_spec(name) for name in ("vtk", "numpy"))
+
+
 def load():
     slicer = mock.MagicMock()
     slicer.vtkMRMLMarkupsNode.PositionDefined = 2
@@ -53,6 +58,7 @@ def load():
 
 
 module = load()
+from SurfsegStudioLib import client  # noqa: E402
 
 
 def state(**more):
@@ -108,6 +114,26 @@ class Module(unittest.TestCase):
             self.logic.poll()
         poly_data.assert_called_once_with(self.studio.surface.return_value)
         self.assertEqual(self.words(), "1.5 ml, 7.25 cm2; check: right in 3 of 5")
+
+    @unittest.skipUnless(HAS_VTK, "Python has no vtk or no numpy")
+    def test_makes_meshes_of_vtk(self):
+        for name in ("numpy", "vtk", "vtk.util"):
+            sys.modules.pop(name, None)
+        import numpy
+        import vtk
+        from vtk.util import numpy_support
+        surface = client.Surface(array.array("f", (0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1)),
+                                 array.array("I", (0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3)),
+                                 [array.array("f", (1, 2, 3, 4)), array.array("f", (5, 6, 7, 8))])
+        with mock.patch.multiple(module, numpy=numpy, vtk=vtk, numpy_support=numpy_support):
+            mesh = module.poly_data(surface)
+        self.assertEqual((mesh.GetNumberOfPoints(), mesh.GetNumberOfCells()), (4, 4))
+        self.assertEqual(mesh.GetPoint(3), (0, 0, 1))
+        self.assertEqual([mesh.GetCell(1).GetPointId(n) for n in range(3)], [0, 1, 3])
+        self.assertEqual(mesh.GetPointData().GetArray("edge_strength").GetValue(2), 7)
+        measured = vtk.vtkMassProperties()
+        measured.SetInputData(mesh)
+        self.assertAlmostEqual(measured.GetVolume(), 1 / 6, 6)
 
 
 if __name__ == "__main__":
