@@ -1,5 +1,6 @@
 #!/usr/bin/python3
 """surfseg-slicer as Slicer and MITK call it. Neither is needed: their calls are played."""
+import fcntl
 import json
 import os
 import shutil
@@ -12,6 +13,7 @@ import xml.etree.ElementTree as ElementTree
 
 import host
 
+F_SETPIPE_SZ = 1031  # fcntl has it from Python 3.10 on
 HERE = os.path.dirname(os.path.abspath(__file__))
 LEFT, RIGHT = (-9.75, 0.3, -0.2), (9.75, 0.3, 0.2)  # in the balls, RAS
 BETWEEN = (0.1, 8.5, 0.3)
@@ -103,8 +105,13 @@ class Description(WithVolume):
         folder = os.environ["SURFSEG_SLICER_FOLDER"]
         with open(os.path.join(folder, "surfseg-slicer.xml")) as file:
             self.assertEqual(file.read(), self.xml)
-        done = host.run(["--xml_slicer"], self.folder, os.path.join(folder, "surfseg-slicer"))
-        self.assertEqual(done.stdout, self.xml)
+        # Slicer's own libraries come first in its environment; one of another build may not do.
+        home = self.path("Slicer")
+        os.makedirs(os.path.join(home, "lib"))
+        open(os.path.join(home, "lib", "libfmt.so.9"), "w").close()
+        environment = {**os.environ, "SLICER_HOME": home, "LD_LIBRARY_PATH": os.path.join(home, "lib")}
+        done = host.run(["--xml_slicer"], self.folder, os.path.join(folder, "surfseg-slicer"), env=environment)
+        self.assertEqual((done.returncode, done.stdout, done.stderr), (0, self.xml, ""))
 
 
 class Schema(WithVolume):
@@ -208,20 +215,19 @@ class Run(WithVolume):
 
 
 class Progress(WithVolume):
-    def start(self):
+    def start(self, **more):
         """A run of seconds."""
         surfseg(self.folder, "phantom", "ball", "--size", "96", "--spacing", "1", "-o", "v.nrrd")
         words = self.call(inside=[(0, 0, 0)], energy="minimal-surface", edge_length="0.7mm",
                           surface=self.path("s.stl"))
-        return subprocess.Popen([host.PROGRAM, *words], cwd=self.folder, text=True,
-                                stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+        return subprocess.Popen([host.PROGRAM, *words], cwd=self.folder, stderr=subprocess.PIPE, **more)
 
     def test_comes_while_it_runs_and_leaves_nothing_else(self):
         surfseg(self.folder, "phantom", "ball", "--size", "64", "--spacing", "1", "-o", "v.nrrd")
         done = self.must(inside=[(0, 0, 0)], edge_length="1mm", energy="minimal-surface",
                          surface=self.path("s.vtp"))
         shares = host.progress(done.stdout)
-        self.assertGreater(len(shares), 3, done.stdout)
+        self.assertGreater(len(shares), 2, done.stdout)
         self.assertEqual((shares[0], shares[-1]), (0, 1))
         self.assertEqual(shares, sorted(shares))
         self.assertTrue(done.stdout.startswith("<filter-start>"))
@@ -232,17 +238,23 @@ class Progress(WithVolume):
         ElementTree.fromstring("<module-root>" + done.stdout + "</module-root>")
 
     def test_is_flushed_and_an_interrupt_leaves_the_last_good_surface(self):
-        with self.start() as process:
-            read = ""
-            while "evolve" not in read and "<filter-end>" not in read:
-                read += process.stdout.readline()
-            process.send_signal(signal.SIGINT)
-            rest, errors = process.communicate(timeout=120)
-        self.assertEqual((process.returncode, errors), (130, ""), rest)
+        # The pipe holds one write: the program waits until it is read, however slow either side is.
+        out, into = os.pipe2(os.O_DIRECT | os.O_CLOEXEC)
+        fcntl.fcntl(into, F_SETPIPE_SZ, 1)
+        with self.start(stdout=into) as process:
+            os.close(into)
+            is_sent = False
+            while part := os.read(out, 4096):
+                if not is_sent and b"evolve, step" in part:
+                    process.send_signal(signal.SIGINT)
+                    is_sent = True
+            errors = process.stderr.read()
+        os.close(out)
+        self.assertEqual((is_sent, process.returncode, errors), (True, 130, b""))
         self.assertGreater(len(self.content("s.stl")), 1000)
 
     def test_of_a_killed_run_leaves_no_broken_file(self):
-        with self.start() as process:
+        with self.start(stdout=subprocess.PIPE) as process:
             process.stdout.readline()
             process.kill()  # Slicer's Cancel
             process.communicate(timeout=60)

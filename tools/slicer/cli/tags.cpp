@@ -23,7 +23,8 @@ void Tags::print(const std::string& text) const {
 }
 
 void Tags::start(const std::string& comment) {
-  start_ = last_ = std::chrono::steady_clock::now();
+  start_ = std::chrono::steady_clock::now();
+  last_ = start_ - kBetween;  // the first step is shown however soon it comes
   print(fmt::format("<filter-start>{}<filter-comment>{}</filter-comment></filter-start>", kName,
                     escaped(comment)));
   print("<filter-progress>0</filter-progress>");
