@@ -17,7 +17,7 @@ packages=(
   libgtest-dev libbenchmark-dev
   python3-numpy python3-scipy python3-nibabel
   python3-dev pybind11-dev python3-pytest
-  libcpp-httplib-dev chromium
+  libcpp-httplib-dev chromium libxml2-utils
   xvfb xauth libgl1-mesa-dri help2man
 )
 

@@ -36,6 +36,11 @@ std::string mistyped_option(const CLI::App& verb) {
 /// The parser says of an unknown verb only that one is missing.
 std::string usage_message(const CLI::App& app, const CLI::ParseError& error) {
   const auto verbs = app.get_subcommands();
+  if (app.get_subcommands([](const CLI::App*) { return true; }).empty()) {
+    const std::string mistyped = mistyped_option(app);
+    return fmt::format("{} (see {} --help)", mistyped.empty() ? error.what() : mistyped,
+                       app.get_name());
+  }
   if (!verbs.empty()) {
     const std::string mistyped = mistyped_option(*verbs.front());
     return fmt::format("{} (see {} {} --help)", mistyped.empty() ? error.what() : mistyped,
@@ -101,25 +106,33 @@ Failure failure_of(const std::exception_ptr& error, const std::string& program) 
 }
 
 int run_program(const Program& program, int argc, char** argv) {
-  const std::string name = program.name;
   ExitCode exit_code = kDone;
-  CLI::App app{program.description, name};
-  app.set_version_flag("--version", name + " " + program.version);
+  CLI::App app{program.description, program.name};
+  app.set_version_flag("--version", program.name + " " + program.version);
   app.require_subcommand(1);
   app.get_formatter()->column_width(34);
   app.footer(exit_code_help(program.result));
   for (const auto add_verb : program.verbs) add_verb(app, exit_code);
-  surf::set_log_sink([name](surf::LogLevel level, const std::string& message) {
+  surf::set_log_sink([name = program.name](surf::LogLevel level, const std::string& message) {
     if (level == surf::LogLevel::kWarning)
       fmt::print(stderr, "{}: warning: {}\n", name, with_option_names(message, name));
   });
+  return run_guarded(app, [&] {
+    app.parse(argc, argv);
+    return exit_code;
+  });
+}
+
+int run_guarded(CLI::App& app, const std::function<ExitCode()>& work,
+                const std::function<std::string(const std::string&)>& reworded) {
+  const std::string name = app.get_name();
   const auto fail = [&](const Failure& failure) -> int {
-    fmt::print(stderr, "{}: error: {}\n", name, failure.message);
+    fmt::print(stderr, "{}: error: {}\n", name,
+               reworded ? reworded(failure.message) : failure.message);
     return failure.exit_code;
   };
   try {
-    app.parse(argc, argv);
-    return exit_code;
+    return work();
   } catch (const Listing& list) {
     fmt::print("{}", list.text);
     return kDone;

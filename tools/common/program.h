@@ -3,6 +3,7 @@
 
 #include <CLI/CLI.hpp>
 #include <exception>
+#include <functional>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -39,5 +40,11 @@ Failure failure_of(const std::exception_ptr& error, const std::string& program);
 /// Parses the command line, whose callbacks run the verbs, and returns the exit code. An error is
 /// one line on stderr that begins with the program's name.
 int run_program(const Program& program, int argc, char** argv);
+
+/// Does `work` and returns its exit code, or that of what it throws; an error is one line on stderr
+/// that begins with the parser's name.
+/// @param reworded  the line as it is to be printed, after fields have become options
+int run_guarded(CLI::App& app, const std::function<ExitCode()>& work,
+                const std::function<std::string(const std::string&)>& reworded = {});
 
 }  // namespace surfseg

@@ -91,6 +91,7 @@ surf::segment::ProgressOf<Dim> SegmentCommand<Dim>::on_step() {
   return [this](const std::string& stage, const surf::flow::StepRecord& record,
                 const std::function<Shape()>& shape) {
     progress_.step(step_line<Dim>(stage, record, clock_.total_seconds()));
+    tell(stage, record);
     if (record.n_elements > 0) show(shape);
     return signal_exit_code() == kDone;
   };

@@ -53,7 +53,10 @@ class SegmentCommand {
   virtual Input read() = 0;
   /// Options that have no effect as they are combined.
   virtual std::vector<std::string> idle_options() const = 0;
-  /// After every step.
+  /// After every step, also of stages that have no shape yet.
+  virtual void tell([[maybe_unused]] const std::string& stage,
+                    [[maybe_unused]] const surf::flow::StepRecord& record) {}
+  /// After every step of a shape.
   virtual void show([[maybe_unused]] const std::function<Shape()>& shape) {}
   /// A pattern with {object} if there are several.
   virtual std::string output() const = 0;

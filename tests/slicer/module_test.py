@@ -1,0 +1,140 @@
+#!/usr/bin/python3
+"""The scripted module with stand-ins for Slicer's modules: it loads, its logic sends points and takes
+surfaces, and Slicer would take no other file of it for a module. No Slicer is here."""
+import array
+import importlib.util
+import os
+import sys
+import types
+import unittest
+from unittest import mock
+
+HERE = os.path.dirname(os.path.abspath(__file__))
+MODULE = os.path.join(os.path.dirname(os.path.dirname(HERE)), "tools", "slicer", "SurfsegStudio")
+
+
+class Base:
+    def __init__(self, *_):
+        pass
+
+
+class Points:
+    """A list of control points: (status, position in RAS)."""
+
+    def __init__(self, *points):
+        self.points = points
+
+    def GetNumberOfControlPoints(self):
+        return len(self.points)
+
+    def GetNthControlPointPositionStatus(self, n):
+        return self.points[n][0]
+
+    def GetNthControlPointPositionWorld(self, n, out):
+        out[:] = self.points[n][1]
+
+    def AddObserver(self, event, action):
+        return id(action)
+
+    def RemoveObserver(self, tag):
+        pass
+
+
+HAS_VTK = all(importlib.util.find_spec(name) for name in ("vtk", "numpy"))
+
+
+def load():
+    slicer = mock.MagicMock()
+    slicer.vtkMRMLMarkupsNode.PositionDefined = 2
+    scripted = types.ModuleType("slicer.ScriptedLoadableModule")
+    for name in ("", "Logic", "Widget"):
+        setattr(scripted, "ScriptedLoadableModule" + name, type("Base" + name, (Base,), {}))
+    names = ("ctk", "numpy", "qt", "vtk", "vtk.util")
+    sys.modules.update({name: mock.MagicMock() for name in names})
+    sys.modules.update({"slicer": slicer, "slicer.ScriptedLoadableModule": scripted})
+    sys.path.insert(0, MODULE)
+    import SurfsegStudio
+    return SurfsegStudio
+
+
+module = load()
+from SurfsegStudioLib import client  # noqa: E402
+
+
+def state(**more):
+    found = {"id": 4, "has_surface": False, "surface": 0, "clicks": [], "measures": None, "verdict": None,
+             "message": ""}
+    found.update(more)
+    return {"volume": {"path": "v.nrrd"}, "job": None, "error": None, "objects": [found]}
+
+
+class Module(unittest.TestCase):
+    def setUp(self):
+        self.logic = module.SurfsegStudioLogic()
+        self.logic.show = self.said = mock.Mock()
+        self.studio = mock.Mock()
+        self.logic._join(self.studio)
+
+    def words(self):
+        return self.said.call_args[0][0]
+
+    def test_is_the_only_script_in_its_folder(self):
+        scripts = [name for name in os.listdir(MODULE) if name.endswith(".py")]
+        self.assertEqual(scripts, ["SurfsegStudio.py"])
+        self.assertTrue(issubclass(module.SurfsegStudio, Base))
+
+    def test_sends_points_once_for_all_their_events(self):
+        self.studio.state.return_value = state()
+        self.logic.observe(Points((2, (1, 2, 3)), (0, (9, 9, 9))), Points((2, (4, 5, 6))))
+        for _ in range(5):
+            self.logic._points_changed()
+        self.logic.poll()
+        self.logic.poll()
+        self.studio.set_points.assert_called_once_with(4, [[1, 2, 3]], [[4, 5, 6]],
+                                                       state=self.studio.state.return_value)
+        self.assertEqual(self.words(), "Place a point inside the object")
+
+    def test_goes_on_after_points_that_were_refused(self):
+        self.studio.state.return_value = state()
+        self.studio.set_points.side_effect = module.StudioRefused("outside the volume")
+        self.logic.poll()
+        self.logic.poll()
+        self.assertEqual((self.studio.set_points.call_count, self.words()), (1, "outside the volume"))
+        self.studio.set_points.side_effect = None
+        self.logic._points_changed()
+        self.logic.poll()
+        self.assertEqual(self.words(), "Place a point inside the object")
+
+    def test_shows_surface_and_verdict(self):
+        self.studio.state.return_value = state(
+            has_surface=True, surface=3, clicks=[{"side": "inside", "point": [1, 2, 3]}],
+            measures={"volume_ml": 1.5, "area_cm2": 7.25}, verdict={"trust": "check", "words": "right in 3 of 5"})
+        with mock.patch.object(module, "poly_data") as poly_data:
+            self.logic.poll()
+            self.logic.poll()
+        poly_data.assert_called_once_with(self.studio.surface.return_value)
+        self.assertEqual(self.words(), "1.5 ml, 7.25 cm2; check: right in 3 of 5")
+
+    @unittest.skipUnless(HAS_VTK, "Python has no vtk or no numpy")
+    def test_makes_meshes_of_vtk(self):
+        for name in ("numpy", "vtk", "vtk.util"):
+            sys.modules.pop(name, None)
+        import numpy
+        import vtk
+        from vtk.util import numpy_support
+        surface = client.Surface(array.array("f", (0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1)),
+                                 array.array("I", (0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3)),
+                                 [array.array("f", (1, 2, 3, 4)), array.array("f", (5, 6, 7, 8))])
+        with mock.patch.multiple(module, numpy=numpy, vtk=vtk, numpy_support=numpy_support):
+            mesh = module.poly_data(surface)
+        self.assertEqual((mesh.GetNumberOfPoints(), mesh.GetNumberOfCells()), (4, 4))
+        self.assertEqual(mesh.GetPoint(3), (0, 0, 1))
+        self.assertEqual([mesh.GetCell(1).GetPointId(n) for n in range(3)], [0, 1, 3])
+        self.assertEqual(mesh.GetPointData().GetArray("edge_strength").GetValue(2), 7)
+        measured = vtk.vtkMassProperties()
+        measured.SetInputData(mesh)
+        self.assertAlmostEqual(measured.GetVolume(), 1 / 6, 6)
+
+
+if __name__ == "__main__":
+    unittest.main()

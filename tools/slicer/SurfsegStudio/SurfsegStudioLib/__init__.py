@@ -1,0 +1,1 @@
+"""What the module SurfsegStudio needs and Slicer does not give: nothing here imports Slicer."""
