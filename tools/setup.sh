@@ -8,7 +8,7 @@ set -euo pipefail
 
 packages=(
   g++ cmake ninja-build ccache pkg-config
-  libeigen3-dev libopenmesh-dev libcgal-dev libceres-dev
+  libeigen3-dev libopenmesh-dev libcgal-dev libceres-dev libsuitesparse-dev
   libopenvdb-dev libtbb-dev libboost-iostreams-dev libblosc-dev
   libvtk9-dev libopenmpi-dev libx11-dev
   libmaxflow-dev

@@ -16,8 +16,18 @@ enum class StepRule {
   kFixed  ///< StepOptions::tau within the bounds, whatever J does: thesis Alg. 17, far from optima
 };
 
+/// What keeps a step within the displacement that a shape allows its vertices.
+enum class StepBound {
+  kShape,  ///< the whole step is shortened until its fastest vertex obeys
+  /// Each vertex that would go further goes as far as it may, the others move on, up to the step 1
+  /// of an inexact Newton method: where most of a shape is nearly at its minimum, a few vertices on
+  /// a long way hold up no others. For gradient flows.
+  kVertex
+};
+
 struct StepOptions {
   StepRule rule = StepRule::kLineSearch;
+  StepBound bound = StepBound::kShape;
   /// Line search accepts beta * expected <= actual <= alpha * expected, both changes negative
   /// (thesis (3.37), signs corrected); 0 < alpha < beta < 1.
   double alpha = 0.25, beta = 0.75;  // thesis 5.1

@@ -1,8 +1,9 @@
 #include "libsurf/segment/cell_noise.h"
 
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
 #include <cmath>
-#include <unordered_map>
 
 namespace surf::segment {
 namespace {
@@ -12,41 +13,55 @@ constexpr int kBlock = kLag + 1;  // cells
 constexpr double kAlike = 2;      // correlation; phantoms have 1.2 or less, scans 15 to 25
 constexpr std::size_t kMostLagged = 20000;
 
+/// From the index of a cell to those of the cells behind it that are no more than kLag apart.
+template <int Dim>
+std::vector<std::uint64_t> steps_to_neighbours(const std::array<int, Dim>& size) {
+  std::vector<std::uint64_t> out;
+  std::array<int, Dim> lag;
+  lag.fill(-kLag);
+  while (true) {
+    std::int64_t step = 0, scale = 1;
+    for (int axis = 0; axis < Dim; ++axis) {
+      step += lag[axis] * scale;
+      scale *= size[axis];
+    }
+    if (step > 0) out.push_back(std::uint64_t(step));
+    int axis = 0;
+    while (axis < Dim && ++lag[axis] > kLag) lag[axis++] = -kLag;
+    if (axis == Dim) return out;
+  }
+}
+
 }  // namespace
 
 template <int Dim>
 double noise_correlation(const std::vector<EdgeCell<Dim>>& cells,
                          const std::vector<double>& residuals, const std::array<int, Dim>& size) {
-  std::unordered_map<std::uint64_t, std::size_t> at;
-  for (std::size_t k = 0; k < cells.size(); ++k) at.emplace(cells[k].index, k);
-  const auto clipped = [&](std::size_t k) { return std::clamp(residuals[k], -4.0, 4.0); };
+  std::vector<std::uint64_t> index(cells.size());
+  std::vector<double> clipped(cells.size());
   double variance = 0;
-  for (std::size_t k = 0; k < residuals.size(); ++k) variance += clipped(k) * clipped(k);
-  variance /= std::max<double>(residuals.size(), 1);
-  const std::size_t stride = 1 + cells.size() / kMostLagged;
-  std::array<int, Dim> lag;
-  lag.fill(-kLag);
-  double sum = 0;
-  while (true) {
-    std::int64_t step = 0, scale = 1;
-    bool is_zero = true;
-    for (int axis = 0; axis < Dim; ++axis) {
-      step += lag[axis] * scale;
-      scale *= size[axis];
-      is_zero &= lag[axis] == 0;
-    }
-    double product = 0, n = 0;
-    if (!is_zero && step > 0)
-      for (std::size_t k = 0; k < cells.size(); k += stride)
-        if (const auto other = at.find(cells[k].index + std::uint64_t(step)); other != at.end()) {
-          product += clipped(k) * clipped(other->second);
-          ++n;
-        }
-    if (n > 0) sum += 2 * product / n / std::max(variance, 1e-300);
-    int axis = 0;
-    while (axis < Dim && ++lag[axis] > kLag) lag[axis++] = -kLag;
-    if (axis == Dim) break;
+  for (std::size_t k = 0; k < cells.size(); ++k) {
+    index[k] = cells[k].index;
+    clipped[k] = std::clamp(residuals[k], -4.0, 4.0);
+    variance += clipped[k] * clipped[k];
   }
+  variance /= std::max<double>(double(cells.size()), 1);
+  const std::vector<std::uint64_t> steps = steps_to_neighbours<Dim>(size);
+  const std::size_t stride = 1 + cells.size() / kMostLagged;
+  std::vector<double> covariances(steps.size(), 0);
+  tbb::parallel_for(std::size_t(0), steps.size(), [&](std::size_t lag) {
+    double product = 0, n = 0;
+    for (std::size_t k = 0, other = 0; k < index.size(); k += stride) {
+      while (other < index.size() && index[other] < index[k] + steps[lag]) ++other;
+      if (other == index.size()) break;
+      if (index[other] != index[k] + steps[lag]) continue;
+      product += clipped[k] * clipped[other];
+      ++n;
+    }
+    if (n > 0) covariances[lag] = product / n;
+  });
+  double sum = 0;
+  for (const double covariance : covariances) sum += 2 * covariance / std::max(variance, 1e-300);
   return std::max(1.0, 1 + sum);
 }
 

@@ -1,12 +1,17 @@
 #include "libsurf/segment/edge_cells.h"
 
+#include <tbb/parallel_for.h>
+#include <tbb/parallel_sort.h>
+
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 
 namespace surf::segment {
 namespace {
 
+constexpr Eigen::Index kElements = 512;  // of a task
 constexpr int kNewtonSteps = 6;
 constexpr double kNewtonTolerance = 1e-7;  // of the reach
 constexpr double kOnSide = 1e-9;           // of a barycentric coordinate: both elements have it
@@ -91,14 +96,42 @@ class Prism {
   std::array<double, Dim> lean_;
 };
 
+/// Those of an element.
+template <int Dim>
+void add_cells(const ImageExtent<Dim>& extent, const Prism<Dim>& prism, int element,
+               std::vector<EdgeCell<Dim>>& out) {
+  std::array<int, Dim> lower, upper;
+  prism.box(extent, lower, upper);
+  for (int axis = 0; axis < Dim; ++axis)
+    if (lower[axis] >= upper[axis]) return;
+  for (std::array<int, Dim> at = lower; at[Dim - 1] < upper[Dim - 1];) {
+    Vector<Dim> index;
+    std::uint64_t number = 0;
+    for (int axis = Dim - 1; axis >= 0; --axis) {
+      index[axis] = at[axis];
+      number = number * std::uint64_t(extent.size[axis]) + std::uint64_t(at[axis]);
+    }
+    EdgeCell<Dim> cell;
+    if (prism.locate(extent.index_to_world * index, cell)) {
+      cell.index = number;
+      cell.element = element;
+      out.push_back(cell);
+    }
+    for (int axis = 0; axis < Dim; ++axis) {
+      if (++at[axis] < upper[axis] || axis == Dim - 1) break;
+      at[axis] = lower[axis];
+    }
+  }
+}
+
 /// Each cell once, with the sheet that it is nearest to; by index.
 template <int Dim>
 void keep_nearest(std::vector<EdgeCell<Dim>>& cells) {
   const auto key = [](const EdgeCell<Dim>& cell) {
     return std::tuple(cell.index, std::abs(cell.distance_mm), cell.element);
   };
-  std::sort(cells.begin(), cells.end(),
-            [&](const auto& a, const auto& b) { return key(a) < key(b); });
+  tbb::parallel_sort(cells.begin(), cells.end(),
+                     [&](const auto& a, const auto& b) { return key(a) < key(b); });
   const auto is_same = [](const auto& a, const auto& b) { return a.index == b.index; };
   cells.erase(std::unique(cells.begin(), cells.end(), is_same), cells.end());
 }
@@ -128,35 +161,16 @@ template <int Dim>
 std::vector<EdgeCell<Dim>> edge_cells(const Setting<Dim>& setting,
                                       const fem::Geometry<Dim>& geometry,
                                       const Points<Dim>& normals, double reach_mm) {
-  const ImageExtent<Dim>& extent = setting.extent();
+  const Eigen::Index n = geometry.n_elements();
+  std::vector<std::vector<EdgeCell<Dim>>> parts(std::size_t((n + kElements - 1) / kElements));
+  tbb::parallel_for(std::size_t(0), parts.size(), [&](std::size_t part) {
+    const Eigen::Index first = Eigen::Index(part) * kElements;
+    for (Eigen::Index t = first; t < std::min(first + kElements, n); ++t)
+      if (geometry.place(t) != fem::Place::kBorder)
+        add_cells<Dim>(setting.extent(), {geometry, normals, t, reach_mm}, int(t), parts[part]);
+  });
   std::vector<EdgeCell<Dim>> out;
-  for (Eigen::Index t = 0; t < geometry.n_elements(); ++t) {
-    if (geometry.place(t) == fem::Place::kBorder) continue;
-    const Prism<Dim> prism(geometry, normals, t, reach_mm);
-    std::array<int, Dim> lower, upper;
-    prism.box(extent, lower, upper);
-    bool is_empty = false;
-    for (int axis = 0; axis < Dim; ++axis) is_empty |= lower[axis] >= upper[axis];
-    if (is_empty) continue;
-    for (std::array<int, Dim> at = lower; at[Dim - 1] < upper[Dim - 1];) {
-      Vector<Dim> index;
-      std::uint64_t number = 0;
-      for (int axis = Dim - 1; axis >= 0; --axis) {
-        index[axis] = at[axis];
-        number = number * std::uint64_t(extent.size[axis]) + std::uint64_t(at[axis]);
-      }
-      EdgeCell<Dim> cell;
-      if (prism.locate(extent.index_to_world * index, cell)) {
-        cell.index = number;
-        cell.element = int(t);
-        out.push_back(cell);
-      }
-      for (int axis = 0; axis < Dim; ++axis) {
-        if (++at[axis] < upper[axis] || axis == Dim - 1) break;
-        at[axis] = lower[axis];
-      }
-    }
-  }
+  for (const auto& part : parts) out.insert(out.end(), part.begin(), part.end());
   keep_nearest<Dim>(out);
   read_values<Dim>(setting, out);
   return out;

@@ -1,8 +1,8 @@
 #include "libsurf/segment/edge_profiles.h"
 
 #include <ceres/tiny_solver.h>
+#include <tbb/parallel_for.h>
 
-#include <Eigen/SparseCholesky>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -81,34 +81,15 @@ class ProfileCost {
   const ProfileOptions& options_;
 };
 
-/// (M + pool^2 A)^-1 on loads.
+// Vertices whose elements all lie on the image's border have no mass of their own.
 template <int Dim>
-class Pool {
- public:
-  // Vertices whose elements all lie on the image's border have no mass of their own.
-  Pool(const fem::Geometry<Dim>& geometry, double pool_mm)
-      : mass_(geometry.lumped_mass().cwiseMax(kLeastMass * geometry.lumped_mass().mean())) {
-    Sparse K = pool_mm * pool_mm *
+Sparse pool_matrix(const fem::Geometry<Dim>& geometry, double pool_mm) {
+  Sparse out = pool_mm * pool_mm *
                Sparse(fem::stiffness<Dim>(geometry, Eigen::VectorXd::Ones(geometry.n_elements())));
-    K += Sparse(mass_.asDiagonal());
-    solver_.compute(K);
-    // Cells of a kernel that falls off like exp(-r / pool): 4 pi pool^2 or 4 pool of them count.
-    area_mm_ = Dim == 3 ? 4 * std::numbers::pi * pool_mm * pool_mm : 4 * pool_mm;
-    area_mm_ = std::min(area_mm_, geometry.measure());
-  }
-  /// Per length or area of the shape, as many as the kernel reaches: counts stay counts.
-  Eigen::MatrixXd operator()(const Eigen::MatrixXd& loads) const {
-    return area_mm_ * Eigen::MatrixXd(solver_.solve(loads)).cwiseMax(0);
-  }
-  Eigen::MatrixXd signed_sums(const Eigen::MatrixXd& loads) const {
-    return area_mm_ * Eigen::MatrixXd(solver_.solve(loads));
-  }
-
- private:
-  Eigen::VectorXd mass_;
-  Eigen::SimplicialLDLT<Sparse> solver_;
-  double area_mm_ = 1;
-};
+  const Eigen::VectorXd& mass = geometry.lumped_mass();
+  out += Sparse(mass.cwiseMax(kLeastMass * mass.mean()).asDiagonal());
+  return out;
+}
 
 /// Sums over the cells of each bin: of 1, of the distances and of the values.
 struct BinSums {
@@ -124,6 +105,13 @@ double robust_deviation(std::vector<double> amounts) {
 }
 
 }  // namespace
+
+template <int Dim>
+ProfilePool<Dim>::ProfilePool(const fem::Geometry<Dim>& geometry, double pool_mm)
+    : factor_(pool_matrix<Dim>(geometry, pool_mm)),
+      // Cells of a kernel that falls off like exp(-r / pool): 4 pi pool^2 or 4 pool of them count.
+      area_mm_(std::min(Dim == 3 ? 4 * std::numbers::pi * pool_mm * pool_mm : 4 * pool_mm,
+                        geometry.measure())) {}
 
 template <int Dim>
 ExpectedValue expected_value(const EdgeProfiles& profiles, const EdgeCell<Dim>& cell,
@@ -146,7 +134,8 @@ ExpectedValue expected_value(const EdgeProfiles& profiles, const EdgeCell<Dim>& 
 template <int Dim>
 EdgeProfiles fit_edge_profiles(const fem::Geometry<Dim>& geometry,
                                const std::vector<EdgeCell<Dim>>& cells,
-                               const Eigen::VectorXd& moved_mm, const ProfileOptions& options) {
+                               const Eigen::VectorXd& moved_mm, const ProfilePool<Dim>& pool,
+                               const ProfileOptions& options) {
   const Elements<Dim>& T = geometry.elements();
   const Eigen::Index n = geometry.n_vertices();
   const int n_bins = 21;
@@ -164,19 +153,17 @@ EdgeProfiles fit_edge_profiles(const fem::Geometry<Dim>& geometry,
       sums.values(vertex, bin) += cell.lambda[i] * cell.value;
     }
   }
-  const Pool<Dim> pool(geometry, options.pool_mm);
   // Of values less their mean, so that rounding does not matter.
   const double middle = sums.values.sum() / std::max(sums.counts.sum(), 1.0);
   sums.values -= middle * sums.counts;
-  const Eigen::MatrixXd counts = pool(sums.counts), distances = pool.signed_sums(sums.distances),
-                        values = pool.signed_sums(sums.values);
+  const Eigen::MatrixXd counts = pool(sums.counts), distances = pool(sums.distances),
+                        values = pool(sums.values);
   EdgeProfiles out;
   for (Eigen::VectorXd* field : {&out.inside, &out.outside, &out.width_mm, &out.place_mm,
                                  &out.noise, &out.explained, &out.n_cells})
     field->setZero(n);
-  std::vector<Bin> bins;
-  for (Eigen::Index i = 0; i < n; ++i) {
-    bins.clear();
+  const auto fit = [&](Eigen::Index i) {
+    std::vector<Bin> bins;
     double mean = 0, total = 0;
     for (int k = 0; k < n_bins; ++k) {
       if (!(counts(i, k) > kLeastCells)) continue;
@@ -186,7 +173,7 @@ EdgeProfiles fit_edge_profiles(const fem::Geometry<Dim>& geometry,
     }
     out.width_mm[i] = options.width_mm;
     out.n_cells[i] = total;
-    if (bins.size() < 5) continue;
+    if (bins.size() < 5) return;
     mean /= total;
     double variance = 0, inner = 0, outer = 0, n_inner = 0, n_outer = 0;
     for (const Bin& bin : bins) {
@@ -226,7 +213,8 @@ EdgeProfiles fit_edge_profiles(const fem::Geometry<Dim>& geometry,
     out.place_mm[i] = x[2];
     out.width_mm[i] = std::exp(x[3]);
     out.explained[i] = variance > 0 ? 1 - left / variance : 0;
-  }
+  };
+  tbb::parallel_for(Eigen::Index(0), n, fit);
   // What single cells have besides.
   Eigen::MatrixXd squares = Eigen::MatrixXd::Zero(n, 2);
   std::vector<double> residuals, amounts;
@@ -245,7 +233,7 @@ EdgeProfiles fit_edge_profiles(const fem::Geometry<Dim>& geometry,
       squares(vertex, 0) += cells[k].lambda[i] * r * r;
       squares(vertex, 1) += cells[k].lambda[i];
     }
-  squares = pool(squares);
+  squares = pool(squares).cwiseMax(0);
   for (Eigen::Index i = 0; i < n; ++i)
     out.noise[i] =
         std::max(squares(i, 1) > kLeastCells ? std::sqrt(squares(i, 0) / squares(i, 1)) : typical,
@@ -289,14 +277,15 @@ std::vector<char> have_own_steps(const fem::Geometry<Dim>& geometry,
   return out;
 }
 
-#define SURFSEG_INSTANTIATE(Dim)                                                               \
-  template ExpectedValue expected_value<Dim>(const EdgeProfiles&, const EdgeCell<Dim>&,        \
-                                             const Elements<Dim>&, double);                    \
-  template EdgeProfiles fit_edge_profiles<Dim>(const fem::Geometry<Dim>&,                      \
-                                               const std::vector<EdgeCell<Dim>>&,              \
-                                               const Eigen::VectorXd&, const ProfileOptions&); \
-  template std::vector<char> have_own_steps<Dim>(const fem::Geometry<Dim>&,                    \
-                                                 const std::vector<EdgeCell<Dim>>&,            \
+#define SURFSEG_INSTANTIATE(Dim)                                                            \
+  template class ProfilePool<Dim>;                                                          \
+  template ExpectedValue expected_value<Dim>(const EdgeProfiles&, const EdgeCell<Dim>&,     \
+                                             const Elements<Dim>&, double);                 \
+  template EdgeProfiles fit_edge_profiles<Dim>(                                             \
+      const fem::Geometry<Dim>&, const std::vector<EdgeCell<Dim>>&, const Eigen::VectorXd&, \
+      const ProfilePool<Dim>&, const ProfileOptions&);                                      \
+  template std::vector<char> have_own_steps<Dim>(const fem::Geometry<Dim>&,                 \
+                                                 const std::vector<EdgeCell<Dim>>&,         \
                                                  const EdgeProfiles&, const Eigen::VectorXd&);
 SURFSEG_INSTANTIATE(2)
 SURFSEG_INSTANTIATE(3)

@@ -1,6 +1,7 @@
 // Blurred steps across a shape: how its edges look like from place to place.
 #pragma once
 
+#include "libsurf/base/sparse_cholesky.h"
 #include "libsurf/segment/edge_cells.h"
 
 namespace surf::segment {
@@ -21,19 +22,35 @@ struct ProfileOptions {
   double reach_mm = 1;  ///< of the cells
   double width_mm = 1;  ///< expected, within a factor of
   double width_range = 1.5;
-  double pool_mm = 1;  ///< cells up to about twice as far along the shape count
   double least_noise = 0;
 };
 
-/// Fits to the cells' means at distances half a cell apart, pooled along the shape by
-/// (M + pool^2 A)^-1, by Ceres' TinySolver: least squares, robust (pseudo-Huber), the width as
-/// probable as a log-normal number.
+/// Sums along a shape: of loads at its vertices, by (M + pool^2 A)^-1, times the area or length
+/// that the kernel counts.
+template <int Dim>
+class ProfilePool {
+ public:
+  /// @param pool_mm  loads up to about twice as far along the shape count
+  ProfilePool(const fem::Geometry<Dim>& geometry, double pool_mm);
+  /// (n, columns); sums of what is positive can fall below 0 by little.
+  Eigen::MatrixXd operator()(const Eigen::MatrixXd& loads) const {
+    return area_mm_ * factor_.solve(loads);
+  }
+
+ private:
+  SparseCholesky factor_;
+  double area_mm_;
+};
+
+/// Fits to the cells' means at distances half a cell apart, pooled along the shape, by Ceres'
+/// TinySolver: least squares, robust (pseudo-Huber), the width as probable as a log-normal number.
 /// @param moved_mm  by which the vertices have moved along their normals, (n): distances count
 ///                  from there
 template <int Dim>
 EdgeProfiles fit_edge_profiles(const fem::Geometry<Dim>& geometry,
                                const std::vector<EdgeCell<Dim>>& cells,
-                               const Eigen::VectorXd& moved_mm, const ProfileOptions& options);
+                               const Eigen::VectorXd& moved_mm, const ProfilePool<Dim>& pool,
+                               const ProfileOptions& options);
 
 /// Signed distance of a cell to its element after the vertices moved [mm].
 template <int Dim>

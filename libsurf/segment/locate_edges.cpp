@@ -1,5 +1,6 @@
 #include "libsurf/segment/locate_edges.h"
 
+#include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
@@ -62,6 +63,8 @@ class Locator {
         cell_mm_(setting.extent().cell_mm()),
         blur_mm_(blur_mm),
         reach_mm_(kReachBlurs * blur_mm + kReachCells * cell_mm_),
+        bending_(geometry_),
+        pool_(geometry_, kPoolCells * cell_mm_),
         cells_(edge_cells<Dim>(setting, geometry_, normals_, reach_mm_)) {}
 
   LocatedEdges<Dim> run() {
@@ -71,24 +74,25 @@ class Locator {
     ProfileOptions options;
     options.reach_mm = reach_mm_;
     options.width_mm = std::hypot(blur_mm_, 0.3 * cell_mm_);
-    options.pool_mm = kPoolCells * cell_mm_;
     options.least_noise =
         kLeastNoise * (setting_.extent().range[1] - double(setting_.extent().range[0]));
     EdgeProfiles profiles;
     std::unique_ptr<Posterior> posterior;
     std::optional<SmoothMoves<Dim>> prior;
     for (int pass = 0; pass < kPasses; ++pass) {
-      profiles = fit_edge_profiles<Dim>(geometry_, cells_, u, options);
+      profiles = fit_edge_profiles<Dim>(geometry_, cells_, u, pool_, options);
       if (pass == 0) {
         options.width_mm = median(profiles.width_mm);
         options.width_range = 1.25;
         u = limited(profiles.place_mm);
         continue;
       }
-      const Observations data = observations(profiles, u, out.correlation, Part::kAll);
+      const Expectations expected = expectations(profiles, u);
+      out.correlation = expected.correlation;
+      const Observations data = observations(expected, u, Part::kAll);
       if (pass == 1) {
-        out.length_mm = best_length(profiles, u);
-        prior.emplace(geometry_, normals_, out.length_mm);
+        out.length_mm = best_length(expected, u);
+        prior.emplace(bending_, geometry_, normals_, out.length_mm);
       }
       posterior = std::make_unique<Posterior>(after(*prior, data, pass == 1 ? kFirst : kNext));
       u = limited(posterior->mean());
@@ -166,6 +170,13 @@ class Locator {
 
   enum class Part { kAll, kOne, kOther };
 
+  /// Of the cells, by profiles round moved vertices.
+  struct Expectations {
+    std::vector<ExpectedValue> values;
+    std::vector<double> residuals;  // in deviations
+    double correlation = 1;
+  };
+
   Posterior after(const SmoothMoves<Dim>& prior, const Observations& data,
                   int n_reweightings) const {
     const Eigen::VectorXd information =
@@ -180,7 +191,7 @@ class Locator {
         n_seen == 0 ? 1 : median(Eigen::Map<const Eigen::VectorXd>(seen.data(), n_seen)));
     Eigen::VectorXd weights = prior.weights(prior.smoothing(), tau);
     for (int round = 0;; ++round) {
-      Posterior out(prior.precision(tau, weights), data, prior.smoothing());
+      Posterior out(bending_.cholesky(), prior.precision(tau, weights), data, prior.smoothing());
       if (round == n_reweightings) return out;
       weights = prior.weights(out.mean(), tau);
     }
@@ -188,14 +199,13 @@ class Locator {
 
   /// The length that predicts one half of the cells best from the other: found from the middle, to
   /// the side where it gets better.
-  double best_length(const EdgeProfiles& profiles, const Eigen::VectorXd& u) const {
-    double correlation = 1;
-    const std::array parts = {observations(profiles, u, correlation, Part::kOne),
-                              observations(profiles, u, correlation, Part::kOther)};
+  double best_length(const Expectations& expected, const Eigen::VectorXd& u) const {
+    const std::array parts = {observations(expected, u, Part::kOne),
+                              observations(expected, u, Part::kOther)};
     std::array<double, kLengths.size()> loss;
     const auto compare = [&](int first, int n) {
       tbb::parallel_for(0, n, [&](int k) {
-        const SmoothMoves<Dim> prior(geometry_, normals_, kLengths[first + k] * cell_mm_);
+        const SmoothMoves<Dim> prior(bending_, geometry_, normals_, kLengths[first + k] * cell_mm_);
         std::array<double, 2> losses;
         tbb::parallel_for(0, 2, [&](int half) {
           // Moves further than they are allowed to go say nothing of the length.
@@ -264,39 +274,48 @@ class Locator {
                                                                                   : Part::kOther;
   }
 
-  /// What the cells say of the moves: Gauss-Newton round u, Cauchy's loss by its weights.
-  Observations observations(const EdgeProfiles& profiles, const Eigen::VectorXd& u,
-                            double& correlation, Part part) const {
+  Expectations expectations(const EdgeProfiles& profiles, const Eigen::VectorXd& u) const {
     const Elements<Dim>& T = geometry_.elements();
-    std::vector<double> residuals(cells_.size());
-    std::vector<ExpectedValue> expected(cells_.size());
-    for (std::size_t k = 0; k < cells_.size(); ++k) {
-      expected[k] =
-          expected_value<Dim>(profiles, cells_[k], T, distance_after<Dim>(cells_[k], T, u));
-      residuals[k] = (cells_[k].value - expected[k].value) / expected[k].noise;
-    }
-    correlation = noise_correlation<Dim>(cells_, residuals, setting_.extent().size);
+    Expectations out;
+    out.values.resize(cells_.size());
+    out.residuals.resize(cells_.size());
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, cells_.size()), [&](const auto& range) {
+      for (std::size_t k = range.begin(); k < range.end(); ++k) {
+        out.values[k] =
+            expected_value<Dim>(profiles, cells_[k], T, distance_after<Dim>(cells_[k], T, u));
+        out.residuals[k] = (cells_[k].value - out.values[k].value) / out.values[k].noise;
+      }
+    });
+    out.correlation = noise_correlation<Dim>(cells_, out.residuals, setting_.extent().size);
+    return out;
+  }
+
+  /// What the cells say of the moves: Gauss-Newton round u, Cauchy's loss by its weights.
+  Observations observations(const Expectations& expected, const Eigen::VectorXd& u,
+                            Part part) const {
+    const Elements<Dim>& T = geometry_.elements();
+    const fem::Topology<Dim>& topology = geometry_.topology();
     Observations out;
     out.b.setZero(geometry_.n_vertices());
-    std::vector<Eigen::Triplet<double>> entries;
+    SparseMatrix P = topology.pattern();
+    double* entries = P.valuePtr();
     for (std::size_t k = 0; k < cells_.size(); ++k) {
       const EdgeCell<Dim>& cell = cells_[k];
-      if (part != Part::kAll && part != part_of(cell, correlation)) continue;
-      const double slope = expected[k].slope / expected[k].noise;  // by the distance
-      const double q = residuals[k] / kCauchy;
-      const double weight = kInformation / (1 + q * q) / correlation;
-      double target = residuals[k];  // r = I - f(d - reach . u); df / du_i = -slope reach_i
+      if (part != Part::kAll && part != part_of(cell, expected.correlation)) continue;
+      const double residual = expected.residuals[k];
+      const double slope = expected.values[k].slope / expected.values[k].noise;  // by the distance
+      const double q = residual / kCauchy;
+      const double weight = kInformation / (1 + q * q) / expected.correlation;
+      double target = residual;  // r = I - f(d - reach . u); df / du_i = -slope reach_i
       for (int i = 0; i < Dim; ++i) target -= slope * cell.reach[i] * u[T(cell.element, i)];
       for (int i = 0; i < Dim; ++i) {
         const double gi = -slope * cell.reach[i];
         out.b[T(cell.element, i)] += weight * gi * target;
         for (int j = 0; j < Dim; ++j)
-          entries.emplace_back(T(cell.element, i), T(cell.element, j),
-                               -weight * gi * slope * cell.reach[j]);
+          entries[topology.slot(cell.element, i, j)] += -weight * gi * slope * cell.reach[j];
       }
     }
-    out.P.resize(geometry_.n_vertices(), geometry_.n_vertices());
-    out.P.setFromTriplets(entries.begin(), entries.end());
+    out.P = P;
     return out;
   }
 
@@ -304,6 +323,8 @@ class Locator {
   fem::Geometry<Dim> geometry_;
   Points<Dim> normals_;
   double cell_mm_, blur_mm_, reach_mm_;
+  BendingMatrices bending_;
+  ProfilePool<Dim> pool_;
   std::vector<EdgeCell<Dim>> cells_;
 };
 

@@ -4,7 +4,9 @@
 #include <Eigen/Core>
 #include <Eigen/SparseCore>
 #include <memory>
+#include <vector>
 
+#include "libsurf/base/sparse_cholesky.h"
 #include "libsurf/fem/geometry.h"
 
 namespace surf::segment {
@@ -14,6 +16,25 @@ namespace surf::segment {
 struct Observations {
   Eigen::SparseMatrix<double> P;  ///< (n, n)
   Eigen::VectorXd b;              ///< (n)
+};
+
+/// A diag(d) A of a shape's stiffness matrix A for any d: all have the same nonzeros, which are
+/// found once, with the order of their Cholesky factors.
+class BendingMatrices {
+ public:
+  template <int Dim>
+  explicit BendingMatrices(const fem::Geometry<Dim>& geometry);
+
+  const Eigen::SparseMatrix<double>& stiffness() const { return A_; }
+  const CholeskyPattern& cholesky() const { return *cholesky_; }
+  /// A diag(d) A, (n, n).
+  Eigen::SparseMatrix<double> operator()(const Eigen::VectorXd& d) const;
+
+ private:
+  Eigen::SparseMatrix<double> A_, zero_;
+  std::vector<int> places_;          // in the values, of each product of two entries of A
+  std::vector<std::size_t> begins_;  // of a column's products
+  std::unique_ptr<const CholeskyPattern> cholesky_;
 };
 
 /// The prior of the moves: the curvature of the moved shape varies little over less than a length
@@ -30,8 +51,10 @@ struct Observations {
 template <int Dim>
 class SmoothMoves {
  public:
+  /// @param bending  of the geometry; must outlive it
   /// @param normals  of the vertices; on the image's border nothing is known
-  SmoothMoves(const fem::Geometry<Dim>& geometry, const Points<Dim>& normals, double length_mm);
+  SmoothMoves(const BendingMatrices& bending, const fem::Geometry<Dim>& geometry,
+              const Points<Dim>& normals, double length_mm);
 
   /// u_s, (n).
   const Eigen::VectorXd& smoothing() const { return smoothing_; }
@@ -44,25 +67,22 @@ class SmoothMoves {
   Eigen::SparseMatrix<double> precision(double tau, const Eigen::VectorXd& weights) const;
 
  private:
+  const BendingMatrices& bending_;
   double k_;
-  Eigen::VectorXd mass_, is_free_;
-  Eigen::SparseMatrix<double> A_;
-  Eigen::VectorXd smoothing_;
+  Eigen::VectorXd mass_, is_free_, smoothing_;
 };
 
 /// Moves after the observations: Gaussian, of precision Q + P.
 class Posterior {
  public:
+  /// @param pattern      of Q + P
   /// @param Q            of the prior
   /// @param mean_before  of the prior, (n)
-  Posterior(const Eigen::SparseMatrix<double>& Q, const Observations& data,
-            const Eigen::VectorXd& mean_before);
-  Posterior(Posterior&&) noexcept;
-  ~Posterior();
+  Posterior(const CholeskyPattern& pattern, const Eigen::SparseMatrix<double>& Q,
+            const Observations& data, const Eigen::VectorXd& mean_before);
   const Eigen::VectorXd& mean() const { return mean_; }
-  /// Variance of each value, (n): the diagonal of (Q + P)^-1 by Takahashi's recursion on the
-  /// pattern of the Cholesky factor, exact.
-  Eigen::VectorXd variances() const;
+  /// Variance of each value, (n): the diagonal of (Q + P)^-1, exact.
+  Eigen::VectorXd variances() const { return factor_.inverse_diagonal(); }
   /// Variance of c^T u.
   double variance_of(const Eigen::VectorXd& c) const;
   /// How far the prior pulls the mean from what the observations alone say, to first order:
@@ -70,8 +90,7 @@ class Posterior {
   const Eigen::VectorXd& pull() const { return pull_; }
 
  private:
-  struct Factor;
-  std::unique_ptr<Factor> factor_;
+  SparseCholesky factor_;
   Eigen::VectorXd mean_, pull_;
 };
 

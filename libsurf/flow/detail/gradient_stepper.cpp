@@ -21,18 +21,20 @@ class GradientStepper : public Stepper<Dim> {
     this->energy_.differentiate(fem::curvature<Dim>(shape, A), 1, terms);
     const VelocitySystem<Dim> system(shape, terms, A, velocity_options_);
     velocity_ = system.solve(previous_tau_);
-    const double tau_max = largest_step<Dim>(shape, velocity_.vector,
-                                             this->moving_.max_displacement(), this->options_.step);
+    const StepOptions& options = this->options_.step;
+    const double furthest = this->moving_.max_displacement();
+    const double tau_max = largest_step<Dim>(shape, velocity_.vector, furthest, options);
     if (!(tau_max > 0)) return false;
     const double J = this->energy_.value();
     const auto attempt = [&](double tau) {
       if (system.depends_on_step()) velocity_ = system.solve(tau);
-      const double J_new = this->try_displacement(shape, tau * velocity_.vector,
-                                                  velocity_.content_direction, record);
+      const double J_new = this->try_displacement(
+          shape, bounded_displacement<Dim>(velocity_.vector, tau, furthest, options.bound),
+          velocity_.content_direction, record);
       const Points<Dim> moved = this->to_ - shape.points();
       return Trial{J_new - J, terms.derivative.cwiseProduct(moved).sum()};
     };
-    const auto step = choose_step(this->options_.step, first_trial(tau_max), tau_max, attempt);
+    const auto step = choose_step(options, first_trial(tau_max), tau_max, attempt);
     record.shape_derivative = velocity_.shape_derivative;
     record.multiplier = velocity_.multiplier;
     if (!step) return false;

@@ -11,6 +11,7 @@ namespace surf::flow {
 namespace {
 
 constexpr int kContentRounds = 3;  // in each, vertices that are held back are left out
+constexpr double kShorter = 0.7;   // a step whose gradient is too large, by its vertices' bounds
 
 }  // namespace
 
@@ -60,7 +61,25 @@ double largest_step(const fem::Geometry<Dim>& shape, const Points<Dim>& velocity
   if (!(speed > 0) || !std::isfinite(speed)) return 0;
   const double tau = std::min(max_displacement, shape.radius()) / speed;
   const double gradient = max_velocity_gradient<Dim>(shape, velocity, options.exempt_share);
-  return gradient > 0 ? std::min(tau, options.epsilon_tau / gradient) : tau;
+  const double least = gradient > 0 ? std::min(tau, options.epsilon_tau / gradient) : tau;
+  if (options.bound == StepBound::kShape) return least;
+  for (double longer = 1; longer > least; longer *= kShorter)
+    if (max_velocity_gradient<Dim>(
+            shape, bounded_displacement<Dim>(velocity, longer, max_displacement, options.bound),
+            options.exempt_share) <= options.epsilon_tau)
+      return longer;
+  return least;
+}
+
+template <int Dim>
+Points<Dim> bounded_displacement(const Points<Dim>& velocity, double tau, double max_displacement,
+                                 StepBound bound) {
+  Points<Dim> out = tau * velocity;
+  if (bound == StepBound::kShape) return out;
+  for (auto row : out.rowwise())
+    if (const double length = row.norm(); length > max_displacement)
+      row *= max_displacement / length;
+  return out;
 }
 
 template <int Dim>
@@ -82,6 +101,8 @@ template double largest_step<2>(const fem::Geometry<2>&, const Points<2>&, doubl
                                 const StepOptions&);
 template double largest_step<3>(const fem::Geometry<3>&, const Points<3>&, double,
                                 const StepOptions&);
+template Points<2> bounded_displacement<2>(const Points<2>&, double, double, StepBound);
+template Points<3> bounded_displacement<3>(const Points<3>&, double, double, StepBound);
 template std::unique_ptr<Stepper<2>> make_stepper<2>(const StepSetting<2>&);
 template std::unique_ptr<Stepper<3>> make_stepper<3>(const StepSetting<3>&);
 

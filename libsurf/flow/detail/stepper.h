@@ -54,8 +54,13 @@ class Stepper {
                     const Eigen::VectorXd& content_direction, StepRecord& record);
 };
 
-/// The time step for which no vertex moves further than the shape allows and Alg. 3 holds; 0 if the
-/// velocity is 0 or not finite.
+/// tau V, (n, Dim), with StepBound::kVertex no row longer than max_displacement.
+template <int Dim>
+Points<Dim> bounded_displacement(const Points<Dim>& velocity, double tau, double max_displacement,
+                                 StepBound bound);
+
+/// The time step for which no vertex moves further than the shape allows and Alg. 3 holds, with
+/// StepBound::kVertex for bounded_displacement(); 0 if the velocity is 0 or not finite.
 template <int Dim>
 double largest_step(const fem::Geometry<Dim>& shape, const Points<Dim>& velocity,
                     double max_displacement, const StepOptions& options);

@@ -42,6 +42,9 @@ template <>
 constexpr Names<flow::Scheme> kNames<flow::Scheme> = {
     {flow::Scheme::kExplicit, "explicit"}, {flow::Scheme::kSemiImplicit, "semi-implicit"}};
 template <>
+constexpr Names<flow::StepBound> kNames<flow::StepBound> = {{flow::StepBound::kShape, "shape"},
+                                                            {flow::StepBound::kVertex, "vertex"}};
+template <>
 constexpr Names<flow::StepRule> kNames<flow::StepRule> = {
     {flow::StepRule::kBacktracking, "backtracking"},
     {flow::StepRule::kLineSearch, "line-search"},
@@ -80,6 +83,7 @@ void for_each_field(OptionsType& o, const Visit& visit) {
   visit("flow.velocity.solver_tolerance", flow.velocity.solver_tolerance);
   visit("flow.velocity.keeps_content", flow.velocity.keeps_content);
   visit("flow.step.rule", flow.step.rule);
+  visit("flow.step.bound", flow.step.bound);
   visit("flow.step.alpha", flow.step.alpha);
   visit("flow.step.beta", flow.step.beta);
   visit("flow.step.epsilon_tau", flow.step.epsilon_tau);

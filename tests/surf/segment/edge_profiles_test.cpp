@@ -97,10 +97,10 @@ TEST(EdgeProfiles, FindLevelsWidthAndPlace) {
   ProfileOptions options;
   options.reach_mm = reach;
   options.width_mm = 1;
-  options.pool_mm = 3;
   options.least_noise = 0.01;
   const EdgeProfiles found =
-      fit_edge_profiles<3>(geometry, cells, Eigen::VectorXd::Zero(ball.points.rows()), options);
+      fit_edge_profiles<3>(geometry, cells, Eigen::VectorXd::Zero(ball.points.rows()),
+                           ProfilePool<3>(geometry, 3), options);
   for (Eigen::Index i = 0; i < ball.points.rows(); ++i) {
     EXPECT_NEAR(found.inside[i], 300, 1);
     EXPECT_NEAR(found.outside[i], 100, 1);
@@ -126,10 +126,20 @@ TEST(LocateEdges, FindsABlurredBallWhereItIsHalfway) {
   }
 }
 
+TEST(BendingMatrices, AreTheProduct) {
+  const Triangles ball = mesh::ball(kCenter, kRadius, 4);
+  const fem::Geometry<3> geometry(ball.points, ball.elements);
+  const BendingMatrices bending(geometry);
+  const Eigen::VectorXd d = Eigen::VectorXd::LinSpaced(ball.points.rows(), 0, 2);
+  const Eigen::MatrixXd A = bending.stiffness();
+  EXPECT_LT((Eigen::MatrixXd(bending(d)) - A * d.asDiagonal() * A).norm(), 1e-12 * A.norm());
+}
+
 TEST(Posterior, HasTheVariancesOfTheInverse) {
   const Triangles ball = mesh::ball(kCenter, kRadius, 4);
   const fem::Geometry<3> geometry(ball.points, ball.elements);
-  const SmoothMoves<3> prior(geometry, unit_normals(geometry), 10);
+  const BendingMatrices bending(geometry);
+  const SmoothMoves<3> prior(bending, geometry, unit_normals(geometry), 10);
   const Eigen::Index n = ball.points.rows();
   Observations data;
   data.b.setLinSpaced(n, -1, 1);
@@ -137,7 +147,7 @@ TEST(Posterior, HasTheVariancesOfTheInverse) {
   for (Eigen::Index i = 0; i < n; ++i) data.P.insert(i, i) = 1 + double(i % 3);
   const Eigen::VectorXd before = Eigen::VectorXd::Constant(n, 0.2);
   const Eigen::SparseMatrix<double> Q = prior.precision(3, Eigen::VectorXd::Ones(n));
-  const Posterior posterior(Q, data, before);
+  const Posterior posterior(bending.cholesky(), Q, data, before);
   const Eigen::MatrixXd inverse = Eigen::MatrixXd(Q + data.P).inverse();
   EXPECT_LT((posterior.variances() - inverse.diagonal()).cwiseAbs().maxCoeff(),
             1e-9 * inverse.diagonal().maxCoeff());
@@ -145,17 +155,22 @@ TEST(Posterior, HasTheVariancesOfTheInverse) {
   EXPECT_NEAR(posterior.variance_of(data.b), data.b.dot(inverse * data.b), 1e-9);
 }
 
+Eigen::VectorXd smoothing(const fem::Geometry<3>& geometry, const Points<3>& normals) {
+  const BendingMatrices bending(geometry);
+  return SmoothMoves<3>(bending, geometry, normals, 6).smoothing();
+}
+
 TEST(SmoothMoves, TakeOffRipplesAndLeaveTheBall) {
   const Triangles ball = mesh::ball(kCenter, kRadius, 1);
   const fem::Geometry<3> smooth(ball.points, ball.elements);
   const Points<3> normals = unit_normals(smooth);
-  EXPECT_LT(SmoothMoves<3>(smooth, normals, 6).smoothing().cwiseAbs().maxCoeff(), 0.01);
+  EXPECT_LT(smoothing(smooth, normals).cwiseAbs().maxCoeff(), 0.01);
   std::mt19937 generator(1);
   std::normal_distribution<double> normal;
   Eigen::VectorXd ripples(ball.points.rows());
   for (double& ripple : ripples) ripple = 0.1 * normal(generator);
   const fem::Geometry<3> rough(ball.points + ripples.asDiagonal() * normals, ball.elements);
-  const Eigen::VectorXd left = ripples + SmoothMoves<3>(rough, normals, 6).smoothing();
+  const Eigen::VectorXd left = ripples + smoothing(rough, normals);
   EXPECT_LT(left.norm(), 0.4 * ripples.norm());
 }
 
@@ -163,7 +178,8 @@ TEST(SmoothMoves, TakeOffRipplesAndLeaveTheBall) {
 TEST(SmoothMoves, WeighSteepPlacesLess) {
   const Triangles ball = mesh::ball(kCenter, kRadius, 2);
   const fem::Geometry<3> geometry(ball.points, ball.elements);
-  const SmoothMoves<3> prior(geometry, unit_normals(geometry), 8);
+  const BendingMatrices bending(geometry);
+  const SmoothMoves<3> prior(bending, geometry, unit_normals(geometry), 8);
   Eigen::VectorXd moves = prior.smoothing();
   EXPECT_NEAR(prior.weights(moves, 10).minCoeff(), 4.0 / 3, 1e-9);
   moves[5] += 1;

@@ -1,0 +1,209 @@
+#include "libsurf/base/sparse_cholesky.h"
+
+#include <cholmod.h>
+
+#include <Eigen/Dense>
+#include <new>
+#include <stdexcept>
+#include <vector>
+
+namespace surf {
+namespace {
+
+using Sparse = Eigen::SparseMatrix<double>;
+
+/// CHOLMOD's settings and workspace; each object has its own, so that several threads may factor.
+class Common {
+ public:
+  Common() {
+    cholmod_start(&common_);
+    common_.supernodal = CHOLMOD_SUPERNODAL;
+    common_.final_ll = 1;
+    common_.print = 0;
+  }
+  ~Common() { cholmod_finish(&common_); }
+  Common(const Common&) = delete;
+  Common& operator=(const Common&) = delete;
+
+  cholmod_common* get() { return &common_; }
+
+ private:
+  cholmod_common common_;
+};
+
+/// Frees what CHOLMOD made.
+struct Factor {
+  Common common;
+  cholmod_factor* L = nullptr;
+
+  ~Factor() { cholmod_free_factor(&L, common.get()); }
+  void check() const {
+    if (!L) throw std::bad_alloc();
+  }
+};
+
+/// The matrix as CHOLMOD sees it, without a copy.
+cholmod_sparse view_of(const Sparse& matrix) {
+  if (!matrix.isCompressed()) throw std::logic_error("SparseCholesky: the matrix is compressed");
+  cholmod_sparse out{};
+  out.nrow = std::size_t(matrix.rows());
+  out.ncol = std::size_t(matrix.cols());
+  out.nzmax = std::size_t(matrix.nonZeros());
+  out.p = const_cast<int*>(matrix.outerIndexPtr());
+  out.i = const_cast<int*>(matrix.innerIndexPtr());
+  out.x = const_cast<double*>(matrix.valuePtr());
+  out.stype = -1;  // the lower triangle
+  out.itype = CHOLMOD_INT;
+  out.xtype = CHOLMOD_REAL;
+  out.dtype = CHOLMOD_DOUBLE;
+  out.sorted = out.packed = 1;
+  return out;
+}
+
+cholmod_dense view_of(const Eigen::MatrixXd& matrix) {
+  cholmod_dense out{};
+  out.nrow = out.d = std::size_t(matrix.rows());
+  out.ncol = std::size_t(matrix.cols());
+  out.nzmax = std::size_t(matrix.size());
+  out.x = const_cast<double*>(matrix.data());
+  out.xtype = CHOLMOD_REAL;
+  out.dtype = CHOLMOD_DOUBLE;
+  return out;
+}
+
+/// One block of columns of L, its rows in ascending order: those of its own columns first.
+struct Supernode {
+  Supernode(const cholmod_factor& L, int k)
+      : first_column(static_cast<const int*>(L.super)[k]),
+        n_columns(static_cast<const int*>(L.super)[k + 1] - first_column),
+        rows(static_cast<const int*>(L.s) + static_cast<const int*>(L.pi)[k]),
+        n_rows(static_cast<const int*>(L.pi)[k + 1] - static_cast<const int*>(L.pi)[k]),
+        values(static_cast<const int*>(L.px)[k]) {}
+
+  int first_column, n_columns;
+  const int* rows;
+  int n_rows;
+  std::ptrdiff_t values;  // where they begin, column by column
+};
+
+/// The inverse of L L^T on the nonzeros of L, block by block from the last:
+/// with L = (L_JJ, 0; L_RJ, .) and Y = L_RJ L_JJ^-1,
+/// Z_RJ = -Z_RR Y, Z_JJ = L_JJ^-T L_JJ^-1 - Y^T Z_RJ.
+class InverseOnPattern {
+ public:
+  explicit InverseOnPattern(const cholmod_factor& L)
+      : L_(L), Z_(std::size_t(L.xsize)), supernode_of_(L.n), place_(L.n) {
+    for (int k = 0; k < int(L.nsuper); ++k) {
+      const Supernode node(L, k);
+      for (int j = 0; j < node.n_columns; ++j) supernode_of_[node.first_column + j] = k;
+    }
+    for (int k = int(L.nsuper) - 1; k >= 0; --k) find(Supernode(L, k));
+  }
+
+  Eigen::VectorXd diagonal() const {
+    Eigen::VectorXd out(Eigen::Index(L_.n));
+    for (int k = 0; k < int(L_.nsuper); ++k) {
+      const Supernode node(L_, k);
+      for (int j = 0; j < node.n_columns; ++j)
+        out[node.first_column + j] =
+            Z_[std::size_t(node.values + std::ptrdiff_t(j) * node.n_rows + j)];
+    }
+    return out;
+  }
+
+ private:
+  void find(const Supernode& node) {
+    const int m = node.n_columns, n_below = node.n_rows - m;
+    const Eigen::Map<const Eigen::MatrixXd> block(static_cast<const double*>(L_.x) + node.values,
+                                                  node.n_rows, m);
+    Eigen::Map<Eigen::MatrixXd> out(Z_.data() + node.values, node.n_rows, m);
+    const Eigen::MatrixXd inverse =
+        block.topRows(m).triangularView<Eigen::Lower>().solve(Eigen::MatrixXd::Identity(m, m));
+    out.topRows(m).noalias() = inverse.transpose() * inverse;
+    if (n_below == 0) return;
+    const Eigen::MatrixXd Y = block.bottomRows(n_below) * inverse;
+    out.bottomRows(n_below).noalias() =
+        below(node).selfadjointView<Eigen::Lower>() * Eigen::MatrixXd(-Y);
+    out.topRows(m).noalias() -= Y.transpose() * out.bottomRows(n_below);
+  }
+
+  /// Z_RR, its lower triangle, from the blocks that are found.
+  Eigen::MatrixXd below(const Supernode& node) {
+    const int* R = node.rows + node.n_columns;
+    const int n = node.n_rows - node.n_columns;
+    Eigen::MatrixXd out(n, n);
+    for (int first = 0; first < n;) {
+      const int k = supernode_of_[R[first]];
+      const Supernode later(L_, k);
+      for (int row = 0; row < later.n_rows; ++row) place_[later.rows[row]] = row;
+      int column = first;
+      for (; column < n && supernode_of_[R[column]] == k; ++column) {
+        const double* from = Z_.data() + later.values +
+                             std::ptrdiff_t(R[column] - later.first_column) * later.n_rows;
+        for (int row = column; row < n; ++row) out(row, column) = from[place_[R[row]]];
+      }
+      first = column;
+    }
+    return out;
+  }
+
+  const cholmod_factor& L_;
+  std::vector<double> Z_;
+  std::vector<int> supernode_of_, place_;
+};
+
+}  // namespace
+
+struct CholeskyPattern::Impl : Factor {};
+
+CholeskyPattern::CholeskyPattern(const Sparse& matrix) {
+  const auto impl = std::make_shared<Impl>();
+  cholmod_sparse A = view_of(matrix);
+  impl->L = cholmod_analyze(&A, impl->common.get());
+  impl->check();
+  impl_ = impl;
+}
+
+struct SparseCholesky::Impl : Factor {};
+
+SparseCholesky::SparseCholesky(const Sparse& matrix)
+    : SparseCholesky(CholeskyPattern(matrix), matrix) {}
+
+SparseCholesky::SparseCholesky(const CholeskyPattern& pattern, const Sparse& matrix)
+    : impl_(std::make_unique<Impl>()) {
+  impl_->L = cholmod_copy_factor(pattern.impl_->L, impl_->common.get());
+  impl_->check();
+  cholmod_sparse A = view_of(matrix);
+  cholmod_factorize(&A, impl_->L, impl_->common.get());
+  if (impl_->common.get()->status == CHOLMOD_OUT_OF_MEMORY) throw std::bad_alloc();
+}
+
+SparseCholesky::SparseCholesky(SparseCholesky&&) noexcept = default;
+SparseCholesky& SparseCholesky::operator=(SparseCholesky&&) noexcept = default;
+SparseCholesky::~SparseCholesky() = default;
+
+bool SparseCholesky::is_definite() const {
+  return impl_->common.get()->status == CHOLMOD_OK && impl_->L->minor == impl_->L->n;
+}
+
+Eigen::MatrixXd SparseCholesky::solve(const Eigen::MatrixXd& rhs) const {
+  if (!is_definite()) throw std::logic_error("SparseCholesky: the matrix is not positive definite");
+  cholmod_dense B = view_of(rhs);
+  cholmod_dense* X = cholmod_solve(CHOLMOD_A, impl_->L, &B, impl_->common.get());
+  if (!X) throw std::bad_alloc();
+  Eigen::MatrixXd out =
+      Eigen::Map<const Eigen::MatrixXd>(static_cast<const double*>(X->x), rhs.rows(), rhs.cols());
+  cholmod_free_dense(&X, impl_->common.get());
+  return out;
+}
+
+Eigen::VectorXd SparseCholesky::inverse_diagonal() const {
+  if (!is_definite()) throw std::logic_error("SparseCholesky: the matrix is not positive definite");
+  const Eigen::VectorXd permuted = InverseOnPattern(*impl_->L).diagonal();
+  const auto* order = static_cast<const int*>(impl_->L->Perm);
+  Eigen::VectorXd out(permuted.size());
+  for (Eigen::Index k = 0; k < out.size(); ++k) out[order[k]] = permuted[k];
+  return out;
+}
+
+}  // namespace surf

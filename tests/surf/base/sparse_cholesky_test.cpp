@@ -1,0 +1,68 @@
+#include "libsurf/base/sparse_cholesky.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Dense>
+#include <random>
+#include <vector>
+
+namespace surf {
+namespace {
+
+using Sparse = Eigen::SparseMatrix<double>;
+
+/// The graph Laplacian of a grid of n x n nodes with random weights, squared, plus a shift.
+Sparse squared_laplacian(int n, unsigned seed, double shift) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> weight(0.5, 2);
+  std::vector<Eigen::Triplet<double>> entries;
+  const auto join = [&](int a, int b) {
+    const double w = weight(random);
+    entries.emplace_back(a, a, w);
+    entries.emplace_back(b, b, w);
+    entries.emplace_back(a, b, -w);
+    entries.emplace_back(b, a, -w);
+  };
+  for (int i = 0; i < n; ++i)
+    for (int j = 0; j < n; ++j) {
+      if (i + 1 < n) join(i * n + j, (i + 1) * n + j);
+      if (j + 1 < n) join(i * n + j, i * n + j + 1);
+    }
+  Sparse A(n * n, n * n), identity(n * n, n * n);
+  A.setFromTriplets(entries.begin(), entries.end());
+  identity.setIdentity();
+  return Sparse(A * A) + shift * identity;
+}
+
+TEST(SparseCholesky, SolvesAsTheDenseInverse) {
+  const Sparse A = squared_laplacian(17, 1, 0.01);
+  const SparseCholesky factor(A);
+  ASSERT_TRUE(factor.is_definite());
+  const Eigen::MatrixXd inverse = Eigen::MatrixXd(A).inverse();
+  const Eigen::MatrixXd rhs = Eigen::MatrixXd::Random(A.rows(), 3);
+  EXPECT_LT((factor.solve(rhs) - inverse * rhs).norm(), 1e-10 * (inverse * rhs).norm());
+  EXPECT_LT((factor.inverse_diagonal() - inverse.diagonal()).norm(),
+            1e-10 * inverse.diagonal().norm());
+}
+
+TEST(SparseCholesky, OnePatternServesManyMatrices) {
+  const Sparse first = squared_laplacian(20, 1, 0.01), second = squared_laplacian(20, 2, 1);
+  const CholeskyPattern pattern(first);
+  const Eigen::VectorXd rhs = Eigen::VectorXd::LinSpaced(first.rows(), -1, 1);
+  for (const Sparse& A : {first, second}) {
+    const SparseCholesky factor(pattern, A);
+    EXPECT_LT((A * factor.solve(rhs) - rhs).norm(), 1e-9 * rhs.norm());
+    EXPECT_LT((factor.inverse_diagonal() - Eigen::MatrixXd(A).inverse().diagonal()).norm(), 1e-8);
+  }
+}
+
+TEST(SparseCholesky, SaysWhereThereIsNoFactor) {
+  const Sparse A = squared_laplacian(5, 1, -10);
+  const SparseCholesky factor(A);
+  EXPECT_FALSE(factor.is_definite());
+  EXPECT_THROW(factor.solve(Eigen::VectorXd::Ones(25)), std::logic_error);
+  EXPECT_THROW(factor.inverse_diagonal(), std::logic_error);
+}
+
+}  // namespace
+}  // namespace surf
