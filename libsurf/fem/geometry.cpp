@@ -1,6 +1,7 @@
 #include "libsurf/fem/geometry.h"
 
 #include <fmt/format.h>
+#include <tbb/parallel_for.h>
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>
@@ -69,14 +70,17 @@ SparseMatrix pattern_of(const Elements<Dim>& T, Eigen::Index n_vertices) {
   for (Eigen::Index t = 0; t < T.rows(); ++t)
     for (int i = 0; i < Dim; ++i)
       for (int j = 0; j < Dim; ++j) columns[end[T(t, i)]++] = T(t, j);
+  tbb::parallel_for(Eigen::Index(0), n_vertices, [&](Eigen::Index row) {
+    const auto begin = columns.begin() + first[row];
+    std::sort(begin, columns.begin() + first[row + 1]);
+    end[row] = int(std::unique(begin, columns.begin() + first[row + 1]) - columns.begin());
+  });
   SparseMatrix pattern(n_vertices, n_vertices);
   int n_entries = 0;
   for (Eigen::Index row = 0; row < n_vertices; ++row) {
-    const auto begin = columns.begin() + first[row];
-    std::sort(begin, columns.begin() + first[row + 1]);
-    const auto last = std::unique(begin, columns.begin() + first[row + 1]);
-    std::copy(begin, last, columns.begin() + n_entries);
-    n_entries += static_cast<int>(last - begin);
+    std::copy(columns.begin() + first[row], columns.begin() + end[row],
+              columns.begin() + n_entries);
+    n_entries += end[row] - first[row];
     pattern.outerIndexPtr()[row + 1] = n_entries;
   }
   pattern.resizeNonZeros(n_entries);
@@ -95,15 +99,17 @@ Topology<Dim>::Topology(Elements<Dim> T, Eigen::Index n_vertices)
     throw InvalidMesh(
         fmt::format("geometry: an element names a vertex outside 0..{}", n_vertices - 1));
   pattern_ = pattern_of<Dim>(T_, n_vertices);
-  slots_.reserve(T_.rows() * Dim * Dim);
+  slots_.resize(std::size_t(T_.rows()) * Dim * Dim);
   const int* columns = pattern_.innerIndexPtr();
-  for (Eigen::Index t = 0; t < T_.rows(); ++t)
+  tbb::parallel_for(Eigen::Index(0), T_.rows(), [&](Eigen::Index t) {
+    int* slot = slots_.data() + t * Dim * Dim;
     for (int i = 0; i < Dim; ++i) {
       const int* begin = columns + pattern_.outerIndexPtr()[T_(t, i)];
       const int* end = columns + pattern_.outerIndexPtr()[T_(t, i) + 1];
       for (int j = 0; j < Dim; ++j)
-        slots_.push_back(static_cast<int>(std::lower_bound(begin, end, T_(t, j)) - columns));
+        *slot++ = static_cast<int>(std::lower_bound(begin, end, T_(t, j)) - columns);
     }
+  });
 }
 
 template <int Dim>
@@ -133,17 +139,19 @@ Geometry<Dim>::Geometry(Points<Dim> X, std::shared_ptr<const Topology<Dim>> topo
   gradients_.resize(m);
   lumped_mass_.setZero(X_.rows());
   nodal_normals_.setZero(X_.rows(), Dim);
+  tbb::parallel_for(Eigen::Index(0), m, [&](Eigen::Index t) {
+    normals_.row(t) = area_vector(X_, T.row(t));
+    measures_[t] = normals_.row(t).norm();
+    gradients_[t] = basis_gradients_of<Dim>(X_, T.row(t));
+  });
   for (Eigen::Index t = 0; t < m; ++t) {
-    const Vector<Dim> weighted = area_vector(X_, T.row(t));
-    measures_[t] = weighted.norm();
     if (!(measures_[t] > 0))
       throw InvalidMesh(fmt::format("geometry: element {} has no measure", t));
-    normals_.row(t) = weighted / measures_[t];
-    gradients_[t] = basis_gradients_of<Dim>(X_, T.row(t));
     for (int i = 0; i < Dim; ++i) {
       lumped_mass_[T(t, i)] += measures_[t] / Dim;
-      nodal_normals_.row(T(t, i)) += weighted / Dim;
+      nodal_normals_.row(T(t, i)) += normals_.row(t) / Dim;
     }
+    normals_.row(t) /= measures_[t];
   }
   for (Eigen::Index i = 0; i < X_.rows(); ++i)
     if (lumped_mass_[i] > 0) nodal_normals_.row(i) /= lumped_mass_[i];

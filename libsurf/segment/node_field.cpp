@@ -34,93 +34,63 @@ struct Stencil {
   }
 };
 
-/// Sums of the values by the weights of each axis, differentiated up to some order: entries of the
-/// lower axes are shared, which is three times as fast as one sum for each derivative.
+/// The four nodes round a place along each axis.
 template <int Dim>
-class Sums {
+class Stencils {
  public:
-  Sums(const std::vector<float>& values, const std::array<Stencil, Dim>& stencils, int order)
-      : values_(values.data()), stencils_(stencils), order_(order) {
-    if constexpr (Dim == 2)
-      plane(0, planes_);
-    else
-      volume();
+  Stencils(const Vector<Dim>& node, const std::array<int, Dim>& size) : along_(at(node, size)) {
+    const auto& first = along_[0].offset;
+    is_inside_ = first[3] == first[0] + 3;
   }
 
-  /// Differentiated `orders[axis]` times along each axis.
-  double operator()(const std::array<int, Dim>& orders) const {
+  std::array<SplineWeights, Dim> weights() const {
     if constexpr (Dim == 2)
-      return planes_[orders[0]][orders[1]];
+      return {along_[0].weights, along_[1].weights};
     else
-      return volumes_[orders[0]][orders[1]][orders[2]];
+      return {along_[0].weights, along_[1].weights, along_[2].weights};
+  }
+  volume::SplineRow row(const float* values, int j, int k) const {
+    const float* line = values + along_[1].offset[std::size_t(j)];
+    if constexpr (Dim == 3) line += along_[2].offset[std::size_t(k)];
+    const auto& offset = along_[0].offset;
+    if (is_inside_)
+      return Eigen::Map<const Eigen::Array4f>(line + offset[0]).template cast<double>();
+    return {line[offset[0]], line[offset[1]], line[offset[2]], line[offset[3]]};
   }
 
  private:
-  using Plane = std::array<std::array<double, 3>, 3>;
-
-  const std::array<double, 4>& weights(int axis, int order) const {
-    const SplineWeights& w = stencils_[axis].weights;
-    return order == 0 ? w.value : order == 1 ? w.first : w.second;
+  static std::array<Stencil, Dim> at(const Vector<Dim>& node, const std::array<int, Dim>& size) {
+    const Stencil i(node[0], size[0], 1), j(node[1], size[1], std::size_t(size[0]));
+    if constexpr (Dim == 2)
+      return {i, j};
+    else
+      return {i, j, Stencil(node[2], size[2], std::size_t(size[0]) * size[1])};
   }
 
-  void plane(std::size_t offset, Plane& out) const {
-    std::array<std::array<double, 4>, 3> rows;
-    for (int b = 0; b < 4; ++b) {
-      const float* line = values_ + offset + stencils_[1].offset[b];
-      std::array<double, 4> v;
-      for (int a = 0; a < 4; ++a) v[a] = double(line[stencils_[0].offset[a]]);
-      for (int i = 0; i <= order_; ++i) {
-        const std::array<double, 4>& w = weights(0, i);
-        double row = 0;
-        for (int a = 0; a < 4; ++a) row += w[a] * v[a];
-        rows[i][b] = row;
-      }
-    }
-    for (int i = 0; i <= order_; ++i)
-      for (int j = 0; i + j <= order_; ++j) {
-        const std::array<double, 4>& w = weights(1, j);
-        double sum = 0;
-        for (int b = 0; b < 4; ++b) sum += w[b] * rows[i][b];
-        out[i][j] = sum;
-      }
-  }
-
-  void volume() {
-    std::array<Plane, 4> planes;
-    for (int c = 0; c < 4; ++c) plane(stencils_[2].offset[c], planes[c]);
-    for (int i = 0; i <= order_; ++i)
-      for (int j = 0; i + j <= order_; ++j)
-        for (int k = 0; i + j + k <= order_; ++k) {
-          const std::array<double, 4>& w = weights(2, k);
-          double sum = 0;
-          for (int c = 0; c < 4; ++c) sum += w[c] * planes[c][i][j];
-          volumes_[i][j][k] = sum;
-        }
-  }
-
-  const float* values_;
-  const std::array<Stencil, Dim>& stencils_;
-  int order_;
-  Plane planes_ = {};
-  std::array<Plane, 3> volumes_ = {};
+  std::array<Stencil, Dim> along_;
+  bool is_inside_;  // the four nodes of a row lie side by side
 };
 
-template <int Dim>
-std::array<Stencil, Dim> stencils_at(const Vector<Dim>& node, const std::array<int, Dim>& size) {
-  const Stencil i(node[0], size[0], 1), j(node[1], size[1], std::size_t(size[0]));
-  if constexpr (Dim == 2)
-    return {i, j};
-  else
-    return {i, j, Stencil(node[2], size[2], std::size_t(size[0]) * size[1])};
-}
+constexpr std::size_t kLines = 16;  // that are filtered side by side
 
-/// One box of 2 r + 1 nodes along lines of `n` nodes that lie `stride` apart.
-void box_filter(float* line, int n, std::size_t stride, int r, std::vector<double>& sums) {
-  sums[0] = 0;
-  for (int i = 0; i < n; ++i) sums[i + 1] = sums[i] + line[i * stride];
+/// Three boxes of 2 r + 1 nodes along `width` neighbouring lines of `n` nodes `stride` apart.
+void box_filters(float* line, int n, std::size_t stride, std::size_t width, int r) {
+  std::vector<double> sums((std::size_t(n) + 1) * width);
   const double scale = 1.0 / (2 * r + 1);
-  for (int i = 0; i < n; ++i)
-    line[i * stride] = float(scale * (sums[std::min(i + r, n - 1) + 1] - sums[std::max(i - r, 0)]));
+  for (int round = 0; round < 3; ++round) {
+    std::fill_n(sums.begin(), width, 0.0);
+    for (int i = 0; i < n; ++i) {
+      const float* from = line + std::size_t(i) * stride;
+      double* to = sums.data() + std::size_t(i + 1) * width;
+      for (std::size_t k = 0; k < width; ++k) to[k] = to[k - width] + from[k];
+    }
+    for (int i = 0; i < n; ++i) {
+      const double* high = sums.data() + std::size_t(std::min(i + r, n - 1) + 1) * width;
+      const double* low = sums.data() + std::size_t(std::max(i - r, 0)) * width;
+      float* to = line + std::size_t(i) * stride;
+      for (std::size_t k = 0; k < width; ++k) to[k] = float(scale * (high[k] - low[k]));
+    }
+  }
 }
 
 }  // namespace
@@ -146,32 +116,17 @@ template <int Dim>
 void NodeField<Dim>::sample(const Points<Dim>& x, Derivatives order, Samples<Dim>& out) const {
   out.resize(x.rows(), order);
   const Eigen::Matrix<double, Dim, Dim> to_nodes = world_to_node_.linear();
-  const int n_orders = order == Derivatives::kNone ? 0 : order == Derivatives::kFirst ? 1 : 2;
   const auto sample_one = [&](Eigen::Index at) {
-    const auto stencils =
-        stencils_at<Dim>(world_to_node_ * Vector<Dim>(x.row(at).transpose()), grid_.size);
-    const Sums<Dim> sums(values_, stencils, n_orders);
-    std::array<int, Dim> orders{};
-    out.value[at] = sums(orders);
-    if (n_orders == 0) return;
-    Vector<Dim> gradient;
-    for (int a = 0; a < Dim; ++a) {
-      orders = {};
-      orders[a] = 1;
-      gradient[a] = sums(orders);
-    }
-    out.gradient.row(at) = (to_nodes.transpose() * gradient).transpose();
-    if (n_orders == 1) return;
-    Eigen::Matrix<double, Dim, Dim> hessian;
-    for (int a = 0; a < Dim; ++a)
-      for (int b = a; b < Dim; ++b) {
-        orders = {};
-        ++orders[a];
-        ++orders[b];
-        hessian(a, b) = hessian(b, a) = sums(orders);
-      }
+    const Stencils<Dim> stencils(world_to_node_ * Vector<Dim>(x.row(at).transpose()), grid_.size);
+    const volume::SplineSums<Dim> sums(stencils.weights(), order, [&](int j, int k) {
+      return stencils.row(values_.data(), j, k);
+    });
+    out.value[at] = sums.value;
+    if (order == Derivatives::kNone) return;
+    out.gradient.row(at) = (to_nodes.transpose() * sums.gradient).transpose();
+    if (order == Derivatives::kFirst) return;
     Eigen::Map<Eigen::Matrix<double, Dim, Dim>>(out.hessian.row(at).data()) =
-        to_nodes.transpose() * hessian * to_nodes;
+        to_nodes.transpose() * sums.hessian * to_nodes;
   };
   tbb::parallel_for(tbb::blocked_range<Eigen::Index>(0, x.rows(), kBlock), [&](const auto& range) {
     for (Eigen::Index at = range.begin(); at < range.end(); ++at) sample_one(at);
@@ -185,12 +140,13 @@ void blur(const std::array<int, 3>& size, double deviation, std::vector<float>& 
   std::size_t stride = 1;
   for (int axis = 0; axis < 3; stride *= size[axis], ++axis) {
     if (size[axis] == 1) continue;
-    std::vector<double> sums(std::size_t(size[axis]) + 1);
-    const std::size_t block = stride * size[axis];
-    for (std::size_t begin = 0; begin < values.size(); begin += block)
-      for (std::size_t line = begin; line < begin + stride; ++line)
-        for (int round = 0; round < 3; ++round)
-          box_filter(values.data() + line, size[axis], stride, r, sums);
+    const std::size_t block = stride * std::size_t(size[axis]), n_blocks = values.size() / block,
+                      n_parts = (stride + kLines - 1) / kLines;
+    tbb::parallel_for(std::size_t(0), n_blocks * n_parts, [&](std::size_t task) {
+      const std::size_t first = task % n_parts * kLines;
+      box_filters(values.data() + task / n_parts * block + first, size[axis], stride,
+                  std::min(kLines, stride - first), r);
+    });
   }
 }
 

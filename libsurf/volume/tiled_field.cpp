@@ -60,65 +60,22 @@ struct TiledField::Impl {
     const float* coefficients = tile(cell[0] / kCells, cell[1] / kCells, cell[2] / kCells) +
                                 ((cell[2] % kCells) * kNodes + cell[1] % kCells) * kNodes +
                                 cell[0] % kCells;
-    const SplineWeights wx(fraction[0]), wy(fraction[1]), wz(fraction[2]);
-    if (order == Derivatives::kNone)
-      out.value[at] = value(coefficients, wx, wy, wz);
-    else
-      derivatives(coefficients, wx, wy, wz, moves, order, at, out);
-  }
-
-  static double value(const float* c, const SplineWeights& wx, const SplineWeights& wy,
-                      const SplineWeights& wz) {
-    double sum = 0;
-    for (int k = 0; k < 4; ++k) {
-      double plane = 0;
-      for (int j = 0; j < 4; ++j)
-        plane += wy.value[j] * dot(wx.value, c + (k * kNodes + j) * kNodes);
-      sum += wz.value[k] * plane;
-    }
-    return sum;
-  }
-
-  void derivatives(const float* c, const SplineWeights& wx, const SplineWeights& wy,
-                   const SplineWeights& wz, const std::array<double, 3>& moves, Derivatives order,
-                   Eigen::Index at, Samples<3>& out) const {
-    double v = 0;
-    Vector<3> g = Vector<3>::Zero();
-    Eigen::Matrix3d h = Eigen::Matrix3d::Zero();
-    for (int k = 0; k < 4; ++k) {
-      double p = 0, px = 0, py = 0, pxx = 0, pxy = 0, pyy = 0;
-      for (int j = 0; j < 4; ++j) {
-        const float* row = c + (k * kNodes + j) * kNodes;
-        const double r = dot(wx.value, row), rx = dot(wx.first, row), rxx = dot(wx.second, row);
-        p += wy.value[j] * r;
-        px += wy.value[j] * rx;
-        py += wy.first[j] * r;
-        pxx += wy.value[j] * rxx;
-        pxy += wy.first[j] * rx;
-        pyy += wy.second[j] * r;
-      }
-      v += wz.value[k] * p;
-      g += Vector<3>(wz.value[k] * px, wz.value[k] * py, wz.first[k] * p);
-      h(0, 0) += wz.value[k] * pxx;
-      h(0, 1) += wz.value[k] * pxy;
-      h(1, 1) += wz.value[k] * pyy;
-      h(0, 2) += wz.first[k] * px;
-      h(1, 2) += wz.first[k] * py;
-      h(2, 2) += wz.second[k] * p;
-    }
-    h(1, 0) = h(0, 1);
-    h(2, 0) = h(0, 2);
-    h(2, 1) = h(1, 2);
+    const SplineSums<3> sums(
+        {SplineWeights(fraction[0]), SplineWeights(fraction[1]), SplineWeights(fraction[2])}, order,
+        [&](int j, int k) -> SplineRow {
+          return Eigen::Map<const Eigen::Array4f>(coefficients + (k * kNodes + j) * kNodes)
+              .cast<double>();
+        });
+    out.value[at] = sums.value;
+    if (order == Derivatives::kNone) return;
     const Vector<3> inside(moves[0], moves[1], moves[2]);
-    g = g.cwiseProduct(inside);
-    h = inside.asDiagonal() * h * inside.asDiagonal();
     const Eigen::Matrix3d& index_from_world = world_to_index.linear();
-    out.value[at] = v;
-    out.gradient.row(at) = index_from_world.transpose() * g;
-    if (order == Derivatives::kSecond) {
-      const Eigen::Matrix3d world = index_from_world.transpose() * h * index_from_world;
-      out.hessian.row(at) = Eigen::Map<const Eigen::Matrix<double, 1, 9>>(world.data());
-    }
+    out.gradient.row(at) = index_from_world.transpose() * sums.gradient.cwiseProduct(inside);
+    if (order == Derivatives::kFirst) return;
+    const Eigen::Matrix3d world = index_from_world.transpose() *
+                                  (inside.asDiagonal() * sums.hessian * inside.asDiagonal()) *
+                                  index_from_world;
+    out.hessian.row(at) = Eigen::Map<const Eigen::Matrix<double, 1, 9>>(world.data());
   }
 
   std::array<int, 3> size;

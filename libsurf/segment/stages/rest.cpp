@@ -1,6 +1,7 @@
 #include "libsurf/segment/stages/rest.h"
 
 #include <fmt/format.h>
+#include <tbb/parallel_for.h>
 
 #include "libsurf/fem/geometry.h"
 
@@ -24,10 +25,11 @@ double mean_distance(const Setting<Dim>& setting, const Simplices<Dim>& shape,
                      const Simplices<Dim>& other) {
   const auto distance = setting.distance_to(other);
   const fem::Geometry<Dim> geometry(shape.points, shape.elements);
-  double sum = 0;
-  for (Eigen::Index i = 0; i < shape.points.rows(); ++i)
-    sum += geometry.lumped_mass()[i] * distance(shape.points.row(i).transpose());
-  return sum / geometry.lumped_mass().sum();
+  Eigen::VectorXd distances(shape.points.rows());
+  tbb::parallel_for(Eigen::Index(0), distances.size(), [&](Eigen::Index i) {
+    distances[i] = distance(shape.points.row(i).transpose());
+  });
+  return geometry.lumped_mass().dot(distances) / geometry.lumped_mass().sum();
 }
 
 template <int Dim>
