@@ -14,8 +14,12 @@ find_package(OpenVDB REQUIRED)
 set(CGAL_DO_NOT_WARN_ABOUT_CMAKE_BUILD_TYPE TRUE)
 find_package(CGAL 5.5 REQUIRED)
 find_package(MPI REQUIRED COMPONENTS C)  # wanted by VTK's own package file
-find_package(VTK 9.1 REQUIRED COMPONENTS CommonCore CommonDataModel IOXML IOImage metaio
-             RenderingCore RenderingOpenGL2)
+set(SURFSEG_VTK CommonCore CommonDataModel IOCore IOXML IOImage metaio RenderingCore
+    RenderingOpenGL2)
+if(SURFSEG_BUILD_TESTS)
+  list(APPEND SURFSEG_VTK FiltersGeometry IOGeometry)  # a reader of .glb that is not ours
+endif()
+find_package(VTK 9.1 REQUIRED COMPONENTS ${SURFSEG_VTK})
 find_package(X11 REQUIRED)  # to look for a display before VTK does
 find_package(fmt REQUIRED)
 find_package(nlohmann_json 3.11 REQUIRED)

@@ -32,4 +32,9 @@ file(CREATE_LINK ${PROJECT_SOURCE_DIR}/data/presets ${CMAKE_BINARY_DIR}/share/su
 
 if(SURFSEG_BUILD_TOOLS)
   include(SurfsegManPages)
+  include(SurfsegCompletions)
+  install(FILES ${PROJECT_SOURCE_DIR}/packaging/surfseg-studio.desktop DESTINATION share/applications)
+  if(BUILD_SHARED_LIBS AND NOT SURFSEG_SANITIZE)
+    include(SurfsegPackage)
+  endif()
 endif()

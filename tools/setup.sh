@@ -19,6 +19,7 @@ packages=(
   python3-dev pybind11-dev python3-pytest
   libcpp-httplib-dev chromium libxml2-utils
   xvfb xauth libgl1-mesa-dri help2man
+  dpkg-dev file
 )
 
 fail() {

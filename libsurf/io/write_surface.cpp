@@ -17,6 +17,8 @@
 
 #include "libsurf/base/error.h"
 #include "libsurf/base/file.h"
+#include "libsurf/io/detail/gifti_file.h"
+#include "libsurf/io/detail/glb_file.h"
 #include "libsurf/io/detail/vtp_file.h"
 
 namespace surf::io {
@@ -118,16 +120,27 @@ std::string vtp_bytes(const Triangles& surface, const WriteOptions& options) {
   return vtp_file(*data, options.space);
 }
 
+std::string gifti_bytes(const Triangles& surface, const WriteOptions& options) {
+  return gifti_surface_bytes({converted(surface.points, options.space), surface.elements});
+}
+
+/// NAME.shape.gii of NAME.surf.gii or NAME.gii: programs that read surfaces want just the two
+/// arrays of one in a file.
+std::string shape_path(const std::string& path) {
+  std::string stem = path.substr(0, path.size() - std::strlen(".gii"));
+  if (extension(stem) == ".surf") stem.resize(stem.size() - std::strlen(".surf"));
+  return stem + ".shape.gii";
+}
+
 using Encoder = std::string (*)(const Triangles&, const WriteOptions&);
 struct Format {
   std::string_view extension;
   Encoder encode;
   bool is_float32;
 };
-constexpr Format kFormats[] = {{".stl", stl_bytes, true},
-                               {".obj", obj_bytes, true},
-                               {".ply", ply_bytes, true},
-                               {".vtp", vtp_bytes, false}};
+constexpr Format kFormats[] = {{".stl", stl_bytes, true},   {".obj", obj_bytes, true},
+                               {".ply", ply_bytes, true},   {".vtp", vtp_bytes, false},
+                               {".gii", gifti_bytes, true}, {".glb", glb_bytes, true}};
 
 const Format* find_format(const std::string& ending) {
   for (const Format& format : kFormats)
@@ -137,9 +150,8 @@ const Format* find_format(const std::string& ending) {
 
 const Format& format_of(const std::string& ending, const std::string& what) {
   if (const Format* format = find_format(ending)) return *format;
-  throw UsageError(fmt::format(
-      "{}: '{}' is not a surface format that can be written; use .stl, .obj, .ply or .vtp", what,
-      ending));
+  throw UsageError(fmt::format("{}: '{}' is not a surface format that can be written; use {}", what,
+                               ending, writable_surfaces()));
 }
 
 Triangles rounded(const Triangles& surface, const Format& format) {
@@ -161,6 +173,15 @@ bool is_writable_surface(const std::string& path) {
   return find_format(extension(path)) != nullptr;
 }
 
+std::string writable_surfaces() {
+  std::string out;
+  for (const Format& format : kFormats) {
+    if (!out.empty()) out += &format == std::end(kFormats) - 1 ? " or " : ", ";
+    out += format.extension;
+  }
+  return out;
+}
+
 Triangles rounded_to_file(const Triangles& surface, const std::string& ending) {
   return rounded(surface, format_of(ending, "surface file"));
 }
@@ -175,6 +196,8 @@ void write_surface(const std::string& path, const Triangles& surface, const Writ
                                     array.name, array.values.size(), in_file.points.rows()));
   in_file.points = converted(in_file.points, options.space);
   write_bytes(path, format.encode(in_file, options));
+  if (format.extension == ".gii" && !options.arrays.empty())
+    write_bytes(shape_path(path), gifti_shape_bytes(options.arrays));
 }
 
 }  // namespace surf::io

@@ -24,10 +24,21 @@ void write_volume(const std::string& path, const Volume& volume);
 /// sform (code 1); in the qform too when it is a rotation, perhaps mirrored, times the spacing.
 void write_nifti(const std::string& path, const Volume& volume);
 
+/// What a label stands for.
+struct LabelName {
+  std::uint8_t label = 1;
+  std::string name;
+  std::array<std::uint8_t, 3> colour = {};  ///< sRGB
+};
+
 /// Writes labels (size[0] * size[1] * size[2] values, i fastest) as unsigned bytes, in the
-/// format of the name's ending as above.
+/// format of the name's ending as above. A name that ends in .seg.nrrd makes it a segmentation of
+/// 3D Slicer, with the names, colours and extents of its segments; the other formats have no place
+/// for names.
+/// @param names  of the labels that are segments, in their order
 /// @throws UsageError, OutputError  as above; labels.size() is not the product of the sizes
 void write_label_map(const std::string& path, const std::array<int, 3>& size,
-                     const Eigen::Affine3d& index_to_world, std::span<const std::uint8_t> labels);
+                     const Eigen::Affine3d& index_to_world, std::span<const std::uint8_t> labels,
+                     std::span<const LabelName> names = {});
 
 }  // namespace surf::volume

@@ -158,6 +158,21 @@ def test_writes_the_programs_bytes(tmp_path):
         assert (tmp_path / name).read_bytes() == (tmp_path / ("ours-" + name)).read_bytes(), name
 
 
+def test_gifti_is_read_by_nibabel(tmp_path, ball):
+    ball.save(tmp_path / "ball.surf.gii")
+    points, triangles = nibabel.load(tmp_path / "ball.surf.gii").agg_data()
+    np.testing.assert_array_equal(points, ball.vertices.astype(np.float32))  # scanner RAS
+    np.testing.assert_array_equal(triangles, ball.faces)
+    image = nibabel.load(tmp_path / "ball.surf.gii")
+    system = image.get_arrays_from_intent("NIFTI_INTENT_POINTSET")[0].coordsys
+    assert system.dataspace == system.xformspace == 1  # NIFTI_XFORM_SCANNER_ANAT
+    np.testing.assert_array_equal(system.xform, np.eye(4))
+    shapes = nibabel.load(tmp_path / "ball.shape.gii")
+    names = [array.metadata["Name"] for array in shapes.darrays]
+    assert names == ["deviation_mm", "edge_strength", "has_edge"]
+    assert all(len(array.data) == len(points) for array in shapes.darrays)
+
+
 def test_evaluates_as_the_program_does(tmp_path, ball):
     values, _ = ball_in()
     reference = tmp_path / "reference.nii.gz"

@@ -38,7 +38,7 @@ class ImageCommand : public SegmentCommand<Dim> {
   std::string image_path() const override { return path_; }
   void write(const surf::segment::Object<Dim>& object,
              const surf::segment::Finished<Dim>& finished) const override {
-    this->write_shape(object_path(files_.output, object.name), finished);
+    this->write_shape(object_path(files_.output, object.name), finished, object.colour);
   }
 
  private:

@@ -138,8 +138,10 @@ ordered_json SegmentCommand<Dim>::write_candidates(const surf::segment::Setting<
                           {Dim == 3 ? "volume_mm3" : "area_mm2", candidate.proposal.enclosed},
                           {"what", to_string(candidate.proposal)}};
     try {
-      write_shape(path, surf::segment::finish<Dim>(setting, candidate.proposal,
-                                                   surf::extension(output_path)));
+      write_shape(
+          path,
+          surf::segment::finish<Dim>(setting, candidate.proposal, surf::extension(output_path)),
+          object.object.colour);
       entry["file"] = path;
       words += ": " + path;
     } catch (const surf::InvalidMesh& error) {
@@ -184,10 +186,14 @@ void SegmentCommand<Dim>::write_labels_of(const Input& input, const Objects& obj
   std::vector<std::uint8_t> now(objects.size() + 1);
   const auto n_wanted = std::count_if(objects.begin(), objects.end(),
                                       [](const auto& object) { return object.is_wanted; });
-  for (std::size_t n = 0; n < objects.size(); ++n)
-    if (objects[n].is_wanted) now[n + 1] = std::uint8_t(n_wanted == 1 ? 1 : n + 1);
+  std::vector<surf::volume::LabelName> names;
+  for (std::size_t n = 0; n < objects.size(); ++n) {
+    if (!objects[n].is_wanted) continue;
+    now[n + 1] = std::uint8_t(n_wanted == 1 ? 1 : n + 1);
+    names.push_back({now[n + 1], objects[n].object.name, objects[n].object.colour});
+  }
   for (std::uint8_t& label : labels) label = now[label];
-  write_labels(labels);
+  write_labels(labels, names);
 }
 
 template <int Dim>

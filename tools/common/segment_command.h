@@ -9,6 +9,7 @@
 
 #include "libsurf/segment/finish_objects.h"
 #include "libsurf/segment/segment.h"
+#include "libsurf/volume/write_volume.h"
 #include "tools/common/exit_codes.h"
 #include "tools/common/objects.h"
 #include "tools/common/progress.h"
@@ -70,10 +71,11 @@ class SegmentCommand {
   virtual void write_together(const Shape& all,
                               const std::vector<surf::segment::Click<Dim>>& clicks) const = 0;
   /// Writes a map of labels, if one was asked for.
-  virtual void write_labels(const std::vector<std::uint8_t>& labels) const = 0;
+  virtual void write_labels(const std::vector<std::uint8_t>& labels,
+                            const std::vector<surf::volume::LabelName>& names) const = 0;
   /// The file of a shape alone, in the format that its name says.
-  virtual void write_shape(const std::string& path,
-                           const surf::segment::Finished<Dim>& shape) const = 0;
+  virtual void write_shape(const std::string& path, const surf::segment::Finished<Dim>& shape,
+                           const surf::segment::Colour& colour) const = 0;
   /// "1656 triangles, 28.005 ml, ..."
   virtual std::string describe(const surf::segment::Measures<Dim>& measures) const = 0;
 

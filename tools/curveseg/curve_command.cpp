@@ -26,7 +26,8 @@ std::shared_ptr<const surf::segment::Setting<2>> CurveFiles::setting(
   return surf::curve::make_setting(image);
 }
 
-void CurveCommand::write_labels(const std::vector<std::uint8_t>& labels) const {
+void CurveCommand::write_labels(const std::vector<std::uint8_t>& labels,
+                                const std::vector<surf::volume::LabelName>& /*names*/) const {
   if (files().mask.empty()) return;
   if (has_object(files().output))
     surf::curve::write_labels(files().mask, image().size(), labels);
@@ -34,8 +35,8 @@ void CurveCommand::write_labels(const std::vector<std::uint8_t>& labels) const {
     surf::curve::write_mask(files().mask, image().size(), labels);
 }
 
-void CurveCommand::write_shape(const std::string& path,
-                               const surf::segment::Finished<2>& shape) const {
+void CurveCommand::write_shape(const std::string& path, const surf::segment::Finished<2>& shape,
+                               const surf::segment::Colour& /*colour*/) const {
   surf::curve::write_contours(path, shape.shape, image(), file_space(files().output_space));
 }
 

@@ -37,8 +37,10 @@ class CurveCommand : public ImageCommand<2, CurveFiles> {
   void write_together(const surf::Segments&,
                       const std::vector<surf::segment::Click<2>>&) const override {}
   /// One object is white, 255; where -o asks for all of several they have their labels.
-  void write_labels(const std::vector<std::uint8_t>& labels) const override;
-  void write_shape(const std::string& path, const surf::segment::Finished<2>& shape) const override;
+  void write_labels(const std::vector<std::uint8_t>& labels,
+                    const std::vector<surf::volume::LabelName>& names) const override;
+  void write_shape(const std::string& path, const surf::segment::Finished<2>& shape,
+                   const surf::segment::Colour& colour) const override;
   std::string describe(const surf::segment::Measures<2>& measures) const override;
 };
 

@@ -54,7 +54,7 @@ py::array_t<std::uint8_t> Surface::mask() const {
 void Surface::save(const std::string& path, const std::string& space) const {
   if (!surf::io::is_writable_surface(path))
     throw surf::UsageError(
-        fmt::format("{}: expected a name that ends in .stl, .obj, .ply or .vtp", path));
+        fmt::format("{}: expected a name that ends in {}", path, surf::io::writable_surfaces()));
   surf::segment::write(path, surf::segment::finish<3>(*setting_, *result_, surf::extension(path)),
                        {space_of(space)});
 }

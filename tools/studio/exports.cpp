@@ -17,7 +17,7 @@ namespace {
 
 using Finished = std::vector<surf::segment::FinishedObject<3>>;
 
-const std::vector<std::string> kSurfaces = {"stl", "obj", "ply", "vtp"},
+const std::vector<std::string> kSurfaces = {"stl", "obj", "ply", "vtp", "gii", "glb"},
                                kLabels = {"nii.gz", "nii", "nrrd", "mha"};
 
 Finished finished(const State& state, const std::string& extension) {
@@ -39,8 +39,10 @@ const surf::segment::Finished<3>& sound(const surf::segment::FinishedObject<3>& 
 
 void write_surface(const State& state, const Export& wanted, const std::string& path) {
   const auto all = finished(state, surf::extension(path));
-  surf::segment::write(path, sound(all[index_of(state, wanted.object)]),
-                       {file_space(wanted.space)});
+  const std::size_t n = index_of(state, wanted.object);
+  surf::io::WriteOptions options{file_space(wanted.space)};
+  options.colour = state.objects[n].object.colour;
+  surf::segment::write(path, sound(all[n]), std::move(options));
 }
 
 /// Each object has its number, one alone has 1.
@@ -52,8 +54,16 @@ void write_labels(const State& state, const Export& wanted, const std::string& p
     sound(all[n]);
     for (std::uint8_t& label : labels) label = label == n + 1 ? 1 : 0;
   }
+  std::vector<surf::volume::LabelName> names;
+  for (std::size_t n = 0; n < state.objects.size(); ++n) {
+    const auto& [id, object] = std::tie(state.objects[n].id, state.objects[n].object);
+    if (wanted.object == 0)
+      names.push_back({std::uint8_t(n + 1), object.name, object.colour});
+    else if (id == wanted.object)
+      names.push_back({1, object.name, object.colour});
+  }
   const auto& volume = state.volume->volume;
-  surf::volume::write_label_map(path, volume.size(), volume.index_to_world(), labels);
+  surf::volume::write_label_map(path, volume.size(), volume.index_to_world(), labels, names);
 }
 
 std::string quoted(std::string text) {

@@ -210,8 +210,8 @@ ordered_json describe_options() {
           {"energies", energies},
           {"presets", presets},
           {"export",
-           {{"surface", {"stl", "obj", "ply", "vtp"}},
-            {"labels", {"nii.gz", "nrrd", "mha", "nii"}},
+           {{"surface", {"stl", "obj", "ply", "vtp", "surf.gii", "glb"}},
+            {"labels", {"nii.gz", "seg.nrrd", "nrrd", "mha", "nii"}},
             {"measures", {"csv"}},
             {"picture", {"png"}},
             {"recipe", {"json"}}}}};

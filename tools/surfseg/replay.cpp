@@ -13,7 +13,8 @@ struct Arguments : ReplayArguments, SurfaceFiles {};
 
 void add_options(CLI::App& command, Arguments& a) {
   add_replay_arguments(command, a);
-  command.add_option("-o,--output", a.output, "Surface to write: .stl, .obj, .ply or .vtp");
+  command.add_option("-o,--output", a.output,
+                     "Surface to write: .stl, .obj, .ply, .vtp, .gii or .glb");
   command.add_option("--volume", a.volume, "The volume [where the recipe says that it is]");
   a.which.add_to(command);
   const OptionGroup group(command, "Output and running");

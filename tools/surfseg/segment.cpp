@@ -174,9 +174,9 @@ void add_options(CLI::App& command, Arguments& a) {
   command.add_option(
       "VOLUME", a.volume,
       "NIfTI, MetaImage, NRRD, VTI or OpenVDB file, a DICOM folder or one of its files");
-  command.add_option(
-      "-o,--output", a.output,
-      "Surface to write: .stl, .obj, .ply or .vtp; of several objects organs/{object}.stl");
+  command.add_option("-o,--output", a.output,
+                     "Surface to write: .stl, .obj, .ply, .vtp, .gii or .glb; of several objects "
+                     "organs/{object}.stl");
   a.which.add_to(command);
 
   add_start_options(command, a, kVolumeWords);

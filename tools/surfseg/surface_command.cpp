@@ -16,8 +16,8 @@ std::vector<Output> SurfaceFiles::outputs() const {
 void SurfaceFiles::check() const {
   if (output.empty()) throw surf::UsageError("-o: an output file is missing, such as -o liver.stl");
   if (!surf::io::is_writable_surface(output))
-    throw surf::UsageError(
-        fmt::format("-o: {}: expected a name that ends in .stl, .obj, .ply or .vtp", output));
+    throw surf::UsageError(fmt::format("-o: {}: expected a name that ends in {}", output,
+                                       surf::io::writable_surfaces()));
   check_volume_name("--mask", mask);
   check_picture("--picture", picture);
   check_picture("--thumbnail", thumbnail);
@@ -47,14 +47,18 @@ void SurfaceCommand::write_together(const surf::Triangles& all,
     write_picture(files().thumbnail, all, image(), clicks, kThumbnailWidth);
 }
 
-void SurfaceCommand::write_labels(const std::vector<std::uint8_t>& labels) const {
+void SurfaceCommand::write_labels(const std::vector<std::uint8_t>& labels,
+                                  const std::vector<surf::volume::LabelName>& names) const {
   if (!files().mask.empty())
-    surf::volume::write_label_map(files().mask, image().size(), image().index_to_world(), labels);
+    surf::volume::write_label_map(files().mask, image().size(), image().index_to_world(), labels,
+                                  names);
 }
 
-void SurfaceCommand::write_shape(const std::string& path,
-                                 const surf::segment::Finished<3>& shape) const {
-  surf::segment::write(path, shape, files().write_options());
+void SurfaceCommand::write_shape(const std::string& path, const surf::segment::Finished<3>& shape,
+                                 const surf::segment::Colour& colour) const {
+  surf::io::WriteOptions options = files().write_options();
+  options.colour = colour;
+  surf::segment::write(path, shape, std::move(options));
 }
 
 std::string SurfaceCommand::describe(const surf::segment::Measures<3>& measures) const {

@@ -40,8 +40,10 @@ class SurfaceCommand : public ImageCommand<3, SurfaceFiles> {
              const surf::segment::Finished<3>& finished) const override;
   void write_together(const surf::Triangles& all,
                       const std::vector<surf::segment::Click<3>>& clicks) const override;
-  void write_labels(const std::vector<std::uint8_t>& labels) const override;
-  void write_shape(const std::string& path, const surf::segment::Finished<3>& shape) const override;
+  void write_labels(const std::vector<std::uint8_t>& labels,
+                    const std::vector<surf::volume::LabelName>& names) const override;
+  void write_shape(const std::string& path, const surf::segment::Finished<3>& shape,
+                   const surf::segment::Colour& colour) const override;
   std::string describe(const surf::segment::Measures<3>& measures) const override;
 };
 

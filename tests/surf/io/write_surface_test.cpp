@@ -2,9 +2,15 @@
 
 #include <gtest/gtest.h>
 #include <sys/resource.h>
+#include <vtkCell.h>
+#include <vtkCompositeDataGeometryFilter.h>
+#include <vtkGLTFReader.h>
+#include <vtkNew.h>
+#include <vtkPolyData.h>
 
 #include <csignal>
 #include <cstring>
+#include <filesystem>
 #include <limits>
 
 #include "libsurf/base/error.h"
@@ -45,6 +51,46 @@ TEST_F(WriteSurface, ComesBackBitForBitAsRounded) {
       EXPECT_TRUE(mesh::verify(back).passed()) << ending;
       EXPECT_GT(mesh::volume_mm3(back), 0) << ending;
     }
+}
+
+// Upright, looking at the viewer, in metres: what VTK's reader finds.
+TEST_F(WriteSurface, GlbStandsUprightInMetres) {
+  WriteOptions options;
+  options.colour = {{230, 159, 0}};
+  options.arrays = {{"deviation_mm", ball().points.col(2)}};
+  for (const Space space : {Space::kLps, Space::kRas}) {
+    options.space = space;
+    const std::string file = path("ball.glb");
+    write_surface(file, ball(), options);
+    vtkNew<vtkGLTFReader> reader;
+    reader->SetFileName(file.c_str());
+    reader->ApplyDeformationsToGeometryOn();
+    reader->Update();
+    vtkNew<vtkCompositeDataGeometryFilter> flat;
+    flat->SetInputConnection(reader->GetOutputPort());
+    flat->Update();
+    vtkPolyData* found = flat->GetOutput();
+    ASSERT_EQ(found->GetNumberOfPoints(), ball().points.rows());
+    ASSERT_EQ(found->GetNumberOfPolys(), ball().elements.rows());
+    double furthest = 0;
+    for (Eigen::Index i = 0; i < ball().points.rows(); ++i) {
+      Vector<3> at;
+      found->GetPoint(i, at.data());
+      const Vector<3> ras(-1e3 * at[0], 1e3 * at[2], 1e3 * at[1]);
+      furthest = std::max(furthest, (ras - ball().points.row(i).transpose()).norm());
+    }
+    EXPECT_LT(furthest, 1e-4);  // mm
+    EXPECT_EQ(found->GetCell(7)->GetPointId(1), ball().elements(7, 1));
+  }
+}
+
+TEST_F(WriteSurface, GiftiHasTheNumbersOfThePointsBesideIt) {
+  WriteOptions options;
+  write_surface(path("ball.surf.gii"), ball(), options);
+  EXPECT_FALSE(std::filesystem::exists(path("ball.shape.gii")));
+  options.arrays = {{"deviation_mm", ball().points.col(2)}};
+  write_surface(path("ball.surf.gii"), ball(), options);
+  EXPECT_TRUE(std::filesystem::exists(path("ball.shape.gii")));
 }
 
 TEST_F(WriteSurface, KeepsDoublesInVtpAndFloatsElsewhere) {

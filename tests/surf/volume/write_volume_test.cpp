@@ -1,5 +1,7 @@
 #include "libsurf/volume/write_volume.h"
 
+#include <teem/nrrd.h>
+
 #include "tests/surf/volume/files.h"
 
 namespace surf::volume {
@@ -41,6 +43,42 @@ INSTANTIATE_TEST_SUITE_P(Formats, WriteVolume,
                            std::replace(name.begin(), name.end(), '.', '_');
                            return name;
                          });
+
+class WriteSegmentation : public Files {};
+
+/// What teem reads under a key.
+std::string key_value(const Nrrd& nrrd, const std::string& key) {
+  char* found = nrrdKeyValueGet(&nrrd, key.c_str());
+  const std::string out = found ? found : "(none)";
+  std::free(found);
+  return out;
+}
+
+TEST_F(WriteSegmentation, HasSlicersKeysForEachLabel) {
+  const Grid grid = grids().back();
+  std::vector<std::uint8_t> labels(std::size_t(grid.size[0]) * grid.size[1] * grid.size[2], 0);
+  labels[0] = 1;
+  labels[std::size_t(grid.size[0]) + 2] = 2;                 // 2 1 0
+  labels[std::size_t(grid.size[0]) * grid.size[1] + 3] = 2;  // 3 0 1
+  const std::vector<LabelName> names = {{1, "liver", {51, 102, 255}}, {2, "a \\ b", {0, 0, 0}}};
+  const std::string file = path("organs.seg.nrrd");
+  write_label_map(file, grid.size, grid.index_to_world, labels, names);
+  Nrrd* nrrd = nrrdNew();
+  ASSERT_EQ(nrrdLoad(nrrd, file.c_str(), nullptr), 0);
+  EXPECT_EQ(key_value(*nrrd, "Segmentation_MasterRepresentation"), "Binary labelmap");
+  EXPECT_EQ(key_value(*nrrd, "Segment0_Name"), "liver");
+  EXPECT_EQ(key_value(*nrrd, "Segment0_Color"), "0.2 0.4 1");
+  EXPECT_EQ(key_value(*nrrd, "Segment0_LabelValue"), "1");
+  EXPECT_EQ(key_value(*nrrd, "Segment0_Extent"), "0 0 0 0 0 0");
+  EXPECT_EQ(key_value(*nrrd, "Segment1_Name"), "a \\ b");
+  EXPECT_EQ(key_value(*nrrd, "Segment1_Extent"), "2 3 0 1 0 1");
+  EXPECT_EQ(key_value(*nrrd, "Segment2_Name"), "(none)");
+  const auto* values = static_cast<const std::uint8_t*>(nrrd->data);
+  EXPECT_TRUE(std::equal(labels.begin(), labels.end(), values));
+  nrrdNuke(nrrd);
+  // And by our own reader, with its affine.
+  EXPECT_TRUE(read_volume(file).index_to_world().isApprox(grid.index_to_world, 1e-6));
+}
 
 class WriteNifti : public Files {};
 

@@ -114,8 +114,8 @@ class Surface:
         return nibabel.Nifti1Image(self.mask(), self._volume.affine)
 
     def save(self, path: Union[str, os.PathLike], space: str = "lps") -> None:
-        """Writes .stl, .obj, .ply or .vtp, or the mask as .nii.gz, .nii, .mha or .nrrd: the bytes
-        that the program writes.
+        """Writes .stl, .obj, .ply, .vtp, .gii or .glb, or the mask as .nii.gz, .nii, .mha, .nrrd or
+        .seg.nrrd: the bytes that the program writes.
 
         space: frame of a surface's coordinates, "lps" (as Slicer expects) or "ras".
         Raises OutputError where the file cannot be written; it is whole or not there.

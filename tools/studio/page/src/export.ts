@@ -12,7 +12,7 @@ const KINDS: [ExportKind, string, string][] = [
   ['recipe', 'Recipe', 'Clicks and options: opened here or replayed on the command line, it repeats everything.'],
 ];
 const FORMATS: Record<ExportKind, string[]> = {
-  surface: ['stl', 'obj', 'ply', 'vtp'], labels: ['nii.gz', 'nrrd', 'mha'], measures: ['csv'], picture: ['png'], recipe: ['json'],
+  surface: ['stl', 'obj', 'ply', 'vtp', 'surf.gii', 'glb'], labels: ['nii.gz', 'seg.nrrd', 'nrrd', 'mha'], measures: ['csv'], picture: ['png'], recipe: ['json'],
 };
 
 let kind: ExportKind = 'surface';

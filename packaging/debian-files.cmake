@@ -1,0 +1,20 @@
+# Run by cpack on the files that it is about to pack: the libraries are on the system's own path, so
+# nothing needs a path of its own; man pages and changes are compressed; the licence is where Debian
+# looks for it.
+set(root ${CPACK_TEMPORARY_INSTALL_DIRECTORY}/usr)
+file(GLOB programs ${root}/bin/*)
+file(GLOB libraries ${root}/lib/*.so.*.*.*)
+file(GLOB_RECURSE modules ${root}/lib/python3/*.so)
+foreach(file ${programs} ${libraries} ${modules})
+  file(RPATH_REMOVE FILE ${file})
+endforeach()
+
+set(documents ${root}/share/doc/surfseg)
+file(MAKE_DIRECTORY ${documents})
+file(COPY ${CPACK_SURFSEG_SOURCE}/CHANGELOG.md ${CPACK_SURFSEG_SOURCE}/README.md
+     DESTINATION ${documents} FILE_PERMISSIONS OWNER_READ OWNER_WRITE GROUP_READ WORLD_READ)
+file(RENAME ${documents}/CHANGELOG.md ${documents}/changelog)
+file(COPY ${CPACK_SURFSEG_SOURCE}/packaging/copyright DESTINATION ${documents}
+     FILE_PERMISSIONS OWNER_READ OWNER_WRITE GROUP_READ WORLD_READ)
+file(GLOB pages ${root}/share/man/man1/*.1)
+execute_process(COMMAND gzip -9n ${documents}/changelog ${pages} COMMAND_ERROR_IS_FATAL ANY)

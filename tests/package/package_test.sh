@@ -1,0 +1,56 @@
+#!/bin/bash
+# package_test.sh BUILD SCRATCH VERSION: makes the Debian package, reads what it says, and runs the
+# programs and the Python module from where it was unpacked.
+set -euo pipefail
+build=$1 scratch=$2 version=$3
+for tool in cpack dpkg-deb dpkg-shlibdeps file; do
+  command -v $tool > /dev/null || { echo "skipped: $tool is missing"; exit 77; }
+done
+fail() { echo "$1"; exit 1; }
+
+rm -rf "$scratch"
+mkdir -p "$scratch"
+(cd "$build" && cpack -G DEB -B "$scratch" > "$scratch/cpack.log" 2>&1) ||
+  { cat "$scratch/cpack.log"; exit 1; }
+deb=$(ls "$scratch"/surfseg_"$version"_*.deb)
+
+depends=$(dpkg-deb -f "$deb" Depends)
+for library in libtbb libopenvdb libvtk9 libopenmesh libcholmod; do
+  [[ $depends == *$library* ]] || fail "Depends lacks $library: $depends"
+done
+echo "$(stat -c %s "$deb") bytes, $(echo "$depends" | tr ',' '\n' | wc -l) dependencies"
+
+files=$(dpkg-deb -c "$deb" | awk '{ print $6 }')
+for file in bin/surfseg bin/curveseg bin/surfseg-slicer share/man/man1/surfseg-segment.1.gz \
+    share/applications/surfseg-studio.desktop share/bash-completion/completions/surfseg \
+    share/doc/surfseg/copyright include/surfseg/libsurf/segment/segmentation.h \
+    lib/cmake/surfseg/surfsegConfig.cmake; do
+  grep -qx "./usr/$file" <<< "$files" || fail "the package lacks /usr/$file"
+done
+
+root=$scratch/root
+dpkg-deb -x "$deb" "$root"
+if readelf -d "$root"/usr/bin/* "$root"/usr/lib/*.so | grep -E 'R(UN)?PATH'; then
+  fail "a file has a search path of its own"
+fi
+# The loader's path stands for /usr/lib, which a real installation has.
+export LD_LIBRARY_PATH=$root/usr/lib
+[ "$("$root/usr/bin/surfseg" --version)" = "surfseg $version" ] || fail "another version"
+"$root/usr/bin/surfseg" segment --preset list | grep -q kidney-ct || fail "no presets"
+cd "$scratch"
+"$root/usr/bin/surfseg" phantom ball --size 32 --spacing 1 -o ball.nii.gz > /dev/null
+"$root/usr/bin/surfseg" segment ball.nii.gz --seed 0,0,0 -o ball.stl > said.txt 2>&1
+grep -q "closed, manifold, no self-intersections" said.txt || { cat said.txt; exit 1; }
+if [ -d "$root/usr/lib/python3/dist-packages/surfseg" ] && /usr/bin/python3 -c 'import numpy'; then
+  PYTHONPATH=$root/usr/lib/python3/dist-packages /usr/bin/python3 -c '
+import surfseg
+found = surfseg.segment("ball.nii.gz", [(0, 0, 0)])
+assert found.outcome == "converged" and found.volume_ml > 1, found'
+fi
+if command -v lintian > /dev/null; then
+  lintian --fail-on error --suppress-tags bogus-mail-host "$deb" > lintian.txt 2>&1 ||
+    { cat lintian.txt; fail "lintian found errors"; }
+else
+  echo "lintian is missing: not asked"
+fi
+cd / && rm -rf "$scratch"
