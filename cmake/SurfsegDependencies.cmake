@@ -14,7 +14,7 @@ find_package(OpenVDB REQUIRED)
 set(CGAL_DO_NOT_WARN_ABOUT_CMAKE_BUILD_TYPE TRUE)
 find_package(CGAL 5.5 REQUIRED)
 find_package(MPI REQUIRED COMPONENTS C)  # wanted by VTK's own package file
-find_package(VTK 9.1 REQUIRED COMPONENTS CommonCore CommonDataModel IOXML IOImage metaio
+find_package(VTK 9.1 REQUIRED COMPONENTS CommonCore CommonDataModel FiltersCore IOXML IOImage metaio
              RenderingCore RenderingOpenGL2)
 find_package(X11 REQUIRED)  # to look for a display before VTK does
 find_package(fmt REQUIRED)
