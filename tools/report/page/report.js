@@ -41,7 +41,7 @@
   const uniform = (name) => gl.getUniformLocation(program, name);
 
   const bytes = (text) => Uint8Array.from(atob(text), (c) => c.charCodeAt(0));
-  /** Black red to yellow, as the bar shows it: the further from sure, the brighter. */
+  /** Blue to yellow, as the bar shows it: the less sure, the brighter. */
   const ramp = (t) => [0.19 + 0.8 * Math.min(1, 1.5 * t), 0.2 + 0.65 * t * t + 0.25 * (1 - t), 0.55 * (1 - t) + 0.1];
   const rgb = (hex) => [1, 3, 5].map((k) => parseInt(hex.slice(k, k + 2), 16) / 255);
 
