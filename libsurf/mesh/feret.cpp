@@ -7,6 +7,8 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <cstdint>
 #include <limits>
 #include <numeric>
 #include <vector>
@@ -22,7 +24,7 @@ using Box = Eigen::AlignedBox3d;
 
 /// An edge with the outward normals of its two faces.
 struct HullEdge {
-  int vertex;
+  int from, to;
   Vector<3> first_normal, second_normal;
 };
 
@@ -32,11 +34,15 @@ struct Hull {
   std::vector<HullEdge> edges;
 };
 
+/// @param number  of each vertex of the mesh among the points
 Vector<3> face_normal(const HullMesh& mesh, HullMesh::Face_index face,
-                      const std::vector<Vector<3>>& points) {
-  std::vector<Vector<3>> corners;
+                      const std::vector<int>& number, const std::vector<Vector<3>>& points) {
+  std::vector<int> vertices;
   for (const auto vertex : mesh.vertices_around_face(mesh.halfedge(face)))
-    corners.push_back(points[vertex.idx()]);
+    vertices.push_back(number[vertex.idx()]);
+  std::rotate(vertices.begin(), std::min_element(vertices.begin(), vertices.end()), vertices.end());
+  std::vector<Vector<3>> corners;
+  for (const int vertex : vertices) corners.push_back(points[vertex]);
   Vector<3> normal = Vector<3>::Zero();
   for (std::size_t k = 2; k < corners.size(); ++k)
     normal += (corners[k - 1] - corners[0]).cross(corners[k] - corners[0]);
@@ -65,20 +71,33 @@ Hull convex_hull(const Triangles& surface) {
   HullMesh mesh;
   CGAL::convex_hull_3(points.begin(), points.end(), mesh);
   Hull hull;
-  for (const auto vertex : mesh.vertices()) {
-    const auto& p = mesh.point(vertex);
-    hull.points.emplace_back(p.x(), p.y(), p.z());
+  // The order in which CGAL gives vertices and edges changes from run to run.
+  std::vector<int> order, number(mesh.number_of_vertices());
+  for (const auto vertex : mesh.vertices()) order.push_back(int(vertex.idx()));
+  const auto point = [&](int k) { return mesh.point(HullMesh::Vertex_index(std::uint32_t(k))); };
+  std::sort(order.begin(), order.end(), [&](int a, int b) { return point(a) < point(b); });
+  for (const int k : order) {
+    number[k] = int(hull.points.size());
+    hull.points.emplace_back(point(k).x(), point(k).y(), point(k).z());
   }
-  hull.neighbours.resize(hull.points.size());
   std::vector<Vector<3>> normals;
-  for (const auto face : mesh.faces()) normals.push_back(face_normal(mesh, face, hull.points));
+  for (const auto face : mesh.faces())
+    normals.push_back(face_normal(mesh, face, number, hull.points));
   for (const auto edge : mesh.edges()) {
-    const auto side = mesh.halfedge(edge);
-    const int a = int(mesh.source(side).idx()), b = int(mesh.target(side).idx());
-    hull.neighbours[a].push_back(b);
-    hull.neighbours[b].push_back(a);
-    hull.edges.push_back(
-        {a, normals[mesh.face(side).idx()], normals[mesh.face(mesh.opposite(side)).idx()]});
+    auto side = mesh.halfedge(edge);
+    if (number[mesh.source(side).idx()] > number[mesh.target(side).idx()])
+      side = mesh.opposite(side);
+    hull.edges.push_back({number[mesh.source(side).idx()], number[mesh.target(side).idx()],
+                          normals[mesh.face(side).idx()],
+                          normals[mesh.face(mesh.opposite(side)).idx()]});
+  }
+  std::sort(hull.edges.begin(), hull.edges.end(), [](const HullEdge& a, const HullEdge& b) {
+    return std::pair(a.from, a.to) < std::pair(b.from, b.to);
+  });
+  hull.neighbours.resize(hull.points.size());
+  for (const HullEdge& edge : hull.edges) {
+    hull.neighbours[edge.from].push_back(edge.to);
+    hull.neighbours[edge.to].push_back(edge.from);
   }
   return hull;
 }
@@ -172,9 +191,9 @@ class Width {
     for (const HullEdge& edge : hull.edges) {
       vertex = support(edge.first_normal, vertex);
       const int other = support(edge.second_normal, vertex);
-      keep(edge.vertex, edge.first_normal, vertex);
-      keep(edge.vertex, edge.second_normal, other);
-      follow(edge.vertex, edge.first_normal, vertex, edge.second_normal, other);
+      keep(edge.from, edge.first_normal, vertex);
+      keep(edge.from, edge.second_normal, other);
+      follow(edge.from, edge.first_normal, vertex, edge.second_normal, other);
     }
   }
   double width_mm() const { return width_mm_; }
@@ -194,7 +213,7 @@ class Width {
 
   void keep(int p, const Vector<3>& n, int v) {
     const double width = n.dot(hull_.points[p] - hull_.points[v]);
-    if (width < width_mm_) width_mm_ = width, direction_ = n;
+    if (width < width_mm_ - rounding_mm_) width_mm_ = width, direction_ = n;
   }
 
   /// Between the normals `a` and `b` of an edge's faces the width is least where the support on the
@@ -220,6 +239,10 @@ class Width {
   Vector<3> direction_ = Vector<3>::Zero();
 };
 
+/// Planes with more than three points of the hull have many triangulations, whose normals differ by
+/// rounding.
+double rounded(double x) { return std::round(x * 1e9) / 1e9; }
+
 }  // namespace
 
 FeretDiameters feret_diameters(const Triangles& surface) {
@@ -230,8 +253,11 @@ FeretDiameters feret_diameters(const Triangles& surface) {
   out.largest_from_mm = hull.points[farthest.from()];
   out.largest_to_mm = hull.points[farthest.to()];
   out.largest_mm = (out.largest_to_mm - out.largest_from_mm).norm();
-  out.smallest_mm = width.width_mm();
-  out.smallest_direction = width.direction();
+  out.smallest_mm = rounded(width.width_mm());
+  Eigen::Index axis;
+  width.direction().cwiseAbs().maxCoeff(&axis);
+  const double sign = width.direction()[axis] < 0 ? -1 : 1;
+  out.smallest_direction = (sign * width.direction()).unaryExpr(&rounded);
   return out;
 }
 
