@@ -12,9 +12,6 @@
 
 namespace surfseg::report {
 
-/// A page is never longer, whatever it is of.
-constexpr std::size_t kMostBytes = 5'000'000;
-
 struct Case {
   std::string command_line;
   int exit_code = 0;
