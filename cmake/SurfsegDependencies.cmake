@@ -14,7 +14,7 @@ find_package(OpenVDB REQUIRED)
 set(CGAL_DO_NOT_WARN_ABOUT_CMAKE_BUILD_TYPE TRUE)
 find_package(CGAL 5.5 REQUIRED)
 find_package(MPI REQUIRED COMPONENTS C)  # wanted by VTK's own package file
-set(SURFSEG_VTK CommonCore CommonDataModel IOCore IOXML IOImage metaio RenderingCore
+set(SURFSEG_VTK CommonCore CommonDataModel FiltersCore IOCore IOXML IOImage metaio RenderingCore
     RenderingOpenGL2)
 if(SURFSEG_BUILD_TESTS)
   list(APPEND SURFSEG_VTK FiltersGeometry IOGeometry)  # a reader of .glb that is not ours

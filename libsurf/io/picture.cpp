@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 #include <vtkImageData.h>
+#include <vtkJPEGWriter.h>
 #include <vtkNew.h>
 #include <vtkPNGWriter.h>
 #include <vtkUnsignedCharArray.h>
@@ -10,30 +11,32 @@
 #include <cassert>
 #include <cmath>
 #include <cstring>
-#include <mutex>
+#include <functional>
 
 #include "libsurf/base/error.h"
 #include "libsurf/base/file.h"
+#include "libsurf/io/detail/vtk_mutex.h"
 
 namespace surf::io {
 namespace {
 
-std::string png_bytes(const Picture& picture) {
-  static std::mutex mutex;  // VTK makes its objects by factories that all threads share
-  const std::scoped_lock lock(mutex);
+/// What a writer makes of it, in memory.
+template <class Writer>
+std::string bytes_of(const Picture& picture, const std::function<void(Writer&)>& prepare = {}) {
+  const std::scoped_lock lock(detail::vtk_mutex());
   vtkNew<vtkImageData> image;
   image->SetDimensions(picture.width(), picture.height(), 1);
   image->AllocateScalars(VTK_UNSIGNED_CHAR, 3);
   for (int y = 0; y < picture.height(); ++y)  // VTK counts rows from the bottom
     std::memcpy(image->GetScalarPointer(0, picture.height() - 1 - y, 0), &picture.at(0, y),
                 std::size_t(picture.width()) * sizeof(Color));
-  vtkNew<vtkPNGWriter> writer;
+  vtkNew<Writer> writer;
+  if (prepare) prepare(*writer);
   writer->SetInputData(image);
   writer->WriteToMemoryOn();
   writer->Write();
-  const vtkUnsignedCharArray& bytes = *writer->GetResult();
-  const auto* begin =
-      reinterpret_cast<const char*>(const_cast<vtkUnsignedCharArray&>(bytes).GetPointer(0));
+  vtkUnsignedCharArray& bytes = *writer->GetResult();
+  const auto* begin = reinterpret_cast<const char*>(bytes.GetPointer(0));
   return {begin, begin + bytes.GetNumberOfValues()};
 }
 
@@ -57,7 +60,12 @@ void Picture::paste(const Picture& other, int x, int y) {
 void write_png(const std::string& path, const Picture& picture) {
   if (extension(path) != ".png")
     throw UsageError(fmt::format("{}: pictures are written as .png only", path));
-  write_bytes(path, png_bytes(picture));
+  write_bytes(path, bytes_of<vtkPNGWriter>(picture));
+}
+
+std::string jpeg_bytes(const Picture& picture, int quality) {
+  return bytes_of<vtkJPEGWriter>(picture,
+                                 [&](vtkJPEGWriter& writer) { writer.SetQuality(quality); });
 }
 
 }  // namespace surf::io

@@ -38,4 +38,8 @@ class Picture {
 /// @throws OutputError  the file cannot be written
 void write_png(const std::string& path, const Picture& picture);
 
+/// The bytes of a JPEG file of it, for pages.
+/// @param quality  1 to 100
+std::string jpeg_bytes(const Picture& picture, int quality);
+
 }  // namespace surf::io

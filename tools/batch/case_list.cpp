@@ -24,11 +24,11 @@ using surf::UsageError;
 /// Columns that are no options of segment, or not spelled as there.
 const std::vector<std::string> kOwn = {"name",   "scan",      "clicks",         "outside",
                                        "recipe", "reference", "reference-label"};
-/// Options of segment that a list has no say in.
-constexpr std::array kNotInLists = {"help",    "output",      "seed",     "object",    "mask",
-                                    "picture", "start",       "denoised", "thumbnail", "candidates",
-                                    "json",    "config",      "recipe",   "threads",   "quiet",
-                                    "verbose", "output-space"};
+/// Options of segment that a list has no say in, or columns of its own.
+constexpr std::array kNotInLists = {
+    "help",     "output",    "seed",         "object", "mask",      "picture",        "start",
+    "denoised", "thumbnail", "candidates",   "json",   "config",    "recipe",         "threads",
+    "quiet",    "verbose",   "output-space", "report", "reference", "reference-label"};
 constexpr std::array kFileOptions = {"marks", "initial", "landmarks"};
 
 /// `surfseg segment`, to be asked for its options.

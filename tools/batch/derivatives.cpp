@@ -34,6 +34,7 @@ CaseFiles::CaseFiles(const std::string& name, bool has_objects) {
   recipe = stem + "_desc-surfseg_recipe.json";
   picture = figure + "slices.png";
   thumbnail = figure + "thumbnail.png";
+  report = figure + "report.html";
 }
 
 std::string case_folder(const std::string& name) { return "sub-" + name; }

@@ -11,7 +11,7 @@ struct CaseFiles {
   /// @param has_objects  there are several objects, each with a label in the map
   CaseFiles(const std::string& name, bool has_objects);
 
-  std::string surface, labels, recipe, picture, thumbnail;
+  std::string surface, labels, recipe, picture, thumbnail, report;
   std::string label_names;  ///< table of the labels; "" without objects
   std::string sidecar;      ///< of the labels
 };

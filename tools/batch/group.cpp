@@ -9,6 +9,7 @@
 #include "tools/batch/cohort.h"
 #include "tools/batch/page.h"
 #include "tools/batch/table.h"
+#include "tools/common/html.h"
 #include "tools/common/report.h"
 
 namespace surfseg::batch {
@@ -100,49 +101,17 @@ ordered_json data_of(const std::vector<Entry>& entries) {
   return {{"metrics", metrics}, {"rows", rows}, {"limit", kOutlierZ}};
 }
 
-/// Nothing of it ends the script that it stands in.
-std::string in_script(std::string json) {
-  for (std::size_t at = json.find('<'); at != std::string::npos; at = json.find('<', at))
-    json.replace(at, 1, "\\u003c");
-  return json;
-}
-
-std::string escaped(const std::string& text) {
-  std::string out;
-  for (const char c : text) switch (c) {
-      case '&':
-        out += "&amp;";
-        break;
-      case '<':
-        out += "&lt;";
-        break;
-      case '>':
-        out += "&gt;";
-        break;
-      case '"':
-        out += "&quot;";
-        break;
-      default:
-        out += c;
-    }
-  return out;
-}
-
 /// For browsers without scripts, and for those who read the file itself.
 std::string plain_rows(const std::vector<Entry>& entries) {
   std::string out;
   for (const Entry& entry : entries)
-    out += fmt::format("<li>{}{}{}: {}{}</li>\n", escaped(entry.name),
-                       entry.object.empty() ? "" : " ", escaped(entry.object),
+    out += fmt::format("<li>{}{}{}: {}{}</li>\n", html_text(entry.name),
+                       entry.object.empty() ? "" : " ", html_text(entry.object),
                        entry.outlier_in.empty()
                            ? to_string(entry.state)
                            : fmt::format("outlier in {}", fmt::join(entry.outlier_in, ", ")),
-                       entry.state == State::kFailed ? ": " + escaped(entry.message) : "");
+                       entry.state == State::kFailed ? ": " + html_text(entry.message) : "");
   return out;
-}
-
-void put(std::string& page, const std::string& mark, const std::string& text) {
-  page.replace(page.find(mark), mark.size(), text);
 }
 
 }  // namespace
@@ -152,7 +121,8 @@ std::string group_page(const std::vector<Entry>& entries) {
   put(page, "/*style*/", std::string(page_style()));
   put(page, "<!--rows-->", plain_rows(entries));
   put(page, "{/*data*/}",
-      in_script(data_of(entries).dump(-1, ' ', false, ordered_json::error_handler_t::replace)));
+      json_in_script(
+          data_of(entries).dump(-1, ' ', false, ordered_json::error_handler_t::replace)));
   put(page, "/*script*/", std::string(page_script()));
   return page;
 }

@@ -16,6 +16,7 @@
 #include "tools/batch/derivatives.h"
 #include "tools/batch/fingerprint.h"
 #include "tools/batch/table.h"
+#include "tools/common/html.h"
 #include "tools/common/objects.h"
 #include "tools/common/program.h"
 #include "tools/common/report.h"
@@ -84,6 +85,7 @@ class CaseRun {
       out = {false, failure.exit_code, reason(relative(failure.message))};
     }
     if (const ExitCode signal = signal_exit_code(); signal != kDone) return {false, signal, ""};
+    clean_report();
     commit(out);
     return out;
   }
@@ -93,8 +95,9 @@ class CaseRun {
   /// Without the folder that nobody sees.
   std::string relative(std::string text) const {
     const std::string prefix = partial_.string() + "/";
-    for (std::size_t at = text.find(prefix); at != std::string::npos; at = text.find(prefix, at))
-      text.erase(at, prefix.size());
+    for (const std::string& form : {prefix, html_text(prefix)})
+      for (std::size_t at = text.find(form); at != std::string::npos; at = text.find(form, at))
+        text.erase(at, form.size());
     return text;
   }
 
@@ -134,8 +137,12 @@ class CaseRun {
                                        {"mask", files_->labels},
                                        {"picture", files_->picture},
                                        {"thumbnail", files_->thumbnail},
+                                       {"report", files_->report},
                                        {"json", summary_file(row_.name)}})
       out.push_back(fmt::format("--{}={}", option, at(name)));
+    if (!row_.reference.empty()) out.push_back("--reference=" + row_.reference);
+    if (!row_.reference_label.empty() && objects_.size() <= 1)
+      out.push_back("--reference-label=" + row_.reference_label);
     out.push_back("--quiet");
     return out;
   }
@@ -154,6 +161,12 @@ class CaseRun {
     out.push_back("--space=" + space);
     out.insert(out.end(), row_.clicks.words.begin(), row_.clicks.words.end());
     return out;
+  }
+
+  /// The command line in it names files as they will lie.
+  void clean_report() const {
+    if (!files_ || !fs::exists(at(files_->report))) return;
+    surf::write_bytes(at(files_->report), relative(text_of(at(files_->report))));
   }
 
   /// What is beside the files of the verb.

@@ -243,22 +243,30 @@ ExitCode SegmentCommand<Dim>::run_one(const Input& input, const Objects& objects
   if (arguments_.candidates) candidates = write_candidates(*input.setting, objects[n]);
   const auto entries = [&](const surf::segment::Measures<Dim>* measures) {
     auto out = ordered_json::parse(surf::segment::summary_json<Dim>(result, measures));
+    if (measures && finished[n].finished) measure(object, *finished[n].finished, 0, out);
     if (objects.size() > 1) out["walls"] = walls_to_json(objects, finished, n);
     if (arguments_.candidates) out["candidates"] = candidates;
     return out;
+  };
+  const auto tell_all = [&](ExitCode code, const surf::segment::Measures<Dim>* measures) {
+    const surf::segment::Finished<Dim>* shape =
+        finished[n].finished ? &*finished[n].finished : nullptr;
+    const ordered_json entry = entries(measures);
+    summarise(code, entry);
+    write_report(code, {{&object, shape, entry}});
   };
   try {
     if (finished[n].failure) std::rethrow_exception(finished[n].failure);
   } catch (const surf::NoObject& error) {
     const ExitCode code = signal_exit_code() == kDone ? kNoObject : signal_exit_code();
     note_result(result, "");
-    summarise(code, entries(nullptr));
+    tell_all(code, nullptr);
     if (code != kNoObject) throw;
     throw surf::NoObject(fmt::format("{}: not written: {}", path, error.what()));
   } catch (const surf::InvalidMesh& error) {
     const auto measures = input.setting->measures(result.shape);
     note_result(result, "");
-    summarise(kInvalidResult, entries(&measures));
+    tell_all(kInvalidResult, &measures);
     throw surf::InvalidMesh(fmt::format("{}: not written: {}", path, error.what()));
   }
   const surf::segment::Finished<Dim>& shape = *finished[n].finished;
@@ -268,7 +276,7 @@ ExitCode SegmentCommand<Dim>::run_one(const Input& input, const Objects& objects
   const ExitCode exit_code = exit_code_of(result.outcome);
   note_result(result, "");
   note_walls(objects, finished, n);
-  summarise(exit_code, entries(&shape.measures));
+  tell_all(exit_code, &shape.measures);
   progress_.note(conclusion_of<Dim>(result));
   progress_.note(fmt::format("{}: {}{}, {:.2f} s{}", path, describe(shape.measures),
                              certainty_of<Dim>(shape), clock_.total_seconds(),
@@ -281,6 +289,7 @@ template <int Dim>
 ExitCode SegmentCommand<Dim>::run_several(const Input& input, const Objects& objects,
                                           const Finished& finished) {
   ordered_json entries = ordered_json::array();
+  std::vector<ReportedObject<Dim>> reported;
   std::vector<Shape> shapes;
   std::vector<surf::segment::Click<Dim>> clicks;
   std::vector<std::string> failures;
@@ -324,8 +333,12 @@ ExitCode SegmentCommand<Dim>::run_several(const Input& input, const Objects& obj
     }
     entry["exit_code"] = int(code);
     entry.update(ordered_json::parse(surf::segment::summary_json<Dim>(result, measures)));
+    const surf::segment::Finished<Dim>* shape =
+        finished[n].finished ? &*finished[n].finished : nullptr;
+    if (shape) measure(object, *shape, int(n + 1), entry);
     entry["walls"] = walls_to_json(objects, finished, n);
     if (arguments_.candidates) entry["candidates"] = candidates;
+    reported.push_back({&object, shape, entry});
     entries.push_back(std::move(entry));
   }
   if (!shapes.empty()) {
@@ -336,6 +349,7 @@ ExitCode SegmentCommand<Dim>::run_several(const Input& input, const Objects& obj
   if (exit_code == kDone)
     exit_code = !failures.empty() ? kBatchFailed : is_at_limit ? kStoppedAtLimit : kDone;
   summarise(exit_code, {{"objects", entries}});
+  write_report(exit_code, reported);
   progress_.note(fmt::format("{} of {} objects written, {:.2f} s", shapes.size(), entries.size(),
                              clock_.total_seconds()));
   if (exit_code == kBatchFailed)

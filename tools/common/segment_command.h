@@ -27,6 +27,14 @@ struct SegmentedObject {
   bool is_wanted = true;
 };
 
+/// What a report tells of an object.
+template <int Dim>
+struct ReportedObject {
+  const surf::segment::Object<Dim>* object;
+  const surf::segment::Finished<Dim>* finished;  ///< null if there is no sound shape
+  nlohmann::ordered_json entry;                  ///< of the summary
+};
+
 /// Seeds in a volume (Dim = 3) or an image (Dim = 2) in, verified shapes out.
 template <int Dim>
 class SegmentCommand {
@@ -76,6 +84,16 @@ class SegmentCommand {
   /// The file of a shape alone, in the format that its name says.
   virtual void write_shape(const std::string& path, const surf::segment::Finished<Dim>& shape,
                            const surf::segment::Colour& colour) const = 0;
+  /// Adds further measures of a finished shape to its entry of the summary.
+  /// @param label  its number among the objects, 0 if it is the only one
+  virtual void measure([[maybe_unused]] const surf::segment::Object<Dim>& object,
+                       [[maybe_unused]] const surf::segment::Finished<Dim>& finished,
+                       [[maybe_unused]] int label, [[maybe_unused]] nlohmann::ordered_json& entry) {
+  }
+  /// Writes the report, if one was asked for.
+  virtual void write_report(
+      [[maybe_unused]] ExitCode exit_code,
+      [[maybe_unused]] const std::vector<ReportedObject<Dim>>& objects) const {}
   /// "1656 triangles, 28.005 ml, ..."
   virtual std::string describe(const surf::segment::Measures<Dim>& measures) const = 0;
 

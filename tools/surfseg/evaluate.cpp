@@ -4,12 +4,12 @@
 
 #include "libsurf/base/error.h"
 #include "libsurf/io/read_surface.h"
-#include "libsurf/mesh/from_label_map.h"
 #include "tools/common/outputs.h"
 #include "tools/common/report.h"
 #include "tools/common/surface_scores.h"
 #include "tools/common/volume_arguments.h"
 #include "tools/surfseg/commands.h"
+#include "tools/surfseg/reference.h"
 
 namespace surfseg {
 namespace {
@@ -44,26 +44,15 @@ struct Request {
   }
 };
 
-Reference read_reference(const Request& request) {
-  Reference reference;
-  if (surf::io::is_readable_surface(request.reference)) {
-    if (request.label)
-      throw surf::UsageError(
-          fmt::format("--label: {} is a mesh and has no labels", request.reference));
-    reference.surface = request.read(request.reference);
-  } else {
-    reference.labels = request.which.read(request.reference);
-    reference.surface = surf::mesh::surface_of_label_map(*reference.labels, request.label);
-  }
-  return reference;
-}
-
 ordered_json evaluate(const Request& request) {
   const Triangles surface = request.read(request.surface);
   ordered_json scores = {{"surface", request.surface},
                          {"reference", request.reference},
                          {"label", request.label ? ordered_json(*request.label) : ordered_json()}};
-  scores.update(surface_scores(surface, read_reference(request), request.label));
+  scores.update(surface_scores(
+      surface,
+      read_reference(request.reference, request.label, request.which, request.unstated_space),
+      request.label));
   return scores;
 }
 

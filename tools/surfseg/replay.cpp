@@ -22,6 +22,7 @@ void add_options(CLI::App& command, Arguments& a) {
   group.add("--mask", a.mask, "Label map on the volume's grid: .nii.gz, .nii, .mha, .nrrd");
   add_picture_option(command, a.picture, group.name());
   add_thumbnail_option(command, a.thumbnail, group.name());
+  add_report_options(command, a, group.name());
 }
 
 }  // namespace

@@ -70,6 +70,7 @@ class SegmentSurface : public SurfaceCommand {
                                   {"--denoised", arguments_.denoised},
                                   {"--picture", arguments_.picture},
                                   {"--thumbnail", arguments_.thumbnail},
+                                  {"--report", arguments_.report},
                                   {"--start", arguments_.start},
                                   {"--recipe", arguments_.recipe},
                                   {"--json", arguments_.json}},
@@ -103,6 +104,8 @@ class SegmentSurface : public SurfaceCommand {
  private:
   void check_names() const {
     arguments_.SurfaceFiles::check();
+    if (!arguments_.objects.empty() && arguments_.reference_label)
+      throw surf::UsageError("--reference-label: several objects have the labels 1, 2, ...");
     if (!arguments_.start.empty() && surf::extension(arguments_.start) != ".vtp")
       throw surf::UsageError(
           fmt::format("--start: {}: expected a name that ends in .vtp, which holds every digit",
@@ -205,6 +208,7 @@ void add_options(CLI::App& command, Arguments& a) {
              ".mha, .nrrd");
   add_picture_option(command, a.picture, output.name());
   add_thumbnail_option(command, a.thumbnail, output.name());
+  add_report_options(command, a, output.name());
   output.add("--start", a.start,
              "The surface that the evolution began with, .vtp: given to --initial, with the "
              "energies and lengths under `chosen` of the summary, it gives the same bytes again");

@@ -2,15 +2,32 @@
 
 #include <fmt/format.h>
 
+#include <filesystem>
+
 #include "libsurf/base/error.h"
+#include "libsurf/base/file.h"
+#include "libsurf/io/read_surface.h"
+#include "libsurf/mesh/form.h"
+#include "libsurf/mesh/region_intensities.h"
 #include "libsurf/segment/segment.h"
 #include "libsurf/volume/write_volume.h"
+#include "tools/common/command_line.h"
+#include "tools/common/objects.h"
+#include "tools/common/option_group.h"
+#include "tools/report/report.h"
+#include "tools/surfseg/reference.h"
 #include "tools/surfseg/slice_picture.h"
 
 namespace surfseg {
 
+using nlohmann::ordered_json;
+
 std::vector<Output> SurfaceFiles::outputs() const {
-  return {{"-o", output}, {"--mask", mask}, {"--picture", picture}, {"--thumbnail", thumbnail}};
+  return {{"-o", output},
+          {"--mask", mask},
+          {"--picture", picture},
+          {"--thumbnail", thumbnail},
+          {"--report", report}};
 }
 
 void SurfaceFiles::check() const {
@@ -21,7 +38,26 @@ void SurfaceFiles::check() const {
   check_volume_name("--mask", mask);
   check_picture("--picture", picture);
   check_picture("--thumbnail", thumbnail);
+  if (!report.empty() && surf::extension(report) != ".html")
+    throw surf::UsageError(fmt::format("--report: {}: expected a name that ends in .html", report));
+  if (has_object(report))
+    throw surf::UsageError("--report: one page tells of all objects; leave {object} out");
+  if (reference_label && reference.empty())
+    throw surf::UsageError("--reference-label: which --reference has it?");
+  if (!reference.empty() && !has_object(reference) && !std::filesystem::exists(reference))
+    throw surf::InputError(fmt::format("--reference: {}: there is no such file", reference));
   which.check();
+}
+
+void add_report_options(CLI::App& command, SurfaceFiles& files, const std::string& group) {
+  const OptionGroup options(command, group);
+  options.add("--report", files.report,
+              "Page for people: verdict, pictures, the surface to be turned, measures, how it was "
+              "made: .html");
+  options.add("--reference", files.reference,
+              "Mesh or label map that report and summary compare the surface with; several objects "
+              "with the labels 1, 2, ... or {object}");
+  options.add("--reference-label", files.reference_label, "Label of it [all that are not 0]");
 }
 
 std::shared_ptr<const surf::segment::Setting<3>> SurfaceFiles::setting(
@@ -59,6 +95,36 @@ void SurfaceCommand::write_shape(const std::string& path, const surf::segment::F
   surf::io::WriteOptions options = files().write_options();
   options.colour = colour;
   surf::segment::write(path, shape, std::move(options));
+}
+
+void SurfaceCommand::measure(const surf::segment::Object<3>& object,
+                             const surf::segment::Finished<3>& finished, int label,
+                             ordered_json& entry) {
+  entry["form"] = report::form_json(surf::mesh::form(finished.shape));
+  if (!files().report.empty())
+    entry["intensities"] =
+        report::intensities_json(surf::mesh::region_intensities(finished.shape, image()));
+  if (files().reference.empty()) return;
+  const std::string path = object_path(files().reference, object.name);
+  const bool is_one_label = label == 0 || surf::io::is_readable_surface(path);
+  const std::optional<int> of = is_one_label ? files().reference_label : label;
+  try {
+    entry["reference"] = {{"file", path}, {"label", of ? ordered_json(*of) : ordered_json()}};
+    entry["reference"].update(surface_scores(
+        finished.shape, read_reference(path, of, VolumeArguments(), files().output_space), of));
+  } catch (const surf::Error& error) {  // the surface is none the worse for it
+    entry["reference"]["not_compared"] = error.what();
+    progress().note(fmt::format("note: --reference: {}", error.what()));
+  }
+}
+
+void SurfaceCommand::write_report(ExitCode exit_code,
+                                  const std::vector<ReportedObject<3>>& objects) const {
+  if (files().report.empty()) return;
+  surf::write_bytes(
+      files().report,
+      report::page({command_line("surfseg", command(), {"threads", "quiet", "verbose", "progress"}),
+                    int(exit_code), image(), Files::setting(image())->content_hash(), objects}));
 }
 
 std::string SurfaceCommand::describe(const surf::segment::Measures<3>& measures) const {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -15,7 +16,8 @@ namespace surfseg {
 
 /// The files as they were typed.
 struct SurfaceFiles {
-  std::string volume, output, output_space = "lps", mask, picture, thumbnail;
+  std::string volume, output, output_space = "lps", mask, picture, thumbnail, report, reference;
+  std::optional<int> reference_label;
   VolumeArguments which;
 
   const std::string& input() const { return volume; }
@@ -28,6 +30,9 @@ struct SurfaceFiles {
   /// @throws surf::UsageError
   void check() const;
 };
+
+/// --report and --reference.
+void add_report_options(CLI::App& command, SurfaceFiles& files, const std::string& group);
 
 class SurfaceCommand : public ImageCommand<3, SurfaceFiles> {
  public:
@@ -44,6 +49,10 @@ class SurfaceCommand : public ImageCommand<3, SurfaceFiles> {
                     const std::vector<surf::volume::LabelName>& names) const override;
   void write_shape(const std::string& path, const surf::segment::Finished<3>& shape,
                    const surf::segment::Colour& colour) const override;
+  void measure(const surf::segment::Object<3>& object, const surf::segment::Finished<3>& finished,
+               int label, nlohmann::ordered_json& entry) override;
+  void write_report(ExitCode exit_code,
+                    const std::vector<ReportedObject<3>>& objects) const override;
   std::string describe(const surf::segment::Measures<3>& measures) const override;
 };
 

@@ -62,6 +62,7 @@
       make('p', {}, [row.message, row.verdict && 'verdict: ' + row.verdict, row.code && 'exit code ' + row.code,
         row.outlier.length && 'outlier in ' + row.outlier.join(', '), 'scan: ' + row.scan].filter(Boolean).join(' · ')),
       numbers(row),
+      ...(fileOf(row, '_report.html') ? [make('p', {}, make('a', { class: 'report', href: link(fileOf(row, '_report.html')) }, 'Report of this case'))] : []),
       make('ul', { class: 'files' }, ...row.files.map((file) => make('li', {}, make('a', { href: link(file) }, file)))));
     if (!dialog.open) dialog.showModal();
     dialog.focus();  // the button that had it is gone
@@ -108,10 +109,18 @@
     const dots = known.map((row, n) => {
       const dot = make('circle', {
         cx: x(row.x[m]), cy: 31 + 22 * (((n * 0.618034) % 1) - 0.5) * 2, r: 4, class: row.outlier.includes(metric.key) && 'outlier',
-        click: () => open(row),
       }, make('title', {}, `${row.name} ${row.object}: ${shown(row.x[m], metric.unit)}`));
       row.dots.push(dot);
-      return dot;
+      const report = fileOf(row, '_report.html');
+      if (!report) {
+        dot.addEventListener('click', () => open(row));
+        return dot;
+      }
+      const anchor = document.createElementNS('http://www.w3.org/2000/svg', 'a');
+      anchor.setAttribute('href', link(report));
+      anchor.setAttribute('tabindex', '-1');  // the cards have the way by keyboard
+      anchor.append(dot);
+      return anchor;
     });
     const from = x(quartile(0.25)), to = x(quartile(0.75));
     return [make('figure', {}, make('figcaption', {}, object ? `${metric.title}, ${object}` : metric.title, make('span', {}, 'median ' + shown(quartile(0.5), metric.unit))),

@@ -1,0 +1,19 @@
+// What a surface is compared with: a mesh or a label map.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "tools/common/surface_scores.h"
+#include "tools/common/volume_arguments.h"
+
+namespace surfseg {
+
+/// A mesh by its name's ending, else a label map.
+/// @param unstated_space  of a mesh whose header states none: "ras" or "lps"
+/// @throws surf::UsageError  a label of a mesh
+/// @throws surf::InputError  cannot be read
+Reference read_reference(const std::string& path, const std::optional<int>& label,
+                         const VolumeArguments& which, const std::string& unstated_space);
+
+}  // namespace surfseg
