@@ -221,7 +221,8 @@ double blur_of(Profiles<Dim>& profiles, const ImageExtent<Dim>& extent, double f
     if (!(g > kClear * noise)) continue;
     const double rho =
         std::pow(g / std::max(profiles.slope(2 * sigma, wider * 2 * sigma), 1e-300), 2);
-    if (!(rho > 1)) continue;  // blurred further an edge is flatter: this is noise
+    // Blurred further an edge is flatter, else it is noise; but not gone: then its blur is unknown.
+    if (!(rho > 1) || !std::isfinite(rho)) continue;
     const double doubt = 2 * noise / g / (rho - 1);
     if (!(doubt < least_doubt)) continue;
     least_doubt = doubt;

@@ -75,6 +75,18 @@ TEST(EdgesRound, AreFoundInAnImageWithoutNoise) {
   }
 }
 
+// From a click in the air beside a ball: under wide blurs slopes are 0 to the last digit.
+TEST(EdgesRound, EndWhereWiderBlursSeeNothing) {
+  volume::PhantomOptions options;
+  options.size = {32, 32, 32};
+  options.spacing_mm = {1, 1, 1};
+  Fields<3> fields(make_setting(volume::make_phantom(options)));
+  const EdgesAlong edges = edges_round<3>(fields, {}, {Vector<3>(-14, 0, 0)});
+  EXPECT_TRUE(std::isfinite(edges.blur_mm));
+  EXPECT_LT(edges.sigma_mm, 10);
+  EXPECT_GT(edges.slope, 0);
+}
+
 TEST(EdgesRound, AreNowhereInAConstantImage) {
   const volume::Volume constant({32, 32, 32}, Eigen::Affine3d::Identity(),
                                 std::vector<float>(32 * 32 * 32, 7));
