@@ -169,7 +169,7 @@ std::string to_recipe(const Segmentation<Dim>& segmentation, const std::string& 
       object["history"].push_back(std::visit(ActionToJson<Dim>{}, action));
     out["objects"].push_back(std::move(object));
   }
-  return out.dump(1) + "\n";
+  return out.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
 template <int Dim>

@@ -168,7 +168,7 @@ std::string summary_json(const Result<Dim>& result, const Measures<Dim>* measure
                                 {"half_width", proposal.half_width},
                                 {"neck_radius_mm", proposal.neck_radius_mm}});
   for (const StageReport& stage : result.stages) out["evolution"].push_back(stage_to_json(stage));
-  return out.dump();
+  return out.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
 template std::string summary_json<2>(const Result<2>&, const Measures<2>*);

@@ -12,7 +12,8 @@
 namespace surfseg {
 
 void write_json(const std::string& path, const nlohmann::ordered_json& document) {
-  surf::write_bytes(path, document.dump(2) + "\n");
+  surf::write_bytes(
+      path, document.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");
 }
 
 void KeyValues::add(const std::string& key, const std::string& value) {

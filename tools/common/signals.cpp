@@ -23,6 +23,8 @@ void catch_signals() {
   });
 }
 
+void take_file_limits_as_errors() { std::signal(SIGXFSZ, SIG_IGN); }
+
 ExitCode signal_exit_code() {
   if (received == SIGINT) return kInterrupted;
   if (received == SIGTERM) return kTerminated;

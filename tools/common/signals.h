@@ -9,6 +9,10 @@ namespace surfseg {
 /// nothing; any thread may make them.
 void catch_signals();
 
+/// From here on a file that grows beyond its limit (ulimit -f) is an error of writing, which leaves
+/// nothing behind, not the end of the process.
+void take_file_limits_as_errors();
+
 /// kDone, or kInterrupted / kTerminated once a signal has come.
 ExitCode signal_exit_code();
 

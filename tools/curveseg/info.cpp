@@ -72,7 +72,10 @@ void add_info_command(CLI::App& app, ExitCode&) {
       "  curveseg info head.nii.gz --slice axial:80 --json");
   command->callback([request] {
     const Image image = request->image.read();
-    const std::string text = request->is_json ? json_of(image).dump(2) + "\n" : text_of(image);
+    const std::string text =
+        request->is_json
+            ? json_of(image).dump(2, ' ', false, ordered_json::error_handler_t::replace) + "\n"
+            : text_of(image);
     std::fwrite(text.data(), 1, text.size(), stdout);
   });
 }

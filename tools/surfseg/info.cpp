@@ -142,7 +142,10 @@ std::string text_of(const Volume& volume) {
 
 void run(const Request& request) {
   const Volume volume = request.volume.read(request.path);
-  const std::string text = request.is_json ? json_of(volume).dump(2) + "\n" : text_of(volume);
+  const std::string text =
+      request.is_json
+          ? json_of(volume).dump(2, ' ', false, ordered_json::error_handler_t::replace) + "\n"
+          : text_of(volume);
   std::fwrite(text.data(), 1, text.size(), stdout);
 }
 

@@ -47,6 +47,18 @@ TEST_F(Files, AreWrittenWholeBesideAndThenRenamed) {
   EXPECT_EQ(n_files(), 1);
 }
 
+TEST_F(Files, AreWrittenWhereLinksLead) {
+  fs::create_directory(path("disk"));
+  fs::create_symlink("disk/real.stl", path("link.stl"));  // to nothing yet
+  fs::create_symlink(path("link.stl"), path("second.stl"));
+  write_bytes(path("second.stl"), "one");
+  EXPECT_EQ(read_text(path("disk/real.stl")), "one");
+  write_bytes(path("link.stl"), "two");
+  EXPECT_EQ(read_text(path("disk/real.stl")), "two");
+  EXPECT_TRUE(fs::is_symlink(path("link.stl")) && fs::is_symlink(path("second.stl")));
+  EXPECT_EQ(n_files(), 3);
+}
+
 TEST_F(Files, AreAsBeforeIfWritingThrows) {
   write_text(path("a.stl"), "old");
   const auto fail_halfway = [](const std::string& temporary) {
