@@ -59,6 +59,19 @@ class EvaluateCommand : public ScratchFolder {
   std::string output_;
 };
 
+TEST_F(EvaluateCommand, SaysWhereTheReferenceHoldsIntensities) {
+  const std::string surface = ball("ball.stl", 12);
+  EXPECT_EQ(run(fmt::format("{} --reference {}", surface, ball_labels())), 0);
+  EXPECT_EQ(output_.find("warning"), std::string::npos) << output_;
+  std::vector<float> values(std::size_t(32) * 32 * 32, -1000);
+  values[5000] = 40;
+  const Eigen::Affine3d affine(Eigen::Translation3d(-6, -36, 14));
+  volume::write_volume(path("ct.nii.gz"), {{32, 32, 32}, affine, values});
+  EXPECT_EQ(run(fmt::format("{} --reference {}", surface, path("ct.nii.gz"))), 0) << output_;
+  EXPECT_NE(output_.find("ct.nii.gz: -1000 is no label: is this a label map?"), std::string::npos)
+      << output_;
+}
+
 TEST_F(EvaluateCommand, MeasuresConcentricBalls) {
   ASSERT_EQ(run(fmt::format("{} --reference {} --json {}", ball("a.stl", 10), ball("b.vtp", 11),
                             path("scores.json"))),
