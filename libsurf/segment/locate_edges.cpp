@@ -198,29 +198,32 @@ class Locator {
   }
 
   /// The length that predicts one half of the cells best from the other: found from the middle, to
-  /// the side where it gets better.
+  /// the side where it gets better. A shorter one is better only if both halves say so: what they
+  /// do not agree on is noise, and a longer one tells more of it from the shape.
   double best_length(const Expectations& expected, const Eigen::VectorXd& u) const {
     const std::array parts = {observations(expected, u, Part::kOne),
                               observations(expected, u, Part::kOther)};
-    std::array<double, kLengths.size()> loss;
+    std::array<std::array<double, 2>, kLengths.size()> losses;
     const auto compare = [&](int first, int n) {
       tbb::parallel_for(0, n, [&](int k) {
         const SmoothMoves<Dim> prior(bending_, geometry_, normals_, kLengths[first + k] * cell_mm_);
-        std::array<double, 2> losses;
         tbb::parallel_for(0, 2, [&](int half) {
           // Moves further than they are allowed to go say nothing of the length.
           const Eigen::VectorXd moves = limited(after(prior, parts[half], kCompared).mean());
-          losses[half] = moves.dot(parts[1 - half].P * moves) / 2 - parts[1 - half].b.dot(moves);
+          losses[first + k][half] =
+              moves.dot(parts[1 - half].P * moves) / 2 - parts[1 - half].b.dot(moves);
         });
-        loss[first + k] = losses[0] + losses[1];
       });
     };
+    const auto is_better = [&](int shorter, int longer) {
+      return losses[shorter][0] < losses[longer][0] && losses[shorter][1] < losses[longer][1];
+    };
     compare(kMiddle - 1, 2);
-    const int step = loss[kMiddle] < loss[kMiddle - 1] ? 1 : -1;
+    const int step = is_better(kMiddle - 1, kMiddle) ? -1 : 1;
     int best = step == 1 ? kMiddle : kMiddle - 1;
     for (int next = best + step; next >= 0 && next < int(kLengths.size()); next += step) {
       compare(next, 1);
-      if (!(loss[next] < loss[best])) break;
+      if (step == 1 ? is_better(best, next) : !is_better(next, best)) break;
       best = next;
     }
     return kLengths[best] * cell_mm_;
