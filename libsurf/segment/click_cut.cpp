@@ -57,8 +57,8 @@ class ClickCut {
     sample();
   }
 
-  std::vector<Flags> run(std::span<const double> object) {
-    std::vector<Flags> out(object.size(), scene_.before);
+  std::vector<NodeSet<Dim>> run(std::span<const double> object) {
+    std::vector<NodeSet<Dim>> out(object.size(), scene_.before);
     if (!(high_ > low_)) return out;
     paint();
     estimate_steps();
@@ -90,7 +90,7 @@ class ClickCut {
     }
   }
 
-  Flags cut(double of_object) const {
+  NodeSet<Dim> cut(double of_object) const {
     Graph graph(int(grid_.n()), int(Dim * grid_.n()));
     graph.add_node(int(grid_.n()));
     const auto whole = [](double x) { return int(std::lround(x * kUnit)); };
@@ -109,10 +109,12 @@ class ClickCut {
         graph.add_edge(int(at), int(at + stride), pair, pair);
       });
     graph.maxflow();
-    Flags cut(grid_.n());
-    for (std::size_t at = 0; at < cut.size(); ++at)
-      cut[at] = graph.what_segment(int(at), Graph::SINK) == Graph::SOURCE;
-    return at_scene(component(grid_, cut, starts(inside_)));
+    const auto cut = NodeSet<Dim>::where(grid_, [&](std::size_t at) {
+      return graph.what_segment(int(at), Graph::SINK) == Graph::SOURCE;
+    });
+    std::vector<typename NodeBox<Dim>::Index> clicked;
+    for (const std::size_t at : starts(inside_)) clicked.push_back(grid_.node(at));
+    return at_scene(cut.component(clicked));
   }
 
   void choose_box() {
@@ -125,11 +127,11 @@ class ClickCut {
       choose_nodes();
       return;
     }
-    Flags object = scene_.before;
+    NodeSet<Dim> object = scene_.before;
     for (const GridClick<Dim>& click : scene_.clicks)
       if (click.side == Side::kInside)
-        for (const auto& node : click.seed.nodes) object[all.at(node)] = 1;
-    const NodeBox<Dim> tight = bounds(all, object, 0);
+        for (const auto& node : click.seed.nodes) object.insert(node);
+    const NodeBox<Dim> tight = object.bounds(0);
     for (int axis = 0; axis < Dim; ++axis) {
       const int margin = std::max(options_.least_margin, int(options_.margin * tight.size[axis])),
                 end = tight.lower[axis] + tight.size[axis];
@@ -149,6 +151,7 @@ class ClickCut {
   /// Means of the intensities from 0 to 1, and of the object.
   void sample() {
     const std::vector<float>& intensity = scene_.grid.intensity();
+    const Flags before = scene_.before.flags();
     value_.resize(grid_.n());
     object_.resize(grid_.n());
     NodeBox<Dim> part;
@@ -163,7 +166,7 @@ class ClickCut {
       for (std::size_t n = 0; n < part.n(); ++n) {
         const std::size_t there = scene_.box().at(part.node(n));
         sum += intensity[there];
-        n_object += scene_.before[there];
+        n_object += before[there];
       }
       value_[at] = float(sum / double(part.n()));
       object_[at] = 2 * n_object > part.n();
@@ -295,13 +298,13 @@ class ClickCut {
     return out;
   }
 
-  Flags at_scene(const Flags& cut) const {
-    Flags out(scene_.box().n(), 0);
+  NodeSet<Dim> at_scene(const NodeSet<Dim>& cut) const {
+    NodeSet<Dim> out(scene_.box());
     for (std::size_t n = 0; n < box_.n(); ++n) {
-      auto node = box_.node(n);
-      const std::size_t at = scene_.box().at(node);
+      const auto there = box_.node(n);
+      auto node = there;
       for (int axis = 0; axis < Dim; ++axis) node[axis] = (node[axis] - box_.lower[axis]) / step_;
-      out[at] = cut[grid_.at(node)];
+      if (cut.contains(node)) out.insert(there);
     }
     return out;
   }
@@ -322,14 +325,14 @@ class ClickCut {
 }  // namespace
 
 template <int Dim>
-std::vector<Flags> click_cuts(const ClickScene<Dim>& scene, std::span<const double> object,
-                              const ClickCutOptions& options) {
+std::vector<NodeSet<Dim>> click_cuts(const ClickScene<Dim>& scene, std::span<const double> object,
+                                     const ClickCutOptions& options) {
   return ClickCut<Dim>(scene, options).run(object);
 }
 
-template std::vector<Flags> click_cuts<2>(const ClickScene<2>&, std::span<const double>,
-                                          const ClickCutOptions&);
-template std::vector<Flags> click_cuts<3>(const ClickScene<3>&, std::span<const double>,
-                                          const ClickCutOptions&);
+template std::vector<NodeSet<2>> click_cuts<2>(const ClickScene<2>&, std::span<const double>,
+                                               const ClickCutOptions&);
+template std::vector<NodeSet<3>> click_cuts<3>(const ClickScene<3>&, std::span<const double>,
+                                               const ClickCutOptions&);
 
 }  // namespace surf::segment

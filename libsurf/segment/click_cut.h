@@ -32,7 +32,7 @@ struct ClickCutOptions {
 /// @param object  weights of what the object was so far
 /// @return  one for each weight, at the nodes of the scene's box
 template <int Dim>
-std::vector<Flags> click_cuts(const ClickScene<Dim>& scene, std::span<const double> object,
-                              const ClickCutOptions& options = {});
+std::vector<NodeSet<Dim>> click_cuts(const ClickScene<Dim>& scene, std::span<const double> object,
+                                     const ClickCutOptions& options = {});
 
 }  // namespace surf::segment

@@ -34,37 +34,23 @@ GridClick<Dim> on_grid(const SearchGrid<Dim>& grid, const Click<Dim>& click) {
 }
 
 template <int Dim>
-Flags flags_of(const NodeBox<Dim>& grid, const Rung<Dim>& rung) {
-  Flags out(grid.n(), 0);
-  for (std::size_t at = 0; at < rung.inside.size(); ++at)
-    if (rung.inside[at]) out[grid.at(rung.box.node(at))] = 1;
-  return out;
-}
-
-double dice(const Flags& a, const Flags& b) {
-  double both = 0, sum = 0;
-  for (std::size_t at = 0; at < a.size(); ++at) {
-    both += a[at] & b[at];
-    sum += a[at] + b[at];
-  }
-  return sum > 0 ? 2 * both / sum : 1;
+double dice(const NodeSet<Dim>& a, const NodeSet<Dim>& b) {
+  const std::size_t sum = a.count() + b.count();
+  return sum > 0 ? 2 * double(a.count_in_both(b)) / double(sum) : 1;
 }
 
 /// The object after a correction, on the whole grid, as a rung.
 template <int Dim>
-Rung<Dim> rung_of(const SearchGrid<Dim>& grid, const Flags& before,
-                  const Correction<Dim>& correction) {
-  Flags inside = before;
-  for (std::size_t at = 0; at < correction.inside.size(); ++at)
-    inside[grid.box().at(correction.box.node(at))] = correction.inside[at];
+Rung<Dim> rung_of(const NodeSet<Dim>& before, const Correction<Dim>& correction) {
+  const NodeBox<Dim>& grid = before.box();
+  const NodeSet<Dim> unchanged = before - before.in(correction.inside.box()).in(grid),
+                     after = unchanged | correction.inside.in(grid);
   Rung<Dim> out;
   out.family = correction.family;
   out.score = correction.score;
   out.kept = correction.kept;
-  out.box = bounds(grid.box(), inside, 6);
-  inside = cropped(grid.box(), inside, out.box);
-  out.inside.assign(inside.begin(), inside.end());
-  out.n_nodes = std::size_t(std::count(inside.begin(), inside.end(), 1));
+  out.inside = after.in(after.bounds(6));
+  out.n_nodes = out.inside.count();
   return out;
 }
 
@@ -106,9 +92,9 @@ ClickSearchPointer<Dim> further_search(const SearchGrid<Dim>& grid,
   if (before->found.empty()) return out;
   const bool is_inside = click.side == Side::kInside;
   const auto& nodes = out->on_grid.back().seed.nodes;
-  const Flags inside = before->inside();
+  const NodeSet<Dim> inside = before->inside();
   if (std::all_of(nodes.begin(), nodes.end(),
-                  [&](const auto& node) { return bool(inside[grid.box().at(node)]) == is_inside; }))
+                  [&](const auto& node) { return inside.contains(node) == is_inside; }))
     return out;
   const auto corrected =
       corrections<Dim>(grid, inside, out->on_grid, *out->first, out->noise, stop);
@@ -120,8 +106,7 @@ ClickSearchPointer<Dim> further_search(const SearchGrid<Dim>& grid,
   }
   out->contest = contest(scores, overlaps, corrected.front().score);
   std::vector<Rung<Dim>> rungs;
-  for (const Correction<Dim>& correction : corrected)
-    rungs.push_back(rung_of(grid, inside, correction));
+  for (const Correction<Dim>& correction : corrected) rungs.push_back(rung_of(inside, correction));
   std::vector<const Rung<Dim>*> all;
   for (const Rung<Dim>& rung : rungs) all.push_back(&rung);
   out->found.clear();
@@ -153,8 +138,8 @@ ClickSearchPointer<Dim> first_stroke(const SearchGrid<Dim>& grid, const Click<Di
 }  // namespace
 
 template <int Dim>
-Flags ClickSearch<Dim>::inside() const {
-  return found.empty() ? Flags() : flags_of(box, found[chosen]);
+NodeSet<Dim> ClickSearch<Dim>::inside() const {
+  return found.empty() ? NodeSet<Dim>() : found[chosen].inside.in(box);
 }
 
 Contest contest(std::span<const double> scores, std::span<const double> overlaps,

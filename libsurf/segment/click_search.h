@@ -39,9 +39,8 @@ struct ClickSearch {
   Contest contest;                            ///< of the best one, at the last click that it heeded
   std::shared_ptr<const ClickSearch> before;  ///< one click less; null at the first
 
-  /// Of the chosen one, at all nodes of the grid; empty if nothing was found. O(nodes), so that a
-  /// long dialogue does not hold them for each click.
-  Flags inside() const;
+  /// Of the chosen one, in the box of the grid; in no box if nothing was found.
+  NodeSet<Dim> inside() const;
 };
 
 template <int Dim>

@@ -42,17 +42,23 @@ constexpr double kLeastGrowth = 0.1;
 /// A candidate in the box of the scene.
 template <int Dim>
 struct Candidate {
-  Flags after;
+  NodeSet<Dim> after;
   Family family = Family::kBall;
   bool is_whole = false;
   double growth = 1;
   double score = 0;  // without the agreement
-  ChangedNodes change = {};
+  NodeSet<Dim> change = {};
   double kept = 1;
 
-  Candidate(Flags object, Family from, bool whole, double of_growth)
+  Candidate(NodeSet<Dim> object, Family from, bool whole, double of_growth)
       : after(std::move(object)), family(from), is_whole(whole), growth(of_growth) {}
 };
+
+/// 0 if nothing changes in either.
+template <int Dim>
+double dice_of_changes(const NodeSet<Dim>& a, const NodeSet<Dim>& b) {
+  return 2 * double(a.count_in_both(b)) / std::max(1.0, double(a.count() + b.count()));
+}
 
 double growth_of(const RungFeatures& f) {
   return std::max(f.growth_out, kLeastGrowth) * std::exp(-f.growth_in / 4);
@@ -60,11 +66,11 @@ double growth_of(const RungFeatures& f) {
 
 /// With a box round the object all of it.
 template <int Dim>
-NodeBox<Dim> surroundings(const SearchGrid<Dim>& whole, const Flags& before,
+NodeBox<Dim> surroundings(const SearchGrid<Dim>& whole, const NodeSet<Dim>& before,
                           std::span<const GridClick<Dim>> clicks) {
   const NodeBox<Dim>& grid = whole.box();
   if (whole.has_outside_faces()) return grid;
-  NodeBox<Dim> out = bounds(grid, before, 0);
+  NodeBox<Dim> out = before.bounds(0);
   for (const GridClick<Dim>& click : clicks)
     for (const auto& node : click.seed.nodes)
       for (int axis = 0; axis < Dim; ++axis) {
@@ -85,6 +91,8 @@ NodeBox<Dim> surroundings(const SearchGrid<Dim>& whole, const Flags& before,
 
 template <int Dim>
 class Corrector {
+  using Index = typename NodeBox<Dim>::Index;
+
  public:
   Corrector(const ClickScene<Dim>& scene, std::span<const SettledRegion<Dim>> first,
             const typename NodeBox<Dim>::Index& lower, const std::stop_token& stop)
@@ -125,14 +133,11 @@ class Corrector {
     std::vector<Rung<Dim>> found = pieces(scene_, stop_);
     tbb::parallel_for(std::size_t(0), found.size(), [&](std::size_t n) {
       Rung<Dim>& rung = found[n];
-      const Flags piece(rung.inside.begin(), rung.inside.end());
-      const Flags part = component(rung.box, piece, starts_in(rung.box, piece));
-      const double n_part = double(std::count(part.begin(), part.end(), 1)),
-                   depth = depths_of<Dim>(box_, rung.box, part, scene_.click().seed.nodes).share() *
-                           n_part / double(rung.n_nodes);
-      const ChangeFeatures change = measure_change(
-          rung.box, piece, cropped(box_, scene_.before, rung.box), side_,
-          cropped(box_, scene_.grid.level(), rung.box), cropped(box_, edge_, rung.box));
+      const NodeSet<Dim> part = rung.inside.component(starts_in(rung.inside));
+      const double depth = depths_of<Dim>(box_, part, scene_.click().seed.nodes).share() *
+                           double(part.count()) / double(rung.n_nodes);
+      const ChangeFeatures change =
+          measure_change(box_, rung.inside, scene_.before, side_, scene_.grid.level(), edge_);
       rung.score = change.score(side_) * std::pow(depth, kDepth) * growth_of(rung.features);
     });
     std::vector<const Rung<Dim>*> all;
@@ -141,11 +146,9 @@ class Corrector {
     std::vector<Candidate<Dim>> out;
     for (const Rung<Dim>* rung : best) {
       Candidate<Dim> candidate(scene_.before, rung->family, false, growth_of(rung->features));
-      for (std::size_t at = 0; at < rung->inside.size(); ++at)
-        if (rung->inside[at]) candidate.after[box_.at(rung->box.node(at))] = adds();
-      if (std::size_t(std::count(candidate.after.begin(), candidate.after.end(), 1)) >=
-          kLeastObject)
-        out.push_back(std::move(candidate));
+      const NodeSet<Dim> piece = rung->inside.in(box_);
+      adds() ? candidate.after |= piece : candidate.after -= piece;
+      if (candidate.after.count() >= kLeastObject) out.push_back(std::move(candidate));
     }
     return out;
   }
@@ -155,7 +158,7 @@ class Corrector {
     const double growth =
         (scene_.grid.has_outside_faces() ? kCutGrowthInBox : kCutGrowth)(scene_.clicks.size());
     std::vector<Candidate<Dim>> out;
-    for (Flags& after : click_cuts(scene_, kObjectWeights)) {
+    for (NodeSet<Dim>& after : click_cuts(scene_, kObjectWeights)) {
       out.emplace_back(std::move(after), Family::kCut, false, growth);
     }
     return out;
@@ -166,19 +169,14 @@ class Corrector {
     std::vector<Candidate<Dim>> out;
     for (const SettledRegion<Dim>& region : first_) {
       if (out.size() == kMostWhole) break;
-      Candidate<Dim> candidate(Flags(box_.n(), 0), region.rung.family, true,
-                               kWhole * region.besides);
-      bool fits = true;
-      for (std::size_t at = 0; fits && at < region.rung.inside.size(); ++at) {
-        if (!region.rung.inside[at]) continue;
-        auto node = region.rung.box.node(at);
-        for (int axis = 0; axis < Dim; ++axis) node[axis] -= lower_[axis];
-        fits = box_.contains(node);
-        if (fits) candidate.after[box_.at(node)] = 1;
-      }
+      NodeBox<Dim> here = box_;
+      here.lower = lower_;
+      Candidate<Dim> candidate(region.rung.inside.in(here).moved_to(box_.lower), region.rung.family,
+                               true, kWhole * region.besides);
+      bool fits = candidate.after.count() == region.rung.n_nodes;
       for (const GridClick<Dim>& click : scene_.clicks)
         for (const auto& node : click.seed.nodes)
-          fits = fits && bool(candidate.after[box_.at(node)]) == (click.side == Side::kInside);
+          fits = fits && candidate.after.contains(node) == (click.side == Side::kInside);
       if (fits) out.push_back(std::move(candidate));
     }
     return out;
@@ -186,82 +184,67 @@ class Corrector {
 
   /// Only near what has changed.
   void settle(Candidate<Dim>& candidate) const {
-    Flags& after = candidate.after;
-    const ChangedNodes unsettled = changed_nodes(after, scene_.before);
-    if (adds()) {
-      after = closed(box_, after);
-      fill_holes(box_, after);
-    }
-    Flags change(after.size());
-    for (std::size_t at = 0; at < after.size(); ++at) change[at] = after[at] != scene_.before[at];
-    const NodeBox<Dim> part = bounds(box_, change, kSettleMargin);
+    NodeSet<Dim>& after = candidate.after;
+    const NodeSet<Dim> unsettled = after ^ scene_.before;
+    if (adds()) after = after.closed().filled();
+    const NodeSet<Dim> change = after ^ scene_.before;
+    const NodeBox<Dim> part = change.bounds(kSettleMargin);
     if (part.n() == 0) return;
-    const auto to_change =
-        squared_distances(part, cropped(box_, change, part), int(std::ceil(kFree)));
-    const Flags inside = cropped(box_, after, part);
-    std::vector<Held> held(part.n());
-    for (std::size_t at = 0; at < held.size(); ++at) {
-      held[at] = held_[box_.at(part.node(at))];
-      if (held[at] == Held::kFree && to_change[at] > kFree * kFree)
-        held[at] = inside[at] ? Held::kInside : Held::kOutside;
-    }
-    const Flags settled_part =
-        settled(part, inside, cropped(box_, scene_.grid.intensity(), part), held, scene_.noise);
-    for (std::size_t at = 0; at < settled_part.size(); ++at)
-      after[box_.at(part.node(at))] = settled_part[at];
+    const NodeSet<Dim> inside = after.in(part), fixed = change.in(part).dilated(kFree).complement();
+    const Flags is_inside = inside.flags();
+    std::vector<Held> held = cropped(box_, held_, part);
+    fixed.for_each([&](std::size_t at) {
+      if (held[at] == Held::kFree) held[at] = is_inside[at] ? Held::kInside : Held::kOutside;
+    });
+    const NodeSet<Dim> settled_part(
+        part,
+        settled(part, is_inside, cropped(box_, scene_.grid.intensity(), part), held, scene_.noise));
+    after ^= (inside ^ settled_part).in(box_);
     keep_clicked(after);
-    candidate.kept = unsettled.dice(changed_nodes(after, scene_.before));
+    candidate.kept = dice_of_changes(unsettled, after ^ scene_.before);
   }
 
   /// Only what is connected with an inside click.
-  void keep_clicked(Flags& after) const {
-    std::vector<std::size_t> starts;
+  void keep_clicked(NodeSet<Dim>& after) const {
+    std::vector<Index> starts;
     for (const GridClick<Dim>& click : scene_.clicks)
       if (click.side == Side::kInside)
         for (const auto& node : click.seed.nodes)
-          if (after[box_.at(node)]) starts.push_back(box_.at(node));
-    if (!starts.empty()) after = component(box_, after, std::move(starts));
+          if (after.contains(node)) starts.push_back(node);
+    if (!starts.empty()) after = after.component(starts);
   }
 
-  std::vector<std::size_t> starts_in(const NodeBox<Dim>& box, const Flags& flags) const {
-    std::vector<std::size_t> out;
-    for (const auto& node : scene_.click().seed.nodes)
-      if (box.contains(node) && flags[box.at(node)]) out.push_back(box.at(node));
+  std::vector<Index> starts_in(const NodeSet<Dim>& nodes) const {
+    std::vector<Index> out;
+    for (const Index& node : scene_.click().seed.nodes)
+      if (nodes.contains(node)) out.push_back(node);
     return out;
   }
 
   void score(Candidate<Dim>& candidate) const {
-    Flags changed(box_.n()), back(box_.n());
-    for (std::size_t at = 0; at < changed.size(); ++at) {
-      const bool differs = candidate.after[at] != scene_.before[at];
-      changed[at] = differs && bool(candidate.after[at]) == adds();
-      back[at] = differs && !changed[at];
-    }
-    candidate.change = changed_nodes(candidate.after, scene_.before);
-    const Flags piece = component(box_, changed, starts_in(box_, changed));
-    const NodeBox<Dim> part = bounds(box_, piece, 3);
-    if (part.n() == 0) return;
-    const Flags of_piece = cropped(box_, piece, part);
-    const Depths depths = depths_of<Dim>(box_, part, of_piece, scene_.click().seed.nodes);
+    const NodeSet<Dim>& after = candidate.after;
+    candidate.change = after ^ scene_.before;
+    // To the click's side, and what settling has given back.
+    const NodeSet<Dim> changed = adds() ? candidate.change & after : candidate.change - after,
+                       back = candidate.change - changed;
+    NodeSet<Dim> piece = changed.component(starts_in(changed));
+    piece = piece.in(piece.bounds(3));
+    if (piece.is_empty()) return;
+    const Depths depths = depths_of<Dim>(box_, piece, scene_.click().seed.nodes);
     if (depths.share() < kLeastDepth) return;
     const ChangeFeatures change =
-        measure_change(part, of_piece, cropped(box_, scene_.before, part), side_,
-                       cropped(box_, scene_.grid.level(), part), cropped(box_, edge_, part));
+        measure_change(box_, piece, scene_.before, side_, scene_.grid.level(), edge_);
     Rung<Dim> whole;
-    whole.box = bounds(box_, candidate.after, 3);
-    const Flags inside = cropped(box_, candidate.after, whole.box);
-    measure(inside, cropped(box_, scene_.grid.level(), whole.box), cropped(box_, edge_, whole.box),
-            whole);
+    whole.inside = after.in(after.bounds(3));
+    measure(box_, scene_.grid.level(), edge_, whole);
     if (whole.n_nodes == 0) return;
-    const auto largest =
-        double(std::max(largest_component(box_, changed), largest_component(box_, back)));
+    const auto largest = double(std::max(largest_component(changed), largest_component(back)));
     candidate.score =
         std::sqrt(std::max(change.score(side_), 1e-6) * std::max(boundary_score(whole), 1e-6)) *
         std::pow(depths.share(), kDepth) * std::pow(change.n_nodes / largest, kShare) *
-        std::pow(depths_of<Dim>(box_, whole.box, inside, first_nodes()).share(kCalmDepth),
-                 kFirstDepth) *
+        std::pow(depths_of<Dim>(box_, whole.inside, first_nodes()).share(kCalmDepth), kFirstDepth) *
         candidate.growth * std::pow(double(whole.n_nodes), kSize / Dim) *
-        box_fit(scene_.grid, bounds(box_, candidate.after, 0));
+        box_fit(scene_.grid, after.bounds(0));
   }
 
   const std::vector<typename NodeBox<Dim>::Index>& first_nodes() const {
@@ -276,7 +259,7 @@ class Corrector {
     std::vector<double> sums(n, 0);
     for (std::size_t a = 0; a < n; ++a)
       for (std::size_t b = a + 1; b < n; ++b) {
-        const double dice = candidates[a].change.dice(candidates[b].change);
+        const double dice = dice_of_changes(candidates[a].change, candidates[b].change);
         sums[a] += dice;
         sums[b] += dice;
       }
@@ -284,9 +267,9 @@ class Corrector {
       candidates[c].score *= std::pow(std::max(sums[c] / double(n - 1), 0.01), kAgreement);
   }
 
-  void obey(Flags& after) const {
+  void obey(NodeSet<Dim>& after) const {
     const auto is_held = [&](std::size_t at) {
-      return (held_[at] == Held::kInside) == bool(after[at]);
+      return (held_[at] == Held::kInside) == after.contains(box_.node(at));
     };
     for (const GridClick<Dim>& click : scene_.clicks)
       for (const auto& node : click.seed.nodes) {
@@ -297,7 +280,7 @@ class Corrector {
         for (std::size_t n = 0; n < around.n(); ++n)
           if (const auto near = around.node(n); box_.contains(near))
             if (const std::size_t at = box_.at(near); held_[at] != Held::kFree)
-              after[at] = held_[at] == Held::kInside;
+              held_[at] == Held::kInside ? after.insert(near) : after.erase(near);
       }
   }
 
@@ -308,33 +291,34 @@ class Corrector {
   typename NodeBox<Dim>::Index lower_;
   const std::stop_token& stop_;
   std::vector<Held> held_;
-  Flags edge_;
+  NodeSet<Dim> edge_;
 };
 
 }  // namespace
 
 template <int Dim>
-std::vector<Correction<Dim>> corrections(const SearchGrid<Dim>& grid, const Flags& before,
+std::vector<Correction<Dim>> corrections(const SearchGrid<Dim>& grid, const NodeSet<Dim>& before,
                                          std::span<const GridClick<Dim>> clicks,
                                          std::span<const SettledRegion<Dim>> first, double noise,
                                          const std::stop_token& stop) {
   const NodeBox<Dim> box = surroundings(grid, before, clicks);
   const SearchGrid<Dim> part(grid, box);
-  const Flags object = cropped(grid.box(), before, box);
+  // The part's own nodes count from 0.
+  const NodeSet<Dim> object = before.in(box).moved_to(part.box().lower);
   ClickScene<Dim> scene{part, object, {clicks.begin(), clicks.end()}, noise};
   for (GridClick<Dim>& click : scene.clicks)
     for (auto& node : click.seed.nodes)
       for (int axis = 0; axis < Dim; ++axis) node[axis] -= box.lower[axis];
   std::vector<Correction<Dim>> out;
   for (Candidate<Dim>& candidate : Corrector<Dim>(scene, first, box.lower, stop).all())
-    out.push_back({box, std::move(candidate.after), candidate.family, candidate.is_whole,
+    out.push_back({candidate.after.moved_to(box.lower), candidate.family, candidate.is_whole,
                    candidate.score, candidate.kept});
   return out;
 }
 
-#define SURF_INSTANTIATE(Dim)                                                \
-  template std::vector<Correction<Dim>> corrections<Dim>(                    \
-      const SearchGrid<Dim>&, const Flags&, std::span<const GridClick<Dim>>, \
+#define SURF_INSTANTIATE(Dim)                                                       \
+  template std::vector<Correction<Dim>> corrections<Dim>(                           \
+      const SearchGrid<Dim>&, const NodeSet<Dim>&, std::span<const GridClick<Dim>>, \
       std::span<const SettledRegion<Dim>>, double, const std::stop_token&);
 SURF_INSTANTIATE(2)
 SURF_INSTANTIATE(3)

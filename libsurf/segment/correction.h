@@ -13,8 +13,7 @@ namespace surf::segment {
 /// An object after a click.
 template <int Dim>
 struct Correction {
-  NodeBox<Dim> box;       ///< of the grid; outside it nothing has changed
-  Flags inside;           ///< at the nodes of the box
+  NodeSet<Dim> inside;    ///< outside its box nothing has changed
   Family family;          ///< of the piece, or of the region of the first click
   bool is_whole = false;  ///< a region of the first click in place of the object
   double score = 0;       ///< to compare corrections by one click
@@ -40,12 +39,12 @@ struct Correction {
 ///
 /// O(ladders) as in search_regions, in the surroundings of object and clicks alone.
 ///
-/// @param before  the object, at all nodes of the grid
+/// @param before  the object, in the box of the grid
 /// @param clicks  in their order; the last is the one to heed, the first inside one made the object
 /// @param noise   that of the first click [intensity per node]
 /// @return  best first; at least one, whose clicks are all on their sides
 template <int Dim>
-std::vector<Correction<Dim>> corrections(const SearchGrid<Dim>& grid, const Flags& before,
+std::vector<Correction<Dim>> corrections(const SearchGrid<Dim>& grid, const NodeSet<Dim>& before,
                                          std::span<const GridClick<Dim>> clicks,
                                          std::span<const SettledRegion<Dim>> first, double noise,
                                          const std::stop_token& stop = {});

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cmath>
 #include <limits>
 
 #include "libsurf/segment/arrival.h"
@@ -77,19 +78,15 @@ double slope_of_edge(const SeedView<Dim>& view) {
 }
 
 template <int Dim>
-Ladder front_ladder(const SeedView<Dim>& view, const LadderLimits& limits) {
+Ladder front_ladder(const SeedView<Dim>& view, const LadderLimits<Dim>& limits) {
   const NodeBox<Dim>& grid = view.grid.box();
   Ladder out{Family::kFront, {}, {}, {kFrontNeck}, limits.most_nodes};
   std::vector<float> cost = front_cost(view, kCalm);
   if (cost.empty()) return out;
   double n_domain = double(grid.n());
   if (limits.domain) {
-    n_domain = 0;
-    for (std::size_t at = 0; at < cost.size(); ++at)
-      if ((*limits.domain)[at])
-        ++n_domain;
-      else
-        cost[at] = kNever;
+    n_domain = double(limits.domain->count());
+    limits.domain->complement().for_each([&](std::size_t at) { cost[at] = kNever; });
   }
   std::vector<std::size_t> starts;
   for (const SeedNodes<Dim>& seed : view.seeds)
@@ -119,76 +116,45 @@ std::vector<double> half_widths(std::vector<float> distance, double deviation, d
   return out;
 }
 
-/// Squared distances to the outside, and to the border of the grid, beyond which nobody knows: a
-/// neck that the border cuts in half is no thicker than what is left of it. But along an axis of
-/// few slices all would be near the border.
+/// The nodes of a set from whose centre all within r is of the set. The border of the grid counts
+/// as outside, since nobody knows what lies beyond: a neck that it cuts in half is no thicker than
+/// what is left of it. But along an axis of few slices all would be near the border.
 template <int Dim>
-std::vector<std::int16_t> depths(const NodeBox<Dim>& grid, const NodeBox<Dim>& box,
-                                 const Flags& outside, int reach) {
-  std::vector<std::int16_t> out = squared_distances(box, outside, reach);
+NodeSet<Dim> core(const NodeBox<Dim>& grid, const NodeSet<Dim>& inside, double r) {
+  NodeSet<Dim> out = inside - inside.complement().dilated(r);
   for (int axis = 0; axis < Dim; ++axis) {
     if (has_few_slices(grid, axis)) continue;
-    box.for_lines(axis, [&](std::size_t at, int here, std::size_t) {
-      const int node = box.lower[axis] + here;
-      const int to_border = std::min({node + 1, grid.size[axis] - node, reach + 1});
-      out[at] = std::min(out[at], std::int16_t(to_border * to_border));
-    });
+    const int reach = int(std::floor(r)), first = inside.box().lower[axis],
+              size = inside.box().size[axis];
+    out.erase_layers(axis, 0, std::min(size, reach - first));
+    out.erase_layers(axis, std::max(0, grid.size[axis] - reach - first), size);
   }
   return out;
 }
 
-/// The component of a window that holds the seeds, in its own box.
+/// The component of a window that holds the seeds, in its own box; of no box if there is none.
 template <int Dim>
-struct Window {
-  NodeBox<Dim> box;
-  Flags inside;
-  std::vector<std::int16_t> depth;  ///< squared, as far as the largest neck radius
-  std::size_t n = 0;
-};
-
-template <int Dim>
-Window<Dim> window_at(const SeedView<Dim>& view, const Ladder& ladder, double level) {
-  const NodeBox<Dim>& grid = view.grid.box();
-  Window<Dim> out;
-  Flags flags(grid.n());
-  std::transform(ladder.distance.begin(), ladder.distance.end(), flags.begin(),
-                 [&](float d) { return std::uint8_t(d <= level * (1 + kSlack)); });
-  auto starts = view.starts(grid, flags, kWindowReach);
-  if (starts.empty()) return out;
-  flags = component(grid, flags, std::move(starts));
-  out.n = std::size_t(std::count(flags.begin(), flags.end(), 1));
-  out.box = bounds(grid, flags, kMargin);
-  out.inside = cropped(grid, flags, out.box);
-  flags.resize(out.box.n());
-  std::transform(out.inside.begin(), out.inside.end(), flags.begin(),
-                 [](std::uint8_t flag) { return std::uint8_t(!flag); });
-  const double widest = *std::max_element(ladder.neck_radii.begin(), ladder.neck_radii.end());
-  out.depth = depths(grid, out.box, flags, int(std::ceil(widest)));
-  return out;
+NodeSet<Dim> window_at(const SeedView<Dim>& view, const Ladder& ladder, double level) {
+  const auto all = NodeSet<Dim>::where(
+      view.grid.box(), [&](std::size_t at) { return ladder.distance[at] <= level * (1 + kSlack); });
+  const auto starts = view.starts(all, kWindowReach);
+  if (starts.empty()) return {};
+  const NodeSet<Dim> out = all.component(starts);
+  return out.in(out.bounds(kMargin));
 }
 
 /// The window's opening, in its own box too: it is often much smaller.
 template <int Dim>
-Rung<Dim> opening(const SeedView<Dim>& view, const Window<Dim>& window, double r) {
-  const NodeBox<Dim>& grid = view.grid.box();
+Rung<Dim> opening(const SeedView<Dim>& view, const NodeSet<Dim>& window, double r) {
   Rung<Dim> rung;
-  Flags core(window.box.n());
-  std::transform(window.depth.begin(), window.depth.end(), core.begin(),
-                 [&](int d) { return std::uint8_t(d > r * r); });
-  auto starts = view.starts(window.box, core, kOpeningReach);
+  NodeSet<Dim> deep = core(view.grid.box(), window, r);
+  const auto starts = view.starts(deep, kOpeningReach);
   if (starts.empty()) return rung;
-  core = component(window.box, core, std::move(starts));
-  const int reach = int(std::ceil(r));
-  rung.box = bounds(window.box, core, reach + kMargin);
-  const std::vector<std::int16_t> to_core =
-      squared_distances(rung.box, cropped(window.box, core, rung.box), reach);
-  Flags inside = cropped(window.box, window.inside, rung.box);
-  for (std::size_t at = 0; at < inside.size(); ++at) inside[at] &= to_core[at] <= r * r;
-  fill_holes(rung.box, inside);
+  deep = deep.component(starts);
+  const NodeBox<Dim> box = deep.bounds(int(std::ceil(r)) + kMargin);
+  rung.inside = (deep.in(box).dilated(r) & window.in(box)).filled();
   rung.neck_radius = r;
-  rung.inside.assign(inside.begin(), inside.end());
-  measure(inside, cropped(grid, view.grid.level(), rung.box), cropped(grid, view.edge, rung.box),
-          rung);
+  measure(view.grid.box(), view.grid.level(), view.edge, rung);
   return rung;
 }
 
@@ -197,9 +163,9 @@ template <int Dim>
 std::vector<Rung<Dim>> open_window(const SeedView<Dim>& view, const Ladder& ladder, double level,
                                    std::size_t& n_component, const std::stop_token& stop) {
   std::vector<Rung<Dim>> rungs(ladder.neck_radii.size());
-  const Window<Dim> window = window_at(view, ladder, level);
-  n_component = window.n;
-  if (window.n == 0) return rungs;
+  const NodeSet<Dim> window = window_at(view, ladder, level);
+  n_component = window.count();
+  if (n_component == 0) return rungs;
   for (std::size_t n = 0; n < rungs.size() && !stop.stop_requested(); ++n) {
     rungs[n] = opening(view, window, ladder.neck_radii[n]);
     rungs[n].family = ladder.family;
@@ -241,7 +207,7 @@ std::vector<float> front_cost(const SeedView<Dim>& view, double calm) {
 
 template <int Dim>
 Ladder make_ladder(const SeedView<Dim>& view, Family family, std::span<const double> neck_radii,
-                   const LadderLimits& limits) {
+                   const LadderLimits<Dim>& limits) {
   if (family == Family::kFront) return front_ladder(view, limits);
   Ladder out{family, distances(view, family), {}, {}, limits.most_nodes};
   for (const double r : neck_radii)
@@ -252,11 +218,8 @@ Ladder make_ladder(const SeedView<Dim>& view, Family family, std::span<const dou
     return out;
   }
   std::vector<float> within;
-  for (std::size_t at = 0; at < out.distance.size(); ++at)
-    if ((*limits.domain)[at])
-      within.push_back(out.distance[at]);
-    else
-      out.distance[at] = kNever;
+  limits.domain->for_each([&](std::size_t at) { within.push_back(out.distance[at]); });
+  limits.domain->complement().for_each([&](std::size_t at) { out.distance[at] = kNever; });
   out.levels = half_widths(std::move(within), view.deviation, kWidestOfDomain);
   if (out.levels.size() > kMostWindows) out.levels.resize(kMostWindows);
   return out;
@@ -308,7 +271,7 @@ std::vector<Windows<Dim>> climb(const SeedView<Dim>& view, std::span<const Ladde
 
 #define SURF_INSTANTIATE(Dim)                                                                  \
   template Ladder make_ladder<Dim>(const SeedView<Dim>&, Family, std::span<const double>,      \
-                                   const LadderLimits&);                                       \
+                                   const LadderLimits<Dim>&);                                  \
   template std::vector<float> front_cost<Dim>(const SeedView<Dim>&, double);                   \
   template std::vector<Windows<Dim>> climb<Dim>(const SeedView<Dim>&, std::span<const Ladder>, \
                                                 const std::function<void(const Rung<Dim>*)>&,  \

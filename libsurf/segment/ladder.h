@@ -26,9 +26,10 @@ struct Ladder {
 };
 
 /// Where the windows of a ladder may go, and how large the first one is that is worth a look.
+template <int Dim>
 struct LadderLimits {
-  const Flags* domain = nullptr;  ///< null = everywhere
-  double least_nodes = 113;       ///< of a ball of 3 nodes
+  const NodeSet<Dim>* domain = nullptr;  ///< null = everywhere
+  double least_nodes = 113;              ///< of a ball of 3 nodes
   double most_nodes = std::numeric_limits<double>::infinity();
 };
 
@@ -43,7 +44,7 @@ struct LadderLimits {
 /// nothing by them. In a domain all do, and there are at most 18 windows.
 template <int Dim>
 Ladder make_ladder(const SeedView<Dim>& view, Family family, std::span<const double> neck_radii,
-                   const LadderLimits& limits = {});
+                   const LadderLimits<Dim>& limits = {});
 
 /// Cost of a front per node: calm + (|grad I| / G)^2, see make_ladder.
 template <int Dim>

@@ -6,73 +6,6 @@
 namespace surf::segment {
 
 template <int Dim>
-NodeBox<Dim> bounds(const NodeBox<Dim>& box, const Flags& flags, int margin) {
-  typename NodeBox<Dim>::Index low = box.size, high;
-  high.fill(-1);
-  for (std::size_t row = 0; row < flags.size(); row += box.size[0]) {
-    const auto begin = flags.begin() + std::ptrdiff_t(row), end = begin + box.size[0];
-    const auto first = std::find_if(begin, end, [](std::uint8_t flag) { return flag != 0; });
-    if (first == end) continue;
-    auto last = end - 1;
-    while (!*last) --last;
-    const auto node = box.node(row);
-    low[0] = std::min(low[0], int(first - begin));
-    high[0] = std::max(high[0], int(last - begin));
-    for (int axis = 1; axis < Dim; ++axis) {
-      low[axis] = std::min(low[axis], node[axis] - box.lower[axis]);
-      high[axis] = std::max(high[axis], node[axis] - box.lower[axis]);
-    }
-  }
-  NodeBox<Dim> out;
-  for (int axis = 0; axis < Dim; ++axis) {
-    const int first = std::max(low[axis] - margin, 0),
-              last = std::min(high[axis] + margin, box.size[axis] - 1);
-    out.lower[axis] = box.lower[axis] + first;
-    out.size[axis] = high[axis] < 0 ? 0 : last - first + 1;
-  }
-  return out;
-}
-
-template <int Dim, class T>
-std::vector<T> cropped(const NodeBox<Dim>& box, const std::vector<T>& values,
-                       const NodeBox<Dim>& part) {
-  std::vector<T> out(part.n());
-  for (std::size_t at = 0; at < out.size(); at += part.size[0])
-    std::copy_n(values.begin() + std::ptrdiff_t(box.at(part.node(at))), part.size[0],
-                out.begin() + std::ptrdiff_t(at));
-  return out;
-}
-
-/// By runs along the first axis: each is looked for once, from the runs beside it.
-template <int Dim>
-Flags component(const NodeBox<Dim>& box, const Flags& flags, std::vector<std::size_t> starts) {
-  Flags out(box.n(), 0);
-  while (!starts.empty()) {
-    const std::size_t at = starts.back();
-    starts.pop_back();
-    if (out[at]) continue;
-    const std::size_t row = at - at % box.size[0];
-    std::size_t first = at, last = at;
-    while (first > row && flags[first - 1]) --first;
-    while (last + 1 < row + box.size[0] && flags[last + 1]) ++last;
-    std::fill(out.begin() + std::ptrdiff_t(first), out.begin() + std::ptrdiff_t(last) + 1, 1);
-    const auto push_runs = [&](std::size_t from, std::size_t to) {
-      for (std::size_t next = from; next <= to; ++next)
-        if (flags[next] && !out[next] && (next == from || !flags[next - 1] || out[next - 1]))
-          starts.push_back(next);
-    };
-    const auto node = box.node(row);
-    std::size_t stride = box.size[0];
-    for (int axis = 1; axis < Dim; stride *= box.size[axis], ++axis) {
-      const int here = node[axis] - box.lower[axis];
-      if (here > 0) push_runs(first - stride, last - stride);
-      if (here + 1 < box.size[axis]) push_runs(first + stride, last + stride);
-    }
-  }
-  return out;
-}
-
-template <int Dim>
 std::vector<std::int16_t> squared_distances(const NodeBox<Dim>& box, const Flags& flags,
                                             int reach) {
   std::vector<std::int16_t> out(box.n());
@@ -162,41 +95,6 @@ std::vector<float> exact_squared_distances(const NodeBox<Dim>& box, const Flags&
 }
 
 template <int Dim>
-void fill_holes(const NodeBox<Dim>& box, Flags& flags) {
-  Flags open(box.n());
-  std::transform(flags.begin(), flags.end(), open.begin(),
-                 [](std::uint8_t flag) { return std::uint8_t(!flag); });
-  std::vector<std::size_t> at_border;
-  for (int axis = 0; axis < Dim; ++axis)
-    box.for_lines(axis, [&](std::size_t at, int here, std::size_t) {
-      if (open[at] && (here == 0 || here + 1 == box.size[axis])) at_border.push_back(at);
-    });
-  open = component(box, open, std::move(at_border));
-  std::transform(open.begin(), open.end(), flags.begin(),
-                 [](std::uint8_t is_open) { return std::uint8_t(!is_open); });
-}
-
-template <int Dim>
-Flags closed(const NodeBox<Dim>& box, const Flags& flags) {
-  Flags grown = flags;
-  for (int axis = 0; axis < Dim; ++axis)
-    box.for_lines(axis, [&](std::size_t at, int here, std::size_t stride) {
-      if (here + 1 == box.size[axis]) return;
-      grown[at] |= flags[at + stride];
-      grown[at + stride] |= flags[at];
-    });
-  Flags out = grown;
-  for (int axis = 0; axis < Dim; ++axis)
-    box.for_lines(axis, [&](std::size_t at, int here, std::size_t stride) {
-      if (here + 1 == box.size[axis]) return;
-      out[at] &= grown[at + stride];
-      out[at + stride] &= grown[at];
-    });
-  for (std::size_t at = 0; at < out.size(); ++at) out[at] |= flags[at];
-  return out;
-}
-
-template <int Dim>
 void blur(const NodeBox<Dim>& box, std::vector<float>& values) {
   constexpr std::array<float, 5> kBinomial = {1.f / 16, 4.f / 16, 6.f / 16, 4.f / 16, 1.f / 16};
   for (int axis = 0; axis < Dim; ++axis) {
@@ -212,20 +110,10 @@ void blur(const NodeBox<Dim>& box, std::vector<float>& values) {
   }
 }
 
-#define SURF_INSTANTIATE(Dim)                                                                     \
-  template NodeBox<Dim> bounds<Dim>(const NodeBox<Dim>&, const Flags&, int);                      \
-  template std::vector<float> cropped<Dim, float>(const NodeBox<Dim>&, const std::vector<float>&, \
-                                                  const NodeBox<Dim>&);                           \
-  template std::vector<std::uint16_t> cropped<Dim, std::uint16_t>(                                \
-      const NodeBox<Dim>&, const std::vector<std::uint16_t>&, const NodeBox<Dim>&);               \
-  template Flags cropped<Dim, std::uint8_t>(const NodeBox<Dim>&, const Flags&,                    \
-                                            const NodeBox<Dim>&);                                 \
-  template Flags component<Dim>(const NodeBox<Dim>&, const Flags&, std::vector<std::size_t>);     \
-  template std::vector<std::int16_t> squared_distances<Dim>(const NodeBox<Dim>&, const Flags&,    \
-                                                            int);                                 \
-  template std::vector<float> exact_squared_distances<Dim>(const NodeBox<Dim>&, const Flags&);    \
-  template Flags closed<Dim>(const NodeBox<Dim>&, const Flags&);                                  \
-  template void fill_holes<Dim>(const NodeBox<Dim>&, Flags&);                                     \
+#define SURF_INSTANTIATE(Dim)                                                                  \
+  template std::vector<std::int16_t> squared_distances<Dim>(const NodeBox<Dim>&, const Flags&, \
+                                                            int);                              \
+  template std::vector<float> exact_squared_distances<Dim>(const NodeBox<Dim>&, const Flags&); \
   template void blur<Dim>(const NodeBox<Dim>&, std::vector<float>&);
 SURF_INSTANTIATE(2)
 SURF_INSTANTIATE(3)

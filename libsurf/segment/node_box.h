@@ -1,6 +1,7 @@
-// Morphology on boxes of nodes of a grid, in the plane and in space: components, holes, blur.
+// Boxes of nodes of a grid, in the plane and in space: parts, distances, blur.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -21,18 +22,16 @@ bool has_few_slices(const NodeBox<Dim>& grid, int axis) {
   return grid.size[axis] < 16;
 }
 
-/// The box of the flagged nodes with a margin, within `box`; of size 0 if there is none.
-template <int Dim>
-NodeBox<Dim> bounds(const NodeBox<Dim>& box, const Flags& flags, int margin);
-
 /// The values at the nodes of a part of the box.
 template <int Dim, class T>
 std::vector<T> cropped(const NodeBox<Dim>& box, const std::vector<T>& values,
-                       const NodeBox<Dim>& part);
-
-/// The flagged nodes that are connected, along the axes, with one of the starts, which are flagged.
-template <int Dim>
-Flags component(const NodeBox<Dim>& box, const Flags& flags, std::vector<std::size_t> starts);
+                       const NodeBox<Dim>& part) {
+  std::vector<T> out(part.n());
+  for (std::size_t at = 0; at < out.size(); at += part.size[0])
+    std::copy_n(values.begin() + std::ptrdiff_t(box.at(part.node(at))), part.size[0],
+                out.begin() + std::ptrdiff_t(at));
+  return out;
+}
 
 /// Squared Euclidean distances [nodes^2] to the nearest flagged node where they are at most
 /// reach^2, exactly; elsewhere something larger. O(reach nodes), the inner loops over rows.
@@ -43,14 +42,6 @@ std::vector<std::int16_t> squared_distances(const NodeBox<Dim>& box, const Flags
 /// The same exactly at any distance; infinity if no node is flagged. O(nodes).
 template <int Dim>
 std::vector<float> exact_squared_distances(const NodeBox<Dim>& box, const Flags& flags);
-
-/// Flags what the flagged nodes enclose too: all that has no way to the border of the box.
-template <int Dim>
-void fill_holes(const NodeBox<Dim>& box, Flags& flags);
-
-/// Closed by a node: grown along the axes, and shrunk again.
-template <int Dim>
-Flags closed(const NodeBox<Dim>& box, const Flags& flags);
 
 /// Blurred along each axis by a binomial filter of deviation 1; beyond the box as at its border.
 template <int Dim>

@@ -93,6 +93,22 @@ void box_filters(float* line, int n, std::size_t stride, std::size_t width, int 
   }
 }
 
+/// Lines along the first axis, which are turned so that they too lie side by side.
+void blur_rows(std::vector<float>& values, int n, int r) {
+  const std::size_t n_rows = values.size() / std::size_t(n),
+                    n_parts = (n_rows + kLines - 1) / kLines;
+  tbb::parallel_for(std::size_t(0), n_parts, [&](std::size_t part) {
+    const std::size_t width = std::min(kLines, n_rows - part * kLines);
+    float* rows = values.data() + part * kLines * std::size_t(n);
+    std::vector<float> turned(std::size_t(n) * width);
+    for (std::size_t k = 0; k < width; ++k)
+      for (int i = 0; i < n; ++i) turned[std::size_t(i) * width + k] = rows[k * std::size_t(n) + i];
+    box_filters(turned.data(), n, width, width, r);
+    for (std::size_t k = 0; k < width; ++k)
+      for (int i = 0; i < n; ++i) rows[k * std::size_t(n) + i] = turned[std::size_t(i) * width + k];
+  });
+}
+
 }  // namespace
 
 template <int Dim>
@@ -140,6 +156,10 @@ void blur(const std::array<int, 3>& size, double deviation, std::vector<float>& 
   std::size_t stride = 1;
   for (int axis = 0; axis < 3; stride *= size[axis], ++axis) {
     if (size[axis] == 1) continue;
+    if (axis == 0) {
+      blur_rows(values, size[0], r);
+      continue;
+    }
     const std::size_t block = stride * std::size_t(size[axis]), n_blocks = values.size() / block,
                       n_parts = (stride + kLines - 1) / kLines;
     tbb::parallel_for(std::size_t(0), n_blocks * n_parts, [&](std::size_t task) {

@@ -60,18 +60,15 @@ bool is_in_cells(const ImageExtent<Dim>& extent, const NodeBox<Dim>& cells,
 }
 
 template <int Dim>
-Flags outside_faces(const SearchGrid<Dim>& grid) {
+NodeSet<Dim> outside_faces(const SearchGrid<Dim>& grid) {
   const NodeBox<Dim>& box = grid.box();
-  Flags out;
-  for (int axis = 0; axis < Dim; ++axis)
-    for (const bool is_last : {false, true}) {
-      if (!grid.is_outside_beyond(axis, is_last)) continue;
-      out.resize(box.n(), 0);
-      box.for_lines(axis, [&](std::size_t at, int here, std::size_t) {
-        if (here == (is_last ? box.size[axis] - 1 : 0)) out[at] = 1;
-      });
-    }
-  return out;
+  NodeSet<Dim> within = NodeSet<Dim>(box).complement();
+  for (int axis = 0; axis < Dim; ++axis) {
+    if (grid.is_outside_beyond(axis, false)) within.erase_layers(axis, 0, 1);
+    if (grid.is_outside_beyond(axis, true))
+      within.erase_layers(axis, box.size[axis] - 1, box.size[axis]);
+  }
+  return within.complement();
 }
 
 template <int Dim>
@@ -95,7 +92,7 @@ double box_fit(const SearchGrid<Dim>& grid, const NodeBox<Dim>& object) {
   template NodeBox<Dim> cells_of_box<Dim>(const ImageExtent<Dim>&, const BoxCorners<Dim>&); \
   template bool is_in_cells<Dim>(const ImageExtent<Dim>&, const NodeBox<Dim>&,              \
                                  const Vector<Dim>&);                                       \
-  template Flags outside_faces<Dim>(const SearchGrid<Dim>&);                                \
+  template NodeSet<Dim> outside_faces<Dim>(const SearchGrid<Dim>&);                         \
   template double box_fit<Dim>(const SearchGrid<Dim>&, const NodeBox<Dim>&);
 SURF_INSTANTIATE(2)
 SURF_INSTANTIATE(3)

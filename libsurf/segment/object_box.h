@@ -4,6 +4,7 @@
 #include <array>
 
 #include "libsurf/segment/click.h"
+#include "libsurf/segment/node_set.h"
 #include "libsurf/segment/search_grid.h"
 
 namespace surf::segment {
@@ -21,7 +22,7 @@ bool is_in_cells(const ImageExtent<Dim>& extent, const NodeBox<Dim>& cells,
 
 /// The nodes of the faces beyond which the object cannot be; empty if there is none.
 template <int Dim>
-Flags outside_faces(const SearchGrid<Dim>& grid);
+NodeSet<Dim> outside_faces(const SearchGrid<Dim>& grid);
 
 /// How well an object fits the box that was drawn round it, from 0 to 1: people leave a margin of a
 /// centimetre or two.

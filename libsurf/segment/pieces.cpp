@@ -58,13 +58,11 @@ std::vector<std::size_t> nodes_of(const ClickScene<Dim>& scene, Side side, bool 
 Side other(Side side) { return side == Side::kInside ? Side::kOutside : Side::kInside; }
 
 template <int Dim>
-Rung<Dim> cut_to(const NodeBox<Dim>& box, Flags inside, Family family) {
+Rung<Dim> cut_to(const NodeSet<Dim>& inside, Family family) {
   Rung<Dim> out;
   out.family = family;
-  out.box = bounds(box, inside, 3);
-  const Flags part = cropped(box, inside, out.box);
-  out.inside.assign(part.begin(), part.end());
-  out.n_nodes = std::size_t(std::count(part.begin(), part.end(), 1));
+  out.inside = inside.in(inside.bounds(3));
+  out.n_nodes = out.inside.count();
   out.features.growth_in = kGrowthIn;
   out.features.growth_out = kGrowthOut;
   return out;
@@ -72,10 +70,12 @@ Rung<Dim> cut_to(const NodeBox<Dim>& box, Flags inside, Family family) {
 
 template <int Dim>
 class Pieces {
+  using Index = typename NodeBox<Dim>::Index;
+
  public:
   Pieces(const ClickScene<Dim>& scene, const std::stop_token& stop)
       : scene_(scene), box_(scene.box()), stop_(stop), domain_(scene.domain()) {
-    const auto n_object = double(std::count(scene.before.begin(), scene.before.end(), 1));
+    const auto n_object = double(scene.before.count());
     most_ = std::max(kLeastMost, adds() ? kMostAdded * n_object : kMostTaken * n_object);
   }
 
@@ -104,9 +104,9 @@ class Pieces {
     for (const GridClick<Dim>& click : scene_.clicks)
       if (click.side == Side::kInside) seeds.push_back(click.seed);
     const SeedView<Dim> view(scene_.grid, std::move(seeds), scene_.noise);
-    Flags allowed(box_.n(), 1);
     const std::vector<Held> held = scene_.held();
-    for (std::size_t at = 0; at < held.size(); ++at) allowed[at] = held[at] != Held::kOutside;
+    const auto allowed =
+        NodeSet<Dim>::where(box_, [&](std::size_t at) { return held[at] != Held::kOutside; });
     std::vector<Ladder> ladders;
     for (const Family family : kJointFamilies)
       ladders.push_back(make_ladder(view, family, kJointRadii, {&allowed, kLeastJoint, most_}));
@@ -122,19 +122,23 @@ class Pieces {
     std::vector<Ladder> ladders;
     for (const double calm : kCalm) {
       std::vector<float> cost = front_cost(view, calm);
-      for (std::size_t at = 0; !adds() && at < cost.size(); ++at)
-        if (!scene_.before[at]) cost[at] = std::numeric_limits<float>::infinity();
+      if (!adds() && !cost.empty())
+        scene_.before.complement().for_each(
+            [&](std::size_t at) { cost[at] = std::numeric_limits<float>::infinity(); });
       const auto times = [&](const std::vector<std::size_t>& from) {
         return arrival_times(box_, cost, std::span<const std::size_t>(from), box_.n());
       };
       const std::vector<float> own = times(starts), others = times(rivals);
-      Ladder ladder{
-          Family::kCompetition, std::vector<float>(box_.n()), {}, {kCompetitionNeck}, most_};
-      for (std::size_t at = 0; at < own.size(); ++at)
-        ladder.distance[at] =
-            !domain_[at] || !std::isfinite(own[at]) ? std::numeric_limits<float>::infinity()
-            : std::isfinite(others[at]) ? own[at] / std::max(own[at] + others[at], 1e-9f)
-                                        : 0.f;
+      Ladder ladder{Family::kCompetition,
+                    std::vector<float>(box_.n(), std::numeric_limits<float>::infinity()),
+                    {},
+                    {kCompetitionNeck},
+                    most_};
+      domain_.for_each([&](std::size_t at) {
+        if (std::isfinite(own[at]))
+          ladder.distance[at] =
+              std::isfinite(others[at]) ? own[at] / std::max(own[at] + others[at], 1e-9f) : 0.f;
+      });
       ladder.levels.assign(kShares.begin(), kShares.end());
       ladders.push_back(std::move(ladder));
     }
@@ -144,41 +148,32 @@ class Pieces {
   void cut_necks() {
     const std::vector<std::size_t> inner = nodes_of(scene_, Side::kInside, false);
     if (inner.empty()) return;
-    Flags outside(box_.n());
-    for (std::size_t at = 0; at < outside.size(); ++at) outside[at] = !scene_.before[at];
-    const std::vector<float> depth = exact_squared_distances(box_, outside);
+    const std::vector<float> depth =
+        exact_squared_distances(box_, scene_.before.complement().flags());
     for (const double r : kNecks) {
       if (stop_.stop_requested()) return;
-      Flags deep(box_.n());
-      for (std::size_t at = 0; at < deep.size(); ++at) deep[at] = depth[at] > r * r;
-      const auto flagged = [&](const std::vector<std::size_t>& nodes) {
-        std::vector<std::size_t> out;
-        for (const std::size_t at : nodes)
-          if (deep[at]) out.push_back(at);
-        return out;
-      };
-      std::vector<std::size_t> own;
-      for (const auto& node : scene_.click().seed.nodes) own.push_back(box_.at(node));
-      own = flagged(own);
-      const std::vector<std::size_t> others = flagged(inner);
+      const auto deep =
+          NodeSet<Dim>::where(box_, [&](std::size_t at) { return depth[at] > r * r; });
+      std::vector<Index> own, others;
+      for (const Index& node : scene_.click().seed.nodes)
+        if (deep.contains(node)) own.push_back(node);
+      for (const std::size_t at : inner)
+        if (deep.contains(box_.node(at))) others.push_back(box_.node(at));
       if (own.empty() || others.empty()) continue;
-      const Flags kept = component(box_, deep, others), gone = component(box_, deep, own);
-      if (kept[own.front()]) continue;
-      const std::vector<float> to_kept = exact_squared_distances(box_, kept),
-                               to_gone = exact_squared_distances(box_, gone);
-      Flags piece(box_.n());
-      for (std::size_t at = 0; at < piece.size(); ++at)
-        piece[at] = domain_[at] && to_gone[at] < to_kept[at];
-      Rung<Dim> rung = cut_to(box_, std::move(piece), Family::kNeck);
+      const NodeSet<Dim> kept = deep.component(others);
+      if (kept.contains(own.front())) continue;
+      const std::vector<float> to_kept = exact_squared_distances(box_, kept.flags()),
+                               to_gone = exact_squared_distances(box_, deep.component(own).flags());
+      const auto nearer =
+          NodeSet<Dim>::where(box_, [&](std::size_t at) { return to_gone[at] < to_kept[at]; });
+      Rung<Dim> rung = cut_to(nearer & domain_, Family::kNeck);
       rung.neck_radius = r;
       add(std::move(rung), kLeastNodes);
     }
   }
 
   void add_ball() {
-    Flags ended(box_.n());
-    for (std::size_t at = 0; at < ended.size(); ++at) ended[at] = !domain_[at];
-    const std::vector<float> squared = exact_squared_distances(box_, ended);
+    const std::vector<float> squared = exact_squared_distances(box_, domain_.complement().flags());
     const auto distance_to = [&](const auto& node) {
       double out = std::numeric_limits<double>::infinity();
       for (const auto& own : scene_.click().seed.nodes) {
@@ -196,10 +191,11 @@ class Pieces {
     reach = std::max(kLeastBall, kBall * reach);
     for (const std::size_t at : nodes_of(scene_, other(scene_.click().side), false))
       reach = std::min(reach, std::max(1.0, kToOthers * distance_to(box_.node(at))));
-    Flags ball(box_.n(), 0);
-    for (std::size_t at = 0; at < ball.size(); ++at)
-      ball[at] = domain_[at] && distance_to(box_.node(at)) <= reach;
-    add(cut_to(box_, std::move(ball), Family::kBall), 1);
+    NodeSet<Dim> ball(box_);
+    domain_.for_each([&](std::size_t at) {
+      if (distance_to(box_.node(at)) <= reach) ball.insert(box_.node(at));
+    });
+    add(cut_to(ball, Family::kBall), 1);
   }
 
   void keep(const SeedView<Dim>& view, std::span<const Ladder> ladders, double least) {
@@ -218,19 +214,12 @@ class Pieces {
 
   /// Without what is off the domain.
   void add(Rung<Dim> piece, std::size_t least) {
-    piece.n_nodes = 0;
-    for (std::size_t at = 0; at < piece.inside.size(); ++at) {
-      if (!piece.inside[at]) continue;
-      if (domain_[box_.at(piece.box.node(at))])
-        ++piece.n_nodes;
-      else
-        piece.inside[at] = false;
-    }
+    piece.inside &= domain_.in(piece.inside.box());
+    piece.n_nodes = piece.inside.count();
     if (piece.n_nodes < least) return;
     const auto holds = [&](const GridClick<Dim>& click) {
-      return std::any_of(click.seed.nodes.begin(), click.seed.nodes.end(), [&](const auto& node) {
-        return piece.box.contains(node) && piece.inside[piece.box.at(node)];
-      });
+      return std::any_of(click.seed.nodes.begin(), click.seed.nodes.end(),
+                         [&](const auto& node) { return piece.inside.contains(node); });
     };
     for (const GridClick<Dim>& click : scene_.clicks)
       if (click.side != scene_.click().side && holds(click)) return;
@@ -243,7 +232,7 @@ class Pieces {
   const ClickScene<Dim>& scene_;
   const NodeBox<Dim>& box_;
   const std::stop_token& stop_;
-  Flags domain_;
+  NodeSet<Dim> domain_;
   double most_ = 0;  // nodes of a piece
   std::vector<Rung<Dim>> found_;
 };
@@ -253,9 +242,7 @@ class Pieces {
 template <int Dim>
 std::vector<Held> ClickScene<Dim>::held() const {
   std::vector<Held> out(box().n(), Held::kFree);
-  const Flags faces = outside_faces(grid);
-  for (std::size_t at = 0; at < faces.size(); ++at)
-    if (faces[at]) out[at] = Held::kOutside;
+  outside_faces(grid).for_each([&](std::size_t at) { out[at] = Held::kOutside; });
   const auto side_of = [](const GridClick<Dim>& click) {
     return click.side == Side::kInside ? Held::kInside : Held::kOutside;
   };
@@ -270,20 +257,18 @@ std::vector<Held> ClickScene<Dim>::held() const {
 }
 
 template <int Dim>
-Flags ClickScene<Dim>::domain() const {
-  const bool adds = click().side == Side::kInside;
-  Flags out(box().n());
-  for (std::size_t at = 0; at < out.size(); ++at) out[at] = adds != bool(before[at]);
-  const Flags faces = outside_faces(grid);
-  for (std::size_t at = 0; at < faces.size(); ++at)
-    if (faces[at]) out[at] = 0;
+NodeSet<Dim> ClickScene<Dim>::domain() const {
+  NodeSet<Dim> out = click().side == Side::kInside ? before.complement() : before;
+  out -= outside_faces(grid);
+  NodeSet<Dim> others(box());
   for (std::size_t c = 0; c + 1 < clicks.size(); ++c)
     if (clicks[c].side != click().side)
       for (const auto& center : clicks[c].seed.nodes)
         for_around<Dim>(center, [&](const auto& node) {
-          if (box().contains(node)) out[box().at(node)] = 0;
+          if (box().contains(node)) others.insert(node);
         });
-  for (const auto& node : click().seed.nodes) out[box().at(node)] = 1;
+  out -= others;
+  for (const auto& node : click().seed.nodes) out.insert(node);
   return out;
 }
 

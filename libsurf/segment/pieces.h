@@ -22,7 +22,7 @@ struct GridClick {
 template <int Dim>
 struct ClickScene {
   const SearchGrid<Dim>& grid;         ///< of the surroundings alone; referred to
-  const Flags& before;                 ///< the object so far, at its nodes; referred to
+  const NodeSet<Dim>& before;          ///< the object so far, in its box; referred to
   std::vector<GridClick<Dim>> clicks;  ///< at least one; the last is the one to heed
   double noise = 0;                    ///< [intensity per node]
 
@@ -34,7 +34,7 @@ struct ClickScene {
   std::vector<Held> held() const;
   /// Where the click may change something: off the object (an inside click) or in it, but not where
   /// clicks of the other side hold a node.
-  Flags domain() const;
+  NodeSet<Dim> domain() const;
 };
 
 /// Families of pieces R that hold the click:

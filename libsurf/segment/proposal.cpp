@@ -1,6 +1,7 @@
 #include "libsurf/segment/proposal.h"
 
 #include <fmt/format.h>
+#include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <map>
@@ -109,22 +110,24 @@ SearchGrid<Dim> search_grid(const Setting<Dim>& setting, FieldOptions options,
 template <int Dim>
 Simplices<Dim> preview(const Setting<Dim>& setting, const SearchGrid<Dim>& grid,
                        const Rung<Dim>& rung) {
-  std::vector<float> share(rung.inside.begin(), rung.inside.end());
-  blur(rung.box, share);
+  const NodeBox<Dim>& box = rung.inside.box();
   Vector<Dim> lower;
-  for (int axis = 0; axis < Dim; ++axis) lower[axis] = rung.box.lower[axis];
-  return setting.shape_of_level(share, rung.box.size,
+  for (int axis = 0; axis < Dim; ++axis) lower[axis] = box.lower[axis];
+  return setting.shape_of_level(shares(rung.inside), box.size,
                                 grid.node_to_world() * Eigen::Translation<double, Dim>(lower), 0.5);
 }
 
 template <int Dim>
 std::vector<Proposal<Dim>> proposals(const Setting<Dim>& setting, const SearchGrid<Dim>& grid,
                                      const ClickSearch<Dim>& search) {
-  std::vector<Proposal<Dim>> out;
   const std::vector<Region<Dim>> found = regions(grid, search);
+  std::vector<std::optional<Simplices<Dim>>> shapes(found.size());
+  tbb::parallel_for(std::size_t(0), found.size(),
+                    [&](std::size_t n) { shapes[n] = boundary<Dim>(setting, found[n]); });
+  std::vector<Proposal<Dim>> out;
   for (std::size_t n = 0; n < found.size(); ++n) {
     const Region<Dim>& region = found[n];
-    std::optional<Simplices<Dim>> shape = boundary<Dim>(setting, region);
+    std::optional<Simplices<Dim>>& shape = shapes[n];
     if (!shape) continue;
     const double enclosed = fem::Geometry<Dim>(shape->points, shape->elements).enclosed();
     out.push_back({std::move(*shape), region.score, enclosed, region.family,

@@ -88,7 +88,7 @@ std::vector<const Rung<Dim>*> candidates(const std::vector<Windows<Dim>>& ladder
 /// The box of the rung's nodes with a margin that the grid limits.
 template <int Dim>
 NodeBox<Dim> box_round(const NodeBox<Dim>& grid, const Rung<Dim>& rung) {
-  NodeBox<Dim> out = bounds(rung.box, Flags(rung.inside.begin(), rung.inside.end()), 0);
+  NodeBox<Dim> out = rung.inside.bounds(0);
   for (int axis = 0; axis < Dim; ++axis) {
     const int first = std::max(0, out.lower[axis] - kMargin),
               last = std::min(grid.size[axis], out.lower[axis] + out.size[axis] + kMargin);
@@ -103,10 +103,7 @@ NodeBox<Dim> box_round(const NodeBox<Dim>& grid, const Rung<Dim>& rung) {
 template <int Dim>
 std::vector<Held> held_at_seeds(const SeedView<Dim>& view, const NodeBox<Dim>& box) {
   std::vector<Held> out(box.n(), Held::kFree);
-  Flags faces = outside_faces(view.grid);
-  if (!faces.empty()) faces = cropped(view.grid.box(), faces, box);
-  for (std::size_t at = 0; at < faces.size(); ++at)
-    if (faces[at]) out[at] = Held::kOutside;
+  outside_faces(view.grid).in(box).for_each([&](std::size_t at) { out[at] = Held::kOutside; });
   NodeBox<Dim> around;
   around.lower.fill(-1);
   around.size.fill(3);
@@ -120,21 +117,12 @@ std::vector<Held> held_at_seeds(const SeedView<Dim>& view, const NodeBox<Dim>& b
   return out;
 }
 
-/// Where windows may go if the object cannot be on all of the grid's border; else empty.
-template <int Dim>
-Flags domain_of(const SearchGrid<Dim>& grid) {
-  Flags out = outside_faces(grid);
-  for (std::uint8_t& flag : out) flag = !flag;
-  return out;
-}
-
 template <int Dim>
 void weigh_by_fit(const SearchGrid<Dim>& grid, std::vector<Windows<Dim>>& ladders) {
   for (Windows<Dim>& windows : ladders)
     for (auto& window : windows)
       for (Rung<Dim>& rung : window)
-        rung.score *=
-            box_fit(grid, bounds(rung.box, Flags(rung.inside.begin(), rung.inside.end()), 0));
+        if (rung.n_nodes > 0) rung.score *= box_fit(grid, rung.inside.bounds(0));
 }
 
 /// With a box round the object: what a least cut parts from its faces.
@@ -142,19 +130,17 @@ template <int Dim>
 std::vector<Rung<Dim>> cuts(const SeedView<Dim>& view) {
   std::vector<Rung<Dim>> out;
   if (!view.grid.has_outside_faces()) return out;
-  const Flags nothing(view.grid.box().n(), 0);
+  const NodeSet<Dim> nothing(view.grid.box());
   ClickScene<Dim> scene{view.grid, nothing, {}, view.noise};
   for (const SeedNodes<Dim>& seed : view.seeds) scene.clicks.push_back({seed, Side::kInside});
   for (const double nearness : kNearness) {
     ClickCutOptions of_cut;
     of_cut.nearness = nearness;
-    for (const Flags& inside : click_cuts<Dim>(scene, std::array{0.0}, of_cut)) {
+    for (const NodeSet<Dim>& inside : click_cuts<Dim>(scene, std::array{0.0}, of_cut)) {
       Rung<Dim> rung;
       rung.family = Family::kCut;
-      rung.box = bounds(view.grid.box(), inside, kMargin);
-      const Flags part = cropped(view.grid.box(), inside, rung.box);
-      rung.inside.assign(part.begin(), part.end());
-      rung.n_nodes = std::size_t(std::count(part.begin(), part.end(), 1));
+      rung.inside = inside.in(inside.bounds(kMargin));
+      rung.n_nodes = rung.inside.count();
       rung.features.growth_in = 0;
       rung.features.growth_out = kCutGrowth;
       if (is_large_enough(rung)) out.push_back(std::move(rung));
@@ -168,25 +154,19 @@ template <int Dim>
 Rung<Dim> settle(const SeedView<Dim>& view, const Rung<Dim>& rung) {
   const NodeBox<Dim>& grid = view.grid.box();
   Rung<Dim> out = rung;
-  out.box = box_round(grid, rung);
-  Flags inside(out.box.n(), 0);
-  for (std::size_t at = 0; at < rung.inside.size(); ++at)
-    if (rung.inside[at]) inside[out.box.at(rung.box.node(at))] = 1;
-  inside = settled(out.box, inside, cropped(grid, view.grid.intensity(), out.box),
-                   held_at_seeds(view, out.box), view.noise);
-  inside = component(out.box, inside, view.starts(out.box, inside, kSeedReach));
-  fill_holes(out.box, inside);
-  out.inside.assign(inside.begin(), inside.end());
-  out.n_nodes = std::size_t(std::count(inside.begin(), inside.end(), 1));
+  const NodeBox<Dim> box = box_round(grid, rung);
+  const NodeSet<Dim> all(
+      box, settled(box, rung.inside.in(box).flags(), cropped(grid, view.grid.intensity(), box),
+                   held_at_seeds(view, box), view.noise));
+  out.inside = all.component(view.starts(all, kSeedReach)).filled();
+  measure(grid, view.grid.level(), view.edge, out);
   out.kept = out.n_nodes == 0 ? 0 : overlap(out, rung);
-  measure(inside, cropped(grid, view.grid.level(), out.box), cropped(grid, view.edge, out.box),
-          out);
   std::vector<typename NodeBox<Dim>::Index> nodes;
   for (const SeedNodes<Dim>& seed : view.seeds)
     nodes.insert(nodes.end(), seed.nodes.begin(), seed.nodes.end());
-  const Depths depths = depths_of<Dim>(grid, out.box, inside, nodes);
+  const Depths depths = depths_of<Dim>(grid, out.inside, nodes);
   out.score =
-      settled_score(out, depths.share(kCalmDepth)) * box_fit(view.grid, bounds(out.box, inside, 0));
+      settled_score(out, depths.share(kCalmDepth)) * box_fit(view.grid, out.inside.bounds(0));
   return out;
 }
 
@@ -197,9 +177,8 @@ std::pair<double, double> intensities(const SeedView<Dim>& view, const Rung<Dim>
   if (rung.family == Family::kAlike && rung.half_width > 0)
     return {mean - rung.half_width, mean + rung.half_width};
   std::vector<float> values;
-  for (std::size_t at = 0; at < rung.inside.size(); ++at)
-    if (rung.inside[at])
-      values.push_back(view.grid.intensity()[view.grid.box().at(rung.box.node(at))]);
+  rung.inside.for_each_in(view.grid.box(),
+                          [&](std::size_t at) { values.push_back(view.grid.intensity()[at]); });
   const auto ranked = [&](double share) {
     const auto at = values.begin() + std::ptrdiff_t(share * double(values.size() - 1));
     std::nth_element(values.begin(), at, values.end());
@@ -213,22 +192,17 @@ std::pair<double, double> intensities(const SeedView<Dim>& view, const Rung<Dim>
 
 template <int Dim>
 Region<Dim> region_of(const SeedView<Dim>& view, const Rung<Dim>& rung) {
-  std::vector<float> share(rung.inside.begin(), rung.inside.end());
-  blur(rung.box, share);
-  Flags filled(share.size());
-  std::transform(share.begin(), share.end(), filled.begin(),
-                 [](float s) { return std::uint8_t(s > 0.5f); });
-  fill_holes(rung.box, filled);  // the blur has closed narrow ways into more
-  Flags cavities(rung.inside.begin(), rung.inside.end());
-  fill_holes(rung.box, cavities);
-  for (std::size_t at = 0; at < share.size(); ++at)
-    if (filled[at] && share[at] <= 0.5f && cavities[at] == std::uint8_t(rung.inside[at]))
-      share[at] = 1;
+  const NodeBox<Dim>& box = rung.inside.box();
+  std::vector<float> share = shares(rung.inside);
+  // The blur has closed narrow ways into more; what was a cavity before stays one.
+  const auto blurred = NodeSet<Dim>::where(box, [&](std::size_t at) { return share[at] > 0.5f; });
+  const NodeSet<Dim> cavities = rung.inside.filled() - rung.inside;
+  ((blurred.filled() - blurred) - cavities).for_each([&](std::size_t at) { share[at] = 1; });
   Vector<Dim> lower;
-  for (int axis = 0; axis < Dim; ++axis) lower[axis] = rung.box.lower[axis];
+  for (int axis = 0; axis < Dim; ++axis) lower[axis] = box.lower[axis];
   const double node_mm = view.grid.node_mm();
   const auto [low, high] = intensities(view, rung);
-  Region<Dim> out{rung.box.size,
+  Region<Dim> out{box.size,
                   view.grid.node_to_world() * Eigen::Translation<double, Dim>(lower),
                   std::move(share),
                   rung.family,
@@ -244,6 +218,14 @@ Region<Dim> region_of(const SeedView<Dim>& view, const Rung<Dim>& rung) {
 }
 
 template <int Dim>
+std::vector<float> shares(const NodeSet<Dim>& inside) {
+  std::vector<float> out(inside.box().n(), 0);
+  inside.for_each([&](std::size_t at) { out[at] = 1; });
+  blur(inside.box(), out);
+  return out;
+}
+
+template <int Dim>
 SearchedRegions<Dim> search_rungs(const SearchGrid<Dim>& grid, std::span<const Vector<Dim>> seeds,
                                   const SearchOptions& options, const SearchProgress<Dim>& progress,
                                   const std::stop_token& outer_stop) {
@@ -252,17 +234,19 @@ SearchedRegions<Dim> search_rungs(const SearchGrid<Dim>& grid, std::span<const V
   std::stop_source stop;
   const std::stop_callback forwarded(outer_stop, [&] { stop.request_stop(); });
   Teller<Dim> teller(progress, stop);
-  const Flags domain = domain_of(grid);
-  LadderLimits limits;
-  if (!domain.empty()) limits.domain = &domain;
-  std::vector<Ladder> ladders(std::size(kFamilies));
-  tbb::parallel_for(std::size_t(0), ladders.size(), [&](std::size_t l) {
-    if (!stop.stop_requested())
-      ladders[l] = make_ladder(view, kFamilies[l], options.neck_radii, limits);
+  // Where windows may go if the object cannot be on all of the grid's border.
+  const NodeSet<Dim> domain = outside_faces(grid).complement();
+  LadderLimits<Dim> limits;
+  if (grid.has_outside_faces()) limits.domain = &domain;
+  std::vector<Windows<Dim>> climbed(std::size(kFamilies));
+  tbb::parallel_for(std::size_t(0), climbed.size(), [&](std::size_t l) {
+    if (stop.stop_requested()) return;
+    const Ladder ladder = make_ladder(view, kFamilies[l], options.neck_radii, limits);
+    climbed[l] = std::move(climb<Dim>(
+                               view, std::span(&ladder, 1),
+                               [&](const Rung<Dim>* rung) { teller.done(rung); }, stop.get_token())
+                               .front());
   });
-  auto climbed = climb<Dim>(
-      view, std::span<const Ladder>(ladders), [&](const Rung<Dim>* rung) { teller.done(rung); },
-      stop.get_token());
   if (grid.has_outside_faces()) weigh_by_fit(grid, climbed);
   auto best = differing(candidates(climbed), grid.has_outside_faces() ? kMostInBox : kMostSettled,
                         kMostSame);
@@ -306,6 +290,7 @@ std::vector<Region<Dim>> search_regions(const SearchGrid<Dim>& grid,
 
 #define SURF_INSTANTIATE(Dim)                                                     \
   template Region<Dim> region_of<Dim>(const SeedView<Dim>&, const Rung<Dim>&);    \
+  template std::vector<float> shares<Dim>(const NodeSet<Dim>&);                   \
   template SearchedRegions<Dim> search_rungs<Dim>(                                \
       const SearchGrid<Dim>&, std::span<const Vector<Dim>>, const SearchOptions&, \
       const SearchProgress<Dim>&, const std::stop_token&);                        \

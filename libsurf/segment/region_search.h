@@ -38,6 +38,10 @@ struct Region {
   RungFeatures features;
 };
 
+/// 1 at the nodes inside and 0 outside, blurred by one node.
+template <int Dim>
+std::vector<float> shares(const NodeSet<Dim>& inside);
+
 /// Of a rung of the view's grid.
 template <int Dim>
 Region<Dim> region_of(const SeedView<Dim>& view, const Rung<Dim>& rung);

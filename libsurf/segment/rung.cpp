@@ -25,26 +25,26 @@ double sphericity(double n_nodes, double n_faces) {
 }  // namespace
 
 template <int Dim>
-void measure(const Flags& inside, const std::vector<std::uint16_t>& level, const Flags& edge,
-             Rung<Dim>& rung) {
-  const NodeBox<Dim>& box = rung.box;
-  const std::vector<std::int16_t> distance = squared_distances(box, inside, kShell);
-  std::vector<int> object(kLevels), shell(kLevels);
-  for (std::size_t at = 0; at < box.n(); ++at)
-    if (distance[at] <= kShell * kShell) ++(inside[at] ? object : shell)[level[at]];
-  std::size_t n_faces = 0, n_on_edge = 0, n_on_border = 0;
-  for (int axis = 0; axis < Dim; ++axis)
-    box.for_lines(axis, [&](std::size_t at, int here, std::size_t stride) {
-      const bool is_last = here + 1 == box.size[axis];
-      if (inside[at]) n_on_border += (here == 0) + is_last;
-      if (is_last || inside[at] == inside[at + stride]) return;
-      ++n_faces;
-      n_on_edge += edge[at] || edge[at + stride];
-    });
-  n_faces += n_on_border;
-  rung.n_nodes = std::accumulate(object.begin(), object.end(), std::size_t(0));
+void measure(const NodeBox<Dim>& grid, const std::vector<std::uint16_t>& level,
+             const NodeSet<Dim>& edge, Rung<Dim>& rung) {
+  const NodeSet<Dim>& inside = rung.inside;
+  rung.n_nodes = inside.count();
   if (rung.n_nodes == 0) return;
-  rung.border_share = double(n_on_border) / double(n_faces);
+  std::size_t n_border = 0;
+  for (int axis = 0; axis < Dim; ++axis)
+    n_border +=
+        inside.count_in_layer(axis, 0) + inside.count_in_layer(axis, inside.box().size[axis] - 1);
+  const NodeSet<Dim> on_edge = edge.in(inside.box());
+  std::size_t n_faces = n_border, n_on_edge = 0;
+  for (int axis = 0; axis < Dim; ++axis) {
+    const NodeSet<Dim> faces = inside.faces_along(axis);
+    n_faces += faces.count();
+    n_on_edge += (faces & (on_edge | on_edge.next_along(axis))).count();
+  }
+  std::vector<int> object(kLevels), shell(kLevels);
+  inside.for_each_in(grid, [&](std::size_t at) { ++object[level[at]]; });
+  (inside.dilated(kShell) - inside).for_each_in(grid, [&](std::size_t at) { ++shell[level[at]]; });
+  rung.border_share = double(n_border) / double(n_faces);
   rung.features.separation = histogram_separation(object, shell);
   rung.features.edge_share = double(n_on_edge) / double(n_faces);
   rung.features.sphericity = sphericity<Dim>(double(rung.n_nodes), double(n_faces));
@@ -78,13 +78,8 @@ double settled_score(const Rung<Dim>& rung, double depth_share) {
 
 template <int Dim>
 double overlap(const Rung<Dim>& a, const Rung<Dim>& b) {
-  std::size_t n_both = 0;
-  for (std::size_t at = 0; at < a.inside.size(); ++at) {
-    if (!a.inside[at]) continue;
-    const auto node = a.box.node(at);
-    n_both += b.box.contains(node) && b.inside[b.box.at(node)];
-  }
-  return 2 * double(n_both) / double(a.n_nodes + b.n_nodes);
+  const std::size_t both = (a.inside & b.inside.in(a.inside.box())).count();
+  return 2 * double(both) / double(a.n_nodes + b.n_nodes);
 }
 
 template <int Dim>
@@ -105,14 +100,14 @@ std::vector<const Rung<Dim>*> differing(std::vector<const Rung<Dim>*> rungs, std
   return out;
 }
 
-#define SURF_INSTANTIATE(Dim)                                                               \
-  template void measure<Dim>(const Flags&, const std::vector<std::uint16_t>&, const Flags&, \
-                             Rung<Dim>&);                                                   \
-  template double ladder_score<Dim>(const Rung<Dim>&);                                      \
-  template double boundary_score<Dim>(const Rung<Dim>&);                                    \
-  template double settled_score<Dim>(const Rung<Dim>&, double);                             \
-  template double overlap<Dim>(const Rung<Dim>&, const Rung<Dim>&);                         \
-  template std::vector<const Rung<Dim>*> differing<Dim>(std::vector<const Rung<Dim>*>,      \
+#define SURF_INSTANTIATE(Dim)                                                          \
+  template void measure<Dim>(const NodeBox<Dim>&, const std::vector<std::uint16_t>&,   \
+                             const NodeSet<Dim>&, Rung<Dim>&);                         \
+  template double ladder_score<Dim>(const Rung<Dim>&);                                 \
+  template double boundary_score<Dim>(const Rung<Dim>&);                               \
+  template double settled_score<Dim>(const Rung<Dim>&, double);                        \
+  template double overlap<Dim>(const Rung<Dim>&, const Rung<Dim>&);                    \
+  template std::vector<const Rung<Dim>*> differing<Dim>(std::vector<const Rung<Dim>*>, \
                                                         std::size_t, double);
 SURF_INSTANTIATE(2)
 SURF_INSTANTIATE(3)

@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "libsurf/segment/node_box.h"
+#include "libsurf/segment/node_set.h"
 #include "libsurf/segment/rung_features.h"
 #include "libsurf/segment/search_grid.h"
 
@@ -28,8 +28,7 @@ template <int Dim>
 struct Rung {
   Family family = Family::kAlike;
   double half_width = 0, neck_radius = 0;  ///< [intensity], of fronts and competition [1]; [nodes]
-  NodeBox<Dim> box;                        ///< leaves a margin, but at the border of the grid
-  std::vector<bool> inside;
+  NodeSet<Dim> inside;  ///< its box leaves a margin, but at the border of the grid
   std::size_t n_nodes = 0;
   RungFeatures features;
   double border_share = 0;  ///< of the length or area
@@ -37,11 +36,12 @@ struct Rung {
   double kept = 1;  ///< Dice with what it was before it settled
 };
 
-/// Fills in what the boundary of the nodes inside looks like, box and inside given.
-/// @param level, edge  at the nodes of the box
+/// Fills in what the boundary of the nodes inside looks like, which are given.
+/// @param level  of the nodes of the grid
+/// @param edge   nodes of the grid that lie on edges
 template <int Dim>
-void measure(const Flags& inside, const std::vector<std::uint16_t>& level, const Flags& edge,
-             Rung<Dim>& rung);
+void measure(const NodeBox<Dim>& grid, const std::vector<std::uint16_t>& level,
+             const NodeSet<Dim>& edge, Rung<Dim>& rung);
 
 /// What boundary and growth say of a rung of a ladder: as of the formula of RungFeatures, but what
 /// the scan cuts off is less likely to be meant, of two that are equal the larger one is, and the

@@ -40,19 +40,18 @@ SeedView<Dim>::SeedView(const SearchGrid<Dim>& search_grid, std::vector<SeedNode
 template <int Dim>
 void SeedView<Dim>::flag_edges() {
   const double least = kEdgeNoise * noise / grid.node_mm();
-  edge.resize(grid.box().n());
-  std::transform(grid.edge_slope().begin(), grid.edge_slope().end(), edge.begin(),
-                 [&](float slope) { return std::uint8_t(slope > least); });
+  edge = NodeSet<Dim>::where(grid.box(),
+                             [&](std::size_t at) { return grid.edge_slope()[at] > least; });
 }
 
 template <int Dim>
-std::vector<std::size_t> SeedView<Dim>::starts(const NodeBox<Dim>& box, const Flags& flags,
-                                               int reach) const {
+std::vector<typename NodeBox<Dim>::Index> SeedView<Dim>::starts(const NodeSet<Dim>& nodes,
+                                                                int reach) const {
   const auto around = NodeBox<Dim>::cube(-reach, 2 * reach + 1);
-  std::vector<std::size_t> out;
+  std::vector<typename NodeBox<Dim>::Index> out;
   for (const SeedNodes<Dim>& seed : seeds) {
     int nearest = reach * reach;
-    std::vector<std::size_t> found;
+    std::vector<typename NodeBox<Dim>::Index> found;
     for (const auto& center : seed.nodes)
       for (std::size_t at = 0; at < around.n(); ++at) {
         auto node = around.node(at);
@@ -61,10 +60,10 @@ std::vector<std::size_t> SeedView<Dim>::starts(const NodeBox<Dim>& box, const Fl
           squared += node[axis] * node[axis];
           node[axis] += center[axis];
         }
-        if (squared > nearest || !box.contains(node) || !flags[box.at(node)]) continue;
+        if (squared > nearest || !nodes.contains(node)) continue;
         if (squared < nearest) found.clear();
         nearest = squared;
-        found.push_back(box.at(node));
+        found.push_back(node);
       }
     out.insert(out.end(), found.begin(), found.end());
   }

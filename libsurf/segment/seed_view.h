@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "libsurf/segment/node_set.h"
 #include "libsurf/segment/search_grid.h"
 #include "libsurf/segment/seed_model.h"
 
@@ -22,15 +23,15 @@ struct SeedView {
   std::vector<SeedNodes<Dim>> seeds;
   double noise = 0;      ///< largest of the seeds' [intensity per node]
   double deviation = 0;  ///< least of the seeds' [intensity]
-  Flags edge;            ///< nodes on edges above the noise
+  NodeSet<Dim> edge;     ///< nodes on edges above the noise
 
   SeedView(const SearchGrid<Dim>& grid, std::span<const Vector<Dim>> seeds_mm);
   /// Of seeds that have been looked at before.
   /// @param noise  [intensity per node]
   SeedView(const SearchGrid<Dim>& grid, std::vector<SeedNodes<Dim>> seeds, double noise);
 
-  /// The flagged nodes nearest to each seed, within reach [nodes]: of equally near ones all.
-  std::vector<std::size_t> starts(const NodeBox<Dim>& box, const Flags& flags, int reach) const;
+  /// The nodes of a set nearest to each seed, within reach [nodes]: of equally near ones all.
+  std::vector<typename NodeBox<Dim>::Index> starts(const NodeSet<Dim>& nodes, int reach) const;
 
  private:
   void flag_edges();

@@ -53,23 +53,22 @@ constexpr Cases kOfTrusted{97, 102}, kOfCheck{77, 126}, kOfDoubtful{46, 107};
 /// The deepest node of where two regions differ; of the region if they do not.
 template <int Dim>
 Vector<Dim> disputed_place(const SearchGrid<Dim>& grid, const ClickSearch<Dim>& search) {
-  const Flags inside = search.inside();
-  Flags disputed = inside;
+  const NodeSet<Dim> inside = search.inside();
+  NodeSet<Dim> disputed = inside;
   double best = -1;
   for (std::size_t n = 0; n < search.found.size(); ++n) {
     const Rung<Dim>& other = search.found[n];
     if (n == search.chosen || other.score <= best) continue;
     best = other.score;
-    disputed = inside;
-    for (std::size_t at = 0; at < other.inside.size(); ++at)
-      if (other.inside[at]) disputed[grid.box().at(other.box.node(at))] ^= 1;
+    disputed = inside ^ other.inside.in(grid.box());
   }
-  for (std::uint8_t& flag : disputed) flag = !flag;
-  const std::vector<float> depth = exact_squared_distances(grid.box(), disputed);
+  const NodeBox<Dim> box = disputed.bounds(1);
+  const std::vector<float> depth =
+      exact_squared_distances(box, disputed.in(box).complement().flags());
   std::size_t deepest = 0;
   for (std::size_t at = 0; at < depth.size(); ++at)
     if (std::isfinite(depth[at]) && depth[at] > depth[deepest]) deepest = at;
-  const auto node = grid.box().node(deepest);
+  const auto node = box.node(deepest);
   Vector<Dim> index;
   for (int axis = 0; axis < Dim; ++axis) index[axis] = node[axis];
   return grid.node_to_world() * index;
@@ -138,11 +137,9 @@ template <int Dim>
 VerdictFeatures verdict_features(const SearchGrid<Dim>& grid, const ClickSearch<Dim>& search) {
   const SeedView<Dim> view(grid, {search.on_grid.front().seed}, search.noise);
   Rung<Dim> region;
-  const Flags all = search.inside();
-  region.box = bounds(grid.box(), all, kMargin);
-  const Flags inside = cropped(grid.box(), all, region.box);
-  measure(inside, cropped(grid.box(), grid.level(), region.box),
-          cropped(grid.box(), view.edge, region.box), region);
+  const NodeSet<Dim> all = search.inside();
+  region.inside = all.in(all.bounds(kMargin));
+  measure(grid.box(), grid.level(), view.edge, region);
   VerdictFeatures out;
   out.separation = region.features.separation;
   out.border_share = region.border_share;

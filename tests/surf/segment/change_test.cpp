@@ -15,28 +15,30 @@ struct Change : ::testing::Test {
   static constexpr int kDim = T::value;
   static NodeBox<kDim> box() { return NodeBox<kDim>::cube(0, 20); }
   /// Of the first coordinate, the others between 5 and 14.
-  static Flags bar(const std::function<bool(int)>& is_in) {
+  static NodeSet<kDim> bar(const std::function<bool(int)>& is_in) {
     Flags out(box().n());
     for (std::size_t at = 0; at < out.size(); ++at) {
       const auto node = box().node(at);
       out[at] = is_in(node[0]);
       for (int axis = 1; axis < kDim; ++axis) out[at] &= node[axis] >= 5 && node[axis] < 15;
     }
-    return out;
+    return {box(), out};
   }
+  static NodeSet<kDim> all() { return NodeSet<kDim>(box()).complement(); }
+  static NodeSet<kDim> none() { return NodeSet<kDim>(box()); }
   static std::vector<std::uint16_t> levels(int inner, int outer) {
-    const Flags inside = bar([](int x) { return x >= 3 && x < 13; });
+    const Flags inside = bar([](int x) { return x >= 3 && x < 13; }).flags();
     std::vector<std::uint16_t> out(inside.size());
     for (std::size_t at = 0; at < out.size(); ++at)
       out[at] = std::uint16_t(inside[at] ? inner : outer);
     return out;
   }
   /// Of a bar from 3 to 12 of which 3 to 7 was known.
-  static ChangeFeatures addition(int inner_level, int outer_level, std::uint8_t edge) {
-    const Flags piece = bar([](int x) { return x >= 8 && x < 13; }),
-                before = bar([](int x) { return x >= 3 && x < 8; });
+  static ChangeFeatures addition(int inner_level, int outer_level, const NodeSet<kDim>& edge) {
+    const NodeSet<kDim> piece = bar([](int x) { return x >= 8 && x < 13; }),
+                        before = bar([](int x) { return x >= 3 && x < 8; });
     return measure_change(box(), piece, before, Side::kInside, levels(inner_level, outer_level),
-                          Flags(box().n(), edge));
+                          edge);
   }
   static double section() { return std::pow(10, kDim - 1); }
   static double side() { return 2 * (kDim - 1) * std::pow(10, kDim - 2); }
@@ -44,7 +46,7 @@ struct Change : ::testing::Test {
 TYPED_TEST_SUITE(Change, test::Dims, test::DimName);
 
 TYPED_TEST(Change, CountsTheNewBoundaryOfAnAddition) {
-  const ChangeFeatures f = this->addition(1000, 10, 1);
+  const ChangeFeatures f = this->addition(1000, 10, this->all());
   EXPECT_EQ(f.n_nodes, 5 * this->section());
   EXPECT_EQ(f.n_free, this->section() + 5 * this->side());
   EXPECT_EQ(f.n_faces, f.n_free + this->section());
@@ -56,7 +58,7 @@ TYPED_TEST(Change, CountsTheNewBoundaryOfAnAddition) {
 
 // What is alike beyond its free faces is no object of its own.
 TYPED_TEST(Change, SeparatesAnAdditionFromWhatLiesBeyond) {
-  const ChangeFeatures f = this->addition(500, 500, 0);
+  const ChangeFeatures f = this->addition(500, 500, this->none());
   EXPECT_EQ(f.separation, 0);
   EXPECT_EQ(f.n_free_on_edge, 0);
   EXPECT_EQ(f.score(Side::kInside), 0);
@@ -65,59 +67,46 @@ TYPED_TEST(Change, SeparatesAnAdditionFromWhatLiesBeyond) {
 // What was too much is alike: only the length of the cut off edges counts.
 TYPED_TEST(Change, JudgesARemovalByItsCut) {
   const auto box = this->box();
-  const Flags piece = this->bar([](int x) { return x >= 8 && x < 13; }),
-              before = this->bar([](int x) { return x >= 3 && x < 13; });
+  const auto piece = this->bar([](int x) { return x >= 8 && x < 13; }),
+             before = this->bar([](int x) { return x >= 3 && x < 13; });
   const auto level = this->levels(1000, 10);
   const ChangeFeatures off =
-      measure_change(box, piece, before, Side::kOutside, level, Flags(box.n(), 0));
+      measure_change(box, piece, before, Side::kOutside, level, this->none());
   EXPECT_EQ(off.n_free, this->section());  // to what stays
   EXPECT_EQ(off.separation, 0);
   const double share = off.n_free / off.n_faces;
   EXPECT_NEAR(off.score(Side::kOutside), (1 - share) * (1 - share) * std::pow(0.6, 1.3), 1e-12);
-  const ChangeFeatures on =
-      measure_change(box, piece, before, Side::kOutside, level, Flags(box.n(), 1));
+  const ChangeFeatures on = measure_change(box, piece, before, Side::kOutside, level, this->all());
   EXPECT_GT(on.score(Side::kOutside), off.score(Side::kOutside));
 }
 
 TYPED_TEST(Change, CountsTheBorderOfTheBox) {
-  const auto box = this->box();
-  const Flags piece = this->bar([](int x) { return x < 4; });
-  const ChangeFeatures f = measure_change(box, piece, Flags(box.n(), 0), Side::kInside,
-                                          this->levels(9, 9), Flags(box.n(), 0));
+  const auto piece = this->bar([](int x) { return x < 4; });
+  const ChangeFeatures f = measure_change(this->box(), piece, this->none(), Side::kInside,
+                                          this->levels(9, 9), this->none());
   EXPECT_EQ(f.n_border, this->section());
 }
 
-TYPED_TEST(Change, ComparesWhatChanges) {
-  Flags before(100, 0), a = before, b = before;
-  for (int at = 10; at < 30; ++at) a[at] = 1;
-  for (int at = 20; at < 50; ++at) b[at] = 1;
-  const ChangedNodes to_a = changed_nodes(a, before), to_b = changed_nodes(b, before);
-  EXPECT_EQ(to_a.n, 20);
-  EXPECT_EQ(to_a.dice(to_b), 2 * 10.0 / 50);
-  EXPECT_EQ(to_a.dice(changed_nodes(before, before)), 0);
-}
-
 TYPED_TEST(Change, FindsTheLargestComponent) {
-  const auto box = this->box();
-  EXPECT_EQ(largest_component(box, this->bar([](int x) { return x < 2 || (x > 4 && x < 9); })),
+  EXPECT_EQ(largest_component(this->bar([](int x) { return x < 2 || (x > 4 && x < 9); })),
             std::size_t(4 * this->section()));
-  EXPECT_EQ(largest_component(box, Flags(box.n(), 0)), 0u);
+  EXPECT_EQ(largest_component(this->none()), 0u);
 }
 
 TYPED_TEST(Change, MeasuresDepthsToTheOutsideAndTheBorder) {
   constexpr int Dim = TypeParam::value;
   const auto box = this->box();
-  const Flags inside = this->bar([](int) { return true; });
+  const NodeSet<Dim> inside = this->bar([](int) { return true; });
   typename NodeBox<Dim>::Index node;
   node.fill(7);  // 2 nodes from the ones that are 5: 3 from what is outside
   std::vector<typename NodeBox<Dim>::Index> nodes = {node};
-  const Depths d = depths_of<Dim>(box, box, inside, nodes);
+  const Depths d = depths_of<Dim>(box, inside, nodes);
   EXPECT_NEAR(d.at_nodes, 3, 1e-6);
   EXPECT_NEAR(d.greatest, 5, 1e-6);
   EXPECT_NEAR(d.share(), 3.7 / 5, 1e-6);
   EXPECT_EQ(d.share(0.5), 1);
   nodes[0][0] = 0;
-  EXPECT_NEAR(depths_of<Dim>(box, box, inside, nodes).at_nodes, 1, 1e-6);  // the border
+  EXPECT_NEAR(depths_of<Dim>(box, inside, nodes).at_nodes, 1, 1e-6);  // the border
 }
 
 }  // namespace

@@ -10,27 +10,27 @@ namespace {
 template <class T>
 struct ClickCut : test::DumbbellTest<T> {
   using test::DumbbellTest<T>::kDim;
-  Flags cut(const Flags& before, const std::vector<Click<kDim>>& clicks,
-            const ClickCutOptions& options = {}, double object = 0) const {
+  NodeSet<kDim> cut(const NodeSet<kDim>& before, const std::vector<Click<kDim>>& clicks,
+                    const ClickCutOptions& options = {}, double object = 0) const {
     return click_cuts(this->scene(before, clicks), std::array{object}, options).front();
   }
 };
 TYPED_TEST_SUITE(ClickCut, test::Dims, test::DimName);
 
 TYPED_TEST(ClickCut, PartsAlikeBallsBetweenTheirClicks) {
-  const Flags found = this->cut(this->both, {this->inside(14), this->outside(34)});
+  const auto found = this->cut(this->both, {this->inside(14), this->outside(34)});
   EXPECT_GT(this->dice(found, this->ball(14)), 0.9);
 }
 
 TYPED_TEST(ClickCut, FindsWhatAllInsideClicksShow) {
   ClickCutOptions far;
   far.margin = 1;
-  const Flags found = this->cut(this->ball(14), {this->inside(14), this->inside(34)}, far);
+  const auto found = this->cut(this->ball(14), {this->inside(14), this->inside(34)}, far);
   EXPECT_GT(this->dice(found, this->both), 0.95);
 }
 
 TYPED_TEST(ClickCut, KeepsToTheObjectByItsWeight) {
-  const Flags found = this->cut(this->both, {this->inside(14), this->outside(34)}, {}, 10);
+  const auto found = this->cut(this->both, {this->inside(14), this->outside(34)}, {}, 10);
   EXPECT_GT(this->dice(found, this->both), 0.9);
 }
 
@@ -38,7 +38,7 @@ TYPED_TEST(ClickCut, KeepsToTheObjectByItsWeight) {
 TYPED_TEST(ClickCut, LooksAtLargeBoxesWithLongerSteps) {
   ClickCutOptions coarse;
   coarse.most_nodes = 100;
-  const Flags found = this->cut(this->both, {this->inside(14), this->outside(34)}, coarse);
+  const auto found = this->cut(this->both, {this->inside(14), this->outside(34)}, coarse);
   EXPECT_GT(this->dice(found, this->ball(14)), 0.85);
 }
 

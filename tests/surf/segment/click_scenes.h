@@ -49,32 +49,20 @@ struct ClickImage {
     const segment::SeedView<Dim> view(grid, std::array{click.point_mm});
     return {view.seeds.front(), click.side};
   }
-  segment::Flags flags(const std::function<bool(const Vector<Dim>&)>& is_inside) const {
-    segment::Flags out(grid.box().n());
-    for (std::size_t at = 0; at < out.size(); ++at) {
+  segment::NodeSet<Dim> nodes(const std::function<bool(const Vector<Dim>&)>& is_inside) const {
+    return segment::NodeSet<Dim>::where(grid.box(), [&](std::size_t at) {
       Vector<Dim> index;
       const auto node = grid.box().node(at);
       for (int axis = 0; axis < Dim; ++axis) index[axis] = node[axis];
-      out[at] = is_inside(grid.node_to_world() * index);
-    }
-    return out;
+      return is_inside(grid.node_to_world() * index);
+    });
   }
   /// Of the nodes of `part`, how much is in `a`.
-  static double covered(const segment::Flags& part, const segment::Flags& a) {
-    double both = 0, n = 0;
-    for (std::size_t at = 0; at < a.size(); ++at) {
-      both += a[at] && part[at];
-      n += part[at];
-    }
-    return both / n;
+  static double covered(const segment::NodeSet<Dim>& part, const segment::NodeSet<Dim>& a) {
+    return double(a.count_in_both(part)) / double(part.count());
   }
-  static double dice(const segment::Flags& a, const segment::Flags& b) {
-    double both = 0, sum = 0;
-    for (std::size_t at = 0; at < a.size(); ++at) {
-      both += a[at] && b[at];
-      sum += a[at] + b[at];
-    }
-    return 2 * both / sum;
+  static double dice(const segment::NodeSet<Dim>& a, const segment::NodeSet<Dim>& b) {
+    return 2 * double(a.count_in_both(b)) / double(a.count() + b.count());
   }
 };
 
@@ -93,19 +81,20 @@ struct DumbbellTest : ::testing::Test {
   static constexpr int kDim = T::value;
   using Clicks = std::vector<segment::Click<kDim>>;
   const ClickImage<kDim> image{is_in_dumbbell<kDim>};
-  const segment::Flags both = image.flags(is_in_dumbbell<kDim>);
+  const segment::NodeSet<kDim> both = image.nodes(is_in_dumbbell<kDim>);
 
   static segment::Click<kDim> inside(double x, double y = 24) { return test::inside<kDim>(x, y); }
   static segment::Click<kDim> outside(double x, double y = 24) { return test::outside<kDim>(x, y); }
-  static double dice(const segment::Flags& a, const segment::Flags& b) {
+  static double dice(const segment::NodeSet<kDim>& a, const segment::NodeSet<kDim>& b) {
     return ClickImage<kDim>::dice(a, b);
   }
   /// The ball about x, whatever joins it to the other.
-  segment::Flags ball(double x) const {
-    return image.flags(
+  segment::NodeSet<kDim> ball(double x) const {
+    return image.nodes(
         [x](const Vector<kDim>& at) { return is_in_ball<kDim>(at, point<kDim>(x), 9); });
   }
-  segment::ClickScene<kDim> scene(const segment::Flags& before, const Clicks& clicks) const {
+  segment::ClickScene<kDim> scene(const segment::NodeSet<kDim>& before,
+                                  const Clicks& clicks) const {
     segment::ClickScene<kDim> out{image.grid, before, {}, 0.03};
     for (const segment::Click<kDim>& click : clicks) out.clicks.push_back(image.on_grid(click));
     return out;

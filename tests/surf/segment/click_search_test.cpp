@@ -46,7 +46,7 @@ TYPED_TEST(ClickSearches, GoesOnFromWhatIsKnownToTheSame) {
 TYPED_TEST(ClickSearches, DoesNotDependOnTheNumberOfThreads) {
   constexpr int Dim = TypeParam::value;
   const std::vector<Click<Dim>> clicks = {this->inside(14), this->inside(34), this->outside(24)};
-  std::vector<Flags> found;
+  std::vector<NodeSet<Dim>> found;
   for (const int n : {1, 3}) {
     const ThreadLimit limit(n);
     found.push_back(this->search(clicks)->inside());

@@ -10,22 +10,20 @@ namespace {
 template <class T>
 struct Corrections : test::DumbbellTest<T> {
   using test::DumbbellTest<T>::kDim;
-  std::vector<Correction<kDim>> correct(const Flags& before,
+  std::vector<Correction<kDim>> correct(const NodeSet<kDim>& before,
                                         const std::vector<Click<kDim>>& clicks) const {
     return corrections<kDim>(this->image.grid, before, this->scene(before, clicks).clicks, {},
                              0.03);
   }
-  Flags after(const Flags& before, const Correction<kDim>& correction) const {
-    Flags out = before;
-    for (std::size_t at = 0; at < correction.inside.size(); ++at)
-      out[this->image.grid.box().at(correction.box.node(at))] = correction.inside[at];
-    return out;
+  NodeSet<kDim> after(const NodeSet<kDim>& before, const Correction<kDim>& correction) const {
+    const NodeSet<kDim> in_part = before.in(correction.inside.box());
+    return before ^ (in_part ^ correction.inside).in(before.box());
   }
 };
 TYPED_TEST_SUITE(Corrections, test::Dims, test::DimName);
 
 TYPED_TEST(Corrections, AnInsideClickAddsWhatItStandsFor) {
-  const Flags before = this->ball(14);
+  const auto before = this->ball(14);
   const auto found = this->correct(before, {this->inside(14), this->inside(34)});
   ASSERT_FALSE(found.empty());
   EXPECT_GT(this->dice(this->after(before, found.front()), this->both), 0.95);
@@ -34,7 +32,7 @@ TYPED_TEST(Corrections, AnInsideClickAddsWhatItStandsFor) {
 TYPED_TEST(Corrections, AnOutsideClickTakesAwayWhatItStandsFor) {
   const auto found = this->correct(this->both, {this->inside(14), this->outside(34)});
   ASSERT_FALSE(found.empty());
-  const Flags after = this->after(this->both, found.front());
+  const auto after = this->after(this->both, found.front());
   EXPECT_GT(this->image.covered(this->ball(14), after), 0.97);
   EXPECT_LT(this->image.covered(this->ball(34), after), 0.2);
 }
@@ -47,16 +45,16 @@ TYPED_TEST(Corrections, AllOfThemObeyAllClicksBestFirst) {
   ASSERT_FALSE(found.empty());
   for (std::size_t n = 0; n < found.size(); ++n) {
     EXPECT_LE(found[n].score, found[n > 0 ? n - 1 : 0].score);
-    const Flags after = this->after(this->ball(14), found[n]);
+    const auto after = this->after(this->ball(14), found[n]);
     for (const Click<Dim>& click : clicks)
       for (const auto& node : this->image.on_grid(click).seed.nodes)
-        EXPECT_EQ(bool(after[this->image.grid.box().at(node)]), click.side == Side::kInside);
+        EXPECT_EQ(after.contains(node), click.side == Side::kInside);
   }
 }
 
 // What nothing in the image supports is held where it was clicked, and nowhere else.
 TYPED_TEST(Corrections, HoldTheClickWhereNothingElseIsToBeSeen) {
-  const Flags before = this->ball(14);
+  const auto before = this->ball(14);
   const auto found = this->correct(before, {this->inside(14), this->outside(14, 27)});
   ASSERT_FALSE(found.empty());
   EXPECT_GT(this->dice(this->after(before, found.front()), before), 0.7);

@@ -70,17 +70,17 @@ TYPED_TEST(ObjectBoxes, HaveFacesWhereTheImageGoesOn) {
   EXPECT_FALSE(grid.is_outside_beyond(0, false));  // that is where the image ends
   EXPECT_TRUE(grid.is_outside_beyond(0, true));
   EXPECT_NEAR((grid.node_to_world() * Vector<Dim>::Zero() - point<Dim>(0, 8, 8)).norm(), 0, 1e-12);
-  const Flags faces = outside_faces(grid);
-  for (std::size_t at = 0; at < faces.size(); ++at) {
+  const NodeSet<Dim> faces = outside_faces(grid);
+  for (std::size_t at = 0; at < grid.box().n(); ++at) {
     const auto node = grid.box().node(at);
     bool is_on_face = node[0] + 1 == grid.box().size[0];
     for (int axis = 1; axis < Dim; ++axis)
       is_on_face |= node[axis] == 0 || node[axis] + 1 == grid.box().size[axis];
-    EXPECT_EQ(bool(faces[at]), is_on_face) << at;
+    EXPECT_EQ(faces.contains(node), is_on_face) << at;
   }
   const SearchGrid<Dim> whole(this->image, this->image.extent(), {this->image.extent(), 1.5e6});
   EXPECT_FALSE(whole.has_outside_faces());
-  EXPECT_TRUE(outside_faces(whole).empty());
+  EXPECT_TRUE(outside_faces(whole).is_empty());
 }
 
 TYPED_TEST(ObjectBoxes, FitWhatLeavesAMargin) {
@@ -104,17 +104,17 @@ TYPED_TEST(ObjectBoxes, KeepWhatIsFoundWithin) {
   for (const std::size_t n : {1, 2}) {
     const auto found = search_clicks<Dim>(grid, std::span<const Click<Dim>>(clicks).subspan(0, n));
     ASSERT_TRUE(found && !found->found.empty());
-    const Flags faces = outside_faces(grid);
+    EXPECT_EQ(outside_faces(grid).count_in_both(found->inside()), 0u);
+    const Flags inside = found->inside().flags();
     double both = 0, sum = 0;
-    for (std::size_t at = 0; at < faces.size(); ++at) {
+    for (std::size_t at = 0; at < inside.size(); ++at) {
       const auto node = grid.box().node(at);
       Vector<Dim> index;
       for (int axis = 0; axis < Dim; ++axis) index[axis] = node[axis];
       const Vector<Dim> x = grid.node_to_world() * index;
       const bool is_in_ball = test::is_in_ball<Dim>(x, point<Dim>(14), 9);
-      EXPECT_FALSE(faces[at] && found->inside()[at]) << at;
-      both += is_in_ball && found->inside()[at];
-      sum += is_in_ball + found->inside()[at];
+      both += is_in_ball && inside[at];
+      sum += is_in_ball + inside[at];
     }
     EXPECT_GT(2 * both / sum, 0.93) << n;
   }

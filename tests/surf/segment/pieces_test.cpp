@@ -13,11 +13,10 @@ namespace {
 template <class T>
 struct Pieces : test::DumbbellTest<T> {
   using test::DumbbellTest<T>::kDim;
-  const Flags left = this->ball(14);
+  const NodeSet<kDim> left = this->ball(14);
 
   bool holds(const Rung<kDim>& piece, const GridClick<kDim>& click) const {
-    const auto& node = click.seed.nodes.front();
-    return piece.box.contains(node) && piece.inside[piece.box.at(node)];
+    return piece.inside.contains(click.seed.nodes.front());
   }
 };
 TYPED_TEST_SUITE(Pieces, test::Dims, test::DimName);
@@ -29,8 +28,7 @@ TYPED_TEST(Pieces, OfAnInsideClickHoldItAndNothingOfTheObject) {
   ASSERT_FALSE(found.empty());
   for (const Rung<Dim>& piece : found) {
     EXPECT_TRUE(this->holds(piece, scene.click()));
-    for (std::size_t at = 0; at < piece.inside.size(); ++at)
-      ASSERT_FALSE(piece.inside[at] && this->left[scene.box().at(piece.box.node(at))]);
+    EXPECT_EQ(piece.inside.in(scene.box()).count_in_both(this->left), 0u);
   }
 }
 
@@ -42,8 +40,7 @@ TYPED_TEST(Pieces, OfAnOutsideClickAreOfTheObjectWithoutItsInsideClicks) {
     families.insert(piece.family);
     EXPECT_TRUE(this->holds(piece, scene.click()));
     EXPECT_FALSE(this->holds(piece, scene.clicks.front()));
-    for (std::size_t at = 0; at < piece.inside.size(); ++at)
-      ASSERT_FALSE(piece.inside[at] && !this->both[scene.box().at(piece.box.node(at))]);
+    EXPECT_TRUE((piece.inside.in(scene.box()) - this->both).is_empty());
   }
   for (const Family family : {Family::kNeck, Family::kCompetition, Family::kBall})
     EXPECT_TRUE(families.count(family)) << int(family);
@@ -51,15 +48,12 @@ TYPED_TEST(Pieces, OfAnOutsideClickAreOfTheObjectWithoutItsInsideClicks) {
 
 TYPED_TEST(Pieces, ANeckPartsTheBalls) {
   constexpr int Dim = TypeParam::value;
-  const Flags right = this->ball(34);
+  const auto right = this->ball(34);
   const auto scene = this->scene(this->both, {this->inside(14), this->outside(34)});
   double best = 0;
   for (const Rung<Dim>& piece : pieces(scene, {})) {
     if (piece.family != Family::kNeck) continue;
-    Flags flags(scene.box().n(), 0);
-    for (std::size_t at = 0; at < piece.inside.size(); ++at)
-      if (piece.inside[at]) flags[scene.box().at(piece.box.node(at))] = 1;
-    best = std::max(best, this->dice(flags, right));
+    best = std::max(best, this->dice(piece.inside.in(scene.box()), right));
   }
   EXPECT_GT(best, 0.9);
 }
@@ -74,9 +68,9 @@ TYPED_TEST(Pieces, ClicksHoldTheNodesRoundThem) {
   EXPECT_EQ(at(14), Held::kInside);  // its own node
   EXPECT_EQ(at(16), Held::kOutside);
   EXPECT_EQ(at(20), Held::kFree);
-  const Flags domain = scene.domain();
-  EXPECT_EQ(domain[scene.box().at(scene.clicks[0].seed.nodes.front())], 0);
-  EXPECT_EQ(domain[scene.box().at(scene.click().seed.nodes.front())], 1);
+  const auto domain = scene.domain();
+  EXPECT_FALSE(domain.contains(scene.clicks[0].seed.nodes.front()));
+  EXPECT_TRUE(domain.contains(scene.click().seed.nodes.front()));
 }
 
 }  // namespace

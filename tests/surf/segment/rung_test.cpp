@@ -30,9 +30,8 @@ struct Rungs : ::testing::Test {
     std::vector<std::uint16_t> level(inside.size());
     for (std::size_t at = 0; at < level.size(); ++at) level[at] = bright[at] ? 9000 : 3000;
     Rung<kDim> out;
-    out.box = box();
-    out.inside.assign(inside.begin(), inside.end());
-    measure(inside, level, edge, out);
+    out.inside = {box(), inside};
+    measure(box(), level, {box(), edge}, out);
     return out;
   }
   static Rung<kDim> measured(const Flags& inside) {
@@ -43,7 +42,7 @@ TYPED_TEST_SUITE(Rungs, test::Dims, test::DimName);
 
 TYPED_TEST(Rungs, KnowABallForOne) {
   const auto rung = this->measured(this->ball(12));
-  EXPECT_EQ(rung.n_nodes, std::size_t(std::count(rung.inside.begin(), rung.inside.end(), true)));
+  EXPECT_EQ(rung.n_nodes, rung.inside.count());
   EXPECT_DOUBLE_EQ(rung.features.separation, 1);
   EXPECT_DOUBLE_EQ(rung.features.edge_share, 1);
   EXPECT_NEAR(rung.features.sphericity, 1, 0.05);  // the count of faces is exact in the mean only
