@@ -84,7 +84,12 @@ std::vector<float> signed_distances(const std::array<int, 3>& size,
   std::vector<float> out = depths(size, others(inside), deepest);
   const std::vector<float> inner = depths(size, inside, deepest);
   for (std::size_t at = 0; at < out.size(); ++at) out[at] -= inner[at];
+  // Beyond the grid blur() sees nothing: without the weights the distances, and with them the pull
+  // back to the start, would be halved at the border of the image, and shapes leak along it.
+  std::vector<float> weights(out.size(), 1);
   blur(size, 1, out);
+  blur(size, 1, weights);
+  for (std::size_t at = 0; at < out.size(); ++at) out[at] /= weights[at];
   return out;
 }
 

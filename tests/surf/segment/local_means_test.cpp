@@ -52,6 +52,18 @@ TEST(LocalMeans, KeepTheShapeWithinReachOfItsStart) {
   EXPECT_LT(scene.at(0.1), -1);
 }
 
+// It was half as strong in the outermost voxels, and shapes leaked there along the border.
+TEST(LocalMeans, KeepTheShapeNearItsStartAtTheBorderToo) {
+  const Scene scene(kRadius);
+  const Triangles start = mesh::ball(Vector<3>(0, 0, -0.98), 0.4, kVoxel);
+  const auto f = local_means<3>(*scene.setting, scene.I, start, start, {3 * kVoxel, kVoxel, 0.01});
+  Points<3> x(2, 3);
+  x << 0.4 + 4 * kVoxel, 0, -1, 0, 0.4 + 4 * kVoxel, -1;
+  Samples<3> samples;
+  f->sample(x, Derivatives::kNone, samples);
+  for (const double value : samples.value) EXPECT_GT(value, 8);  // 3/2 (5/4)^9 - 1 = 10
+}
+
 TEST(LocalMeans, HaveTheDerivativesOfTheirValues) {
   const Scene scene(kRadius - kVoxel, 0.2);
   constexpr double kStep = 1e-5;
