@@ -78,18 +78,28 @@ void note_disobeyed(const Simplices<Dim>& shape, const Setting<Dim>& setting,
     notes.push_back(fmt::format("{} further clicks are not obeyed", n - kMostNotes));
 }
 
+/// Whether the next stage may begin.
+template <int Dim>
+bool run_measured(const Stage<Dim>& stage, Work<Dim>& work) {
+  const ResourceMeter meter;
+  const std::size_t n_before = work.reports.size();
+  const bool goes_on = stage.run(work);
+  if (work.reports.size() > n_before) work.reports.back().used = meter.used();
+  return goes_on;
+}
+
 }  // namespace
 
 template <int Dim>
 void run_proposal(Work<Dim>& work) {
-  propose_stage<Dim>()->run(work);
+  run_measured(*propose_stage<Dim>(), work);
 }
 
 template <int Dim>
 void run_stages(Work<Dim>& work) {
   for (const StagePointer<Dim>& stage : plan(work.options, work.start_is_given)) {
     const Simplices<Dim> before = work.shape;
-    const bool goes_on = stage->run(work);
+    const bool goes_on = run_measured(*stage, work);
     if (!work.reports.empty() && work.reports.back().kind == StageKind::kCorrects &&
         !work.setting().is_embedded(work.shape)) {
       work.shape = before;

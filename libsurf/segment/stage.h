@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "libsurf/base/resources.h"
 #include "libsurf/flow/evolution.h"
 #include "libsurf/segment/certainty.h"
 #include "libsurf/segment/click.h"
@@ -37,7 +38,7 @@ struct StageReport {
   double sigma_mm = 0;               ///< of its fields
   double edge_length_mm = 0;
   flow::FlowSummary flow;  ///< of a stage that minimises
-  double seconds = 0;
+  Resources used;          ///< by the whole of it
 };
 
 /// Called on the thread that runs the stages, after every step, with the stage's name and the

@@ -118,7 +118,9 @@ Json stage_to_json(const StageReport& stage) {
               {"kind", to_string(stage.kind)},
               {"outcome", to_string(stage.outcome)},
               {"message", stage.message},
-              {"time_s", stage.seconds}};
+              {"time_s", stage.used.seconds},
+              {"cpu_s", stage.used.cpu_seconds},
+              {"peak_memory_mb", stage.used.peak_memory_mb}};
   if (stage.kind == StageKind::kProposes) return out;
   out["energies"] = texts_of(stage.energies);
   out["sigma_mm"] = stage.sigma_mm;

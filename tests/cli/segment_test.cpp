@@ -110,6 +110,27 @@ TEST_F(Segment, SummaryHasEveryKey) {
   }
 }
 
+TEST_F(Segment, ProfileSaysWhereTheTimeWent) {
+  make_ball();
+  const Outcome outcome = run(segment({"-o", "s.stl", "--profile", "--json", "s.json"}));
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  for (const char* line : {"\nprofile ", "\nread ", "\nsegment ", "\n  propose ", "\n  evolve ",
+                           "\n  locate ", "\nverify ", "\nwrite ", "\nin all "})
+    EXPECT_NE(outcome.err.find(line), std::string::npos) << line << outcome.err;
+  const auto summary = json("s.json");
+  double sum = 0;
+  for (const auto& stage : summary["evolution"]) {
+    sum += stage["time_s"].get<double>();
+    EXPECT_GE(stage["cpu_s"], 0);
+    EXPECT_GT(stage["peak_memory_mb"], 0);
+  }
+  const double whole = summary["stages"]["segment"]["time_s"];
+  EXPECT_LE(sum, whole + 0.002);  // which is rounded
+  EXPECT_GE(sum, 0.8 * whole);
+  const Outcome without = run(segment({"-o", "s.stl"}));
+  EXPECT_EQ(without.err.find("profile"), std::string::npos);
+}
+
 TEST_F(Segment, WritesEveryFormat) {
   make_ball();
   must(segment({"-o", "s.vtp"}));

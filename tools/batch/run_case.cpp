@@ -47,7 +47,7 @@ std::string text_of(const std::string& path) {
 /// Times and memory are not the same twice.
 void drop_measured(ordered_json& json) {
   if (json.is_object())
-    for (const char* key : {"time_s", "stages", "peak_memory_mb"}) json.erase(key);
+    for (const char* key : {"time_s", "cpu_s", "stages", "peak_memory_mb"}) json.erase(key);
   if (json.is_structured())
     for (ordered_json& entry : json) drop_measured(entry);
 }

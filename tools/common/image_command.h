@@ -10,7 +10,7 @@
 
 namespace surfseg {
 
-/// @tparam TheFiles  what was typed: `output`, a pattern; read(path) gives the image, and
+/// @tparam TheFiles  what was typed: `output`, a pattern, and `mask`; read(path) gives the image, and
 ///                   setting(image) what is segmented
 template <int Dim, class TheFiles>
 class ImageCommand : public SegmentCommand<Dim> {
@@ -36,6 +36,7 @@ class ImageCommand : public SegmentCommand<Dim> {
 
   std::string output() const override { return files_.output; }
   std::string image_path() const override { return path_; }
+  std::string labels_path() const override { return files_.mask; }
   void write(const surf::segment::Object<Dim>& object,
              const surf::segment::Finished<Dim>& finished) const override {
     this->write_shape(object_path(files_.output, object.name), finished, object.colour);

@@ -291,6 +291,9 @@ void add_running_options(CLI::App& command, RunArguments& a) {
             "What was done, as a file that repeats it (segment::replay), with a hash of the "
             "image");
   group.add("--threads", a.threads, "Threads [all]; the result is the same");
+  group.add_flag("--profile", a.profile,
+                 "At the end where time and memory went: stage by stage, wall and CPU seconds, "
+                 "steps, largest memory");
   group.add_flag("-q,--quiet", a.quiet, "Print errors only");
   group.add_flag("-v,--verbose", a.verbose, "Print every step");
 }

@@ -51,7 +51,7 @@ struct RunArguments {
   std::string keep = "all";
   int threads = 0;
   std::string json, config, preset, recipe;
-  bool candidates = false;
+  bool candidates = false, profile = false;
   bool quiet = false, verbose = false;
 
   Verbosity verbosity() const {

@@ -13,6 +13,7 @@
 #include "libsurf/segment/recipe.h"
 #include "libsurf/segment/segment.h"
 #include "tools/common/config.h"
+#include "tools/common/profile.h"
 #include "tools/common/program.h"
 #include "tools/common/report.h"
 #include "tools/common/signals.h"
@@ -172,16 +173,28 @@ ExitCode SegmentCommand<Dim>::run() {
       surf::segment::finish_objects<Dim>(*input.setting, results, surf::extension(output()));
   clock_.begin("write");
   const auto is_wanted = [](const SegmentedObject<Dim>& object) { return object.is_wanted; };
-  if (std::count_if(objects.begin(), objects.end(), is_wanted) > 1)
-    return run_several(input, objects, finished);
+  const bool are_several = std::count_if(objects.begin(), objects.end(), is_wanted) > 1;
   const auto one = std::find_if(objects.begin(), objects.end(), is_wanted);
-  return run_one(input, objects, finished, std::size_t(one - objects.begin()));
+  const ExitCode exit_code =
+      are_several ? run_several(input, objects, finished)
+                  : run_one(input, objects, finished, std::size_t(one - objects.begin()));
+  if (arguments_.profile) note_profile(objects);
+  return exit_code;
+}
+
+template <int Dim>
+void SegmentCommand<Dim>::note_profile(const Objects& objects) {
+  std::vector<ObjectStages> stages;
+  for (const SegmentedObject<Dim>& object : objects)
+    stages.emplace_back(objects.size() > 1 ? object.object.name : "", object.object.result->stages);
+  for (const std::string& line : profile_lines(clock_, stages)) progress_.note(line);
 }
 
 /// Each wanted object has its label; one alone has 1.
 template <int Dim>
 void SegmentCommand<Dim>::write_labels_of(const Input& input, const Objects& objects,
                                           const Finished& finished) {
+  if (labels_path().empty()) return;
   std::vector<std::uint8_t> labels = surf::segment::label_map<Dim>(*input.setting, finished);
   std::vector<std::uint8_t> now(objects.size() + 1);
   const auto n_wanted = std::count_if(objects.begin(), objects.end(),
@@ -368,7 +381,7 @@ void SegmentCommand<Dim>::summarise(ExitCode exit_code, const ordered_json& entr
   out["config"] = dump_config(command_, {"help", "config", "json"});
   out["exit_code"] = int(exit_code);
   out.update(entries);
-  out["stages"] = clock_.stages();
+  out["stages"] = clock_.to_json();
   out["time_s"] = clock_.total_seconds();
   out["peak_memory_mb"] = peak_memory_mb();
   write_json(arguments_.json, out);

@@ -78,7 +78,9 @@ class SegmentCommand {
   /// Writes what shows all objects together, but for their labels.
   virtual void write_together(const Shape& all,
                               const std::vector<surf::segment::Click<Dim>>& clicks) const = 0;
-  /// Writes a map of labels, if one was asked for.
+  /// The file of a map of labels; empty if none was asked for.
+  virtual std::string labels_path() const = 0;
+  /// Writes the map of labels.
   virtual void write_labels(const std::vector<std::uint8_t>& labels,
                             const std::vector<surf::volume::LabelName>& names) const = 0;
   /// The file of a shape alone, in the format that its name says.
@@ -116,6 +118,7 @@ class SegmentCommand {
                                           const SegmentedObject<Dim>& object);
   void write_labels_of(const Input& input, const Objects& objects, const Finished& finished);
   void note_result(const Result& result, const std::string& name);
+  void note_profile(const Objects& objects);
   void note_walls(const Objects& objects, const Finished& finished, std::size_t n);
   nlohmann::ordered_json walls_to_json(const Objects& objects, const Finished& finished,
                                        std::size_t n) const;

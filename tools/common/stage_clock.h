@@ -1,9 +1,14 @@
-// Time and peak memory of a program's stages, for the summary.
+// Time and memory of a program's stages, for the summary and the profile.
 #pragma once
 
 #include <chrono>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
+#include <utility>
+#include <vector>
+
+#include "libsurf/base/resources.h"
 
 namespace surfseg {
 
@@ -14,14 +19,18 @@ class StageClock {
  public:
   void begin(const std::string& name);
   void end();
-  const nlohmann::ordered_json& stages() const { return stages_; }
+  /// In the order in which they were begun.
+  const std::vector<std::pair<std::string, surf::Resources>>& stages() const { return stages_; }
+  nlohmann::ordered_json to_json() const;
   /// Since the clock was made.
-  double total_seconds() const { return seconds_since(made_); }
+  surf::Resources total() const { return all_.used(); }
+  double total_seconds() const { return total().seconds; }
 
  private:
   std::string name_;
-  std::chrono::steady_clock::time_point made_ = std::chrono::steady_clock::now(), start_;
-  nlohmann::ordered_json stages_ = nlohmann::ordered_json::object();
+  surf::ResourceMeter all_;
+  std::optional<surf::ResourceMeter> stage_;
+  std::vector<std::pair<std::string, surf::Resources>> stages_;
 };
 
 }  // namespace surfseg

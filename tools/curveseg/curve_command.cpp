@@ -28,7 +28,6 @@ std::shared_ptr<const surf::segment::Setting<2>> CurveFiles::setting(
 
 void CurveCommand::write_labels(const std::vector<std::uint8_t>& labels,
                                 const std::vector<surf::volume::LabelName>& /*names*/) const {
-  if (files().mask.empty()) return;
   if (has_object(files().output))
     surf::curve::write_labels(files().mask, image().size(), labels);
   else

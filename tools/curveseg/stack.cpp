@@ -131,7 +131,7 @@ class StackCommand {
     out["exit_code"] = int(exit_code_);
     out["slices"] = records();
     out["notes"] = result_.notes;
-    out["stages"] = clock_.stages();
+    out["stages"] = clock_.to_json();
     out["time_s"] = clock_.total_seconds();
     out["peak_memory_mb"] = peak_memory_mb();
     return out;

@@ -85,9 +85,8 @@ void SurfaceCommand::write_together(const surf::Triangles& all,
 
 void SurfaceCommand::write_labels(const std::vector<std::uint8_t>& labels,
                                   const std::vector<surf::volume::LabelName>& names) const {
-  if (!files().mask.empty())
-    surf::volume::write_label_map(files().mask, image().size(), image().index_to_world(), labels,
-                                  names);
+  surf::volume::write_label_map(files().mask, image().size(), image().index_to_world(), labels,
+                                names);
 }
 
 void SurfaceCommand::write_shape(const std::string& path, const surf::segment::Finished<3>& shape,

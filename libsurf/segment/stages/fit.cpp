@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 
 #include "libsurf/segment/edges_along.h"
@@ -30,7 +29,6 @@ template <int Dim>
 class Fit : public Stage<Dim> {
  public:
   bool run(Work<Dim>& work) const override {
-    const auto begin = std::chrono::steady_clock::now();
     work.start = in_file_order<Dim>(work.shape);
     work.shape = work.start;
     work.start_is_given = true;
@@ -62,8 +60,6 @@ class Fit : public Stage<Dim> {
                     edges.blur_mm, edges.slope, edges.noise);
     report.sigma_mm = work.sigma_mm;
     report.edge_length_mm = work.edge_length_mm;
-    report.seconds =
-        std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     work.reports.push_back(std::move(report));
     return !work.is_stopped();
   }

@@ -1,6 +1,5 @@
 #include <fmt/format.h>
 
-#include <chrono>
 #include <cmath>
 
 #include "libsurf/segment/stages/rest.h"
@@ -121,7 +120,6 @@ Simplices<Dim> in_file_order(const Simplices<Dim>& shape) {
 
 template <int Dim>
 bool minimise(Work<Dim>& work, const Minimisation<Dim>& minimisation) {
-  const auto begin = std::chrono::steady_clock::now();
   const auto model = work.fields.model(field_options(work.options, minimisation.sigma_mm));
   const std::vector<EnergyTerm>& terms = minimisation.terms;
   mesh::MovingShapeOptions<Dim> options = minimisation.shape;
@@ -166,7 +164,6 @@ bool minimise(Work<Dim>& work, const Minimisation<Dim>& minimisation) {
   }
   report.outcome = shape->has_vanished() ? Outcome::kVanished : outcome_of(report.flow.termination);
   report.message = report.flow.message;
-  report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   work.border_share = shape->border_share();
   if (shape->is_limited())
     work.notes.push_back(fmt::format(

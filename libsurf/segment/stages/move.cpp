@@ -1,4 +1,3 @@
-#include <chrono>
 
 #include "libsurf/segment/stages/stages.h"
 
@@ -22,7 +21,6 @@ std::vector<mesh::HeldPoint<Dim>> obeyed(const Simplices<Dim>& shape,
 
 template <int Dim>
 bool CorrectingStage<Dim>::run(Work<Dim>& work) const {
-  const auto begin = std::chrono::steady_clock::now();
   const StageReport& last = work.reports.back();
   StageReport report;
   report.name = name();
@@ -31,7 +29,6 @@ bool CorrectingStage<Dim>::run(Work<Dim>& work) const {
   report.sigma_mm = last.sigma_mm;
   report.edge_length_mm = last.edge_length_mm;
   report.message = correct(work);
-  report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   work.reports.push_back(std::move(report));
   return true;
 }

@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <chrono>
 
 #include "libsurf/segment/object_box.h"
 #include "libsurf/segment/stages/stages.h"
@@ -13,7 +12,6 @@ template <int Dim>
 class Propose : public Stage<Dim> {
  public:
   bool run(Work<Dim>& work) const override {
-    const auto begin = std::chrono::steady_clock::now();
     StageReport report;
     report.name = "propose";
     report.kind = StageKind::kProposes;
@@ -33,8 +31,6 @@ class Propose : public Stage<Dim> {
       report.outcome = Outcome::kStopped;
       report.message = "interrupted while regions were looked for";
     }
-    report.seconds =
-        std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     work.reports.push_back(std::move(report));
     return work.reports.back().outcome == Outcome::kProposed;
   }
