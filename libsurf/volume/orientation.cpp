@@ -49,6 +49,17 @@ Orientation orientation_of(const Eigen::Affine3d& index_to_world) {
   return result;
 }
 
+AxisOrder ras_order(const Eigen::Affine3d& index_to_world) {
+  const Eigen::Matrix3d cosines = index_to_world.linear().colwise().normalized();
+  const std::array<int, 3> world_axes = nearest_axes(cosines);
+  AxisOrder order;
+  for (int n = 0; n < 3; ++n) {
+    order.axes[world_axes[n]] = n;
+    order.are_reversed[world_axes[n]] = cosines(world_axes[n], n) < 0;
+  }
+  return order;
+}
+
 std::array<Eigen::Vector3d, 2> bounds_ras_mm(const Eigen::Affine3d& index_to_world,
                                              const std::array<int, 3>& size) {
   Eigen::Vector3d lower = Eigen::Vector3d::Constant(std::numeric_limits<double>::max());

@@ -18,6 +18,16 @@ struct Orientation {
 /// @param index_to_world  voxel centre to RAS mm, invertible
 Orientation orientation_of(const Eigen::Affine3d& index_to_world);
 
+/// Which index axis takes which place, and which of them are turned round.
+struct AxisOrder {
+  std::array<int, 3> axes = {0, 1, 2};
+  std::array<bool, 3> are_reversed = {false, false, false};
+};
+
+/// The index axes that run most nearly along R, A and S, reversed where they run to L, P or I.
+/// @param index_to_world  voxel centre to RAS mm, invertible
+AxisOrder ras_order(const Eigen::Affine3d& index_to_world);
+
 /// Smallest and largest world coordinates of the voxel centres [mm, RAS].
 std::array<Eigen::Vector3d, 2> bounds_ras_mm(const Eigen::Affine3d& index_to_world,
                                              const std::array<int, 3>& size);

@@ -49,6 +49,58 @@ openvdb::math::Transform::Ptr transform_of(const Eigen::Affine3d& affine, const 
 
 }  // namespace
 
+namespace {
+
+bool is_stored_order(const AxisOrder& order) {
+  return order.axes == std::array{0, 1, 2} && order.are_reversed == std::array{false, false, false};
+}
+
+/// Where the grid has a voxel.
+openvdb::Coord stored_index(const Volume::Impl& impl, const std::array<int, 3>& index) {
+  openvdb::Coord out;
+  for (int n = 0; n < 3; ++n)
+    out[impl.order.axes[n]] = impl.order.are_reversed[n] ? impl.size[n] - 1 - index[n] : index[n];
+  return out;
+}
+
+/// Voxels lower <= index < upper of the volume, i fastest.
+void copy_inner_box(const Volume::Impl& impl, const std::array<int, 3>& lower,
+                    const std::array<int, 3>& upper, float* out) {
+  const openvdb::Coord first = stored_index(impl, lower),
+                       last = stored_index(impl, {upper[0] - 1, upper[1] - 1, upper[2] - 1});
+  const openvdb::CoordBBox box(openvdb::Coord::minComponent(first, last),
+                               openvdb::Coord::maxComponent(first, last));
+  if (is_stored_order(impl.order)) {
+    Dense dense(box, out);
+    openvdb::tools::copyToDense(*impl.grid, dense, /*serial=*/true);
+    return;
+  }
+  std::vector<float> stored(box.volume());
+  Dense dense(box, stored.data());
+  openvdb::tools::copyToDense(*impl.grid, dense, /*serial=*/true);
+  const openvdb::Coord size = box.dim(), from = first - box.min();
+  const std::array<std::ptrdiff_t, 3> strides = {1, size[0], std::ptrdiff_t(size[0]) * size[1]};
+  std::array<std::ptrdiff_t, 3> steps;
+  for (int n = 0; n < 3; ++n)
+    steps[n] = strides[impl.order.axes[n]] * (impl.order.are_reversed[n] ? -1 : 1);
+  const float* start = stored.data() + from[0] + from[1] * strides[1] + from[2] * strides[2];
+  for (int k = 0; k < upper[2] - lower[2]; ++k)
+    for (int j = 0; j < upper[1] - lower[1]; ++j) {
+      const float* row = start + k * steps[2] + j * steps[1];
+      for (int i = 0; i < upper[0] - lower[0]; ++i) *out++ = row[i * steps[0]];
+    }
+}
+
+/// The place of voxel (0, 0, 0) by 2^-10 of a voxel's size: the floats in files' affines tell less.
+Eigen::Affine3d with_rounded_origin(Eigen::Affine3d affine) {
+  const double size = std::cbrt(std::abs(affine.linear().determinant()));
+  const double unit = std::exp2(std::floor(std::log2(size)) - 10);
+  affine.translation() = (affine.translation() / unit).array().round() * unit;
+  return affine;
+}
+
+}  // namespace
+
 void initialize_openvdb() {
   static std::once_flag once;
   std::call_once(once, [] { openvdb::initialize(); });
@@ -94,8 +146,26 @@ double Volume::voxel_size() const {
 const Source& Volume::source() const { return impl_->source; }
 std::array<float, 2> Volume::range() const { return impl_->range; }
 
+Volume Volume::in_ras_order() const {
+  const AxisOrder order = ras_order(impl_->index_to_world);
+  auto out = std::make_shared<Impl>(*impl_);
+  Eigen::Affine3d to_old = Eigen::Affine3d::Identity();  // index of the old order by the new one
+  to_old.linear().setZero();
+  for (int n = 0; n < 3; ++n) {
+    const int old = order.axes[n];
+    out->size[n] = impl_->size[old];
+    out->order.axes[n] = impl_->order.axes[old];
+    out->order.are_reversed[n] = impl_->order.are_reversed[old] != order.are_reversed[n];
+    to_old.linear()(old, n) = order.are_reversed[n] ? -1 : 1;
+    if (order.are_reversed[n]) to_old.translation()[old] = impl_->size[old] - 1;
+  }
+  out->index_to_world = with_rounded_origin(impl_->index_to_world * to_old);
+  out->world_to_index = out->index_to_world.inverse();
+  return Volume(std::move(out));
+}
+
 float Volume::value(int i, int j, int k) const {
-  return impl_->grid->tree().getValue(openvdb::Coord(i, j, k));
+  return impl_->grid->tree().getValue(stored_index(*impl_, {i, j, k}));
 }
 
 void Volume::copy_box(const std::array<int, 3>& lower, const std::array<int, 3>& upper,
@@ -107,17 +177,14 @@ void Volume::copy_box(const std::array<int, 3>& lower, const std::array<int, 3>&
     inner_upper[axis] = std::clamp(upper[axis], inner_lower[axis] + 1, size()[axis]);
     is_inside &= inner_lower[axis] == lower[axis] && inner_upper[axis] == upper[axis];
   }
-  const openvdb::CoordBBox box(
-      openvdb::Coord(inner_lower[0], inner_lower[1], inner_lower[2]),
-      openvdb::Coord(inner_upper[0] - 1, inner_upper[1] - 1, inner_upper[2] - 1));
   if (is_inside) {
-    Dense dense(box, out);
-    openvdb::tools::copyToDense(*impl_->grid, dense, /*serial=*/true);
+    copy_inner_box(*impl_, inner_lower, inner_upper, out);
     return;
   }
-  std::vector<float> inner(box.volume());
-  Dense dense(box, inner.data());
-  openvdb::tools::copyToDense(*impl_->grid, dense, /*serial=*/true);
+  std::size_t n_inner = 1;
+  for (int axis = 0; axis < 3; ++axis) n_inner *= inner_upper[axis] - inner_lower[axis];
+  std::vector<float> inner(n_inner);
+  copy_inner_box(*impl_, inner_lower, inner_upper, inner.data());
   const std::size_t stride_j = inner_upper[0] - inner_lower[0];
   const std::size_t stride_k = stride_j * (inner_upper[1] - inner_lower[1]);
   for (int k = lower[2]; k < upper[2]; ++k)

@@ -55,6 +55,12 @@ class Volume {
   /// the volume take the value of the nearest voxel inside.
   void copy_box(const std::array<int, 3>& lower, const std::array<int, 3>& upper, float* out) const;
 
+  /// The same voxels with the index axes in the order and direction in which they run most nearly
+  /// to R, A and S (ras_order()), and the place of the first one rounded to 2^-10 of a voxel's
+  /// size: files that hold one scan with its axes in another order, their affines rounded to
+  /// floats, give the same volume, to the bit. Shares the voxels with this one.
+  Volume in_ras_order() const;
+
   /// The grid and what is private to volume/*.cpp (openvdb_grid.h shows it).
   const Impl& impl() const { return *impl_; }
 

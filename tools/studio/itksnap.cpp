@@ -61,9 +61,10 @@ std::vector<float> values_of(const std::string& raw, const Header& header) {
 
 void ItkSnapSession::set_image(const std::string& raw, const std::string& metadata) {
   const Header header = header_of(metadata);
-  const surf::volume::Volume volume(header.size, header.index_to_world, values_of(raw, header));
+  surf::volume::Volume volume(header.size, header.index_to_world, values_of(raw, header));
   std::lock_guard lock(mutex_);
   setting_ = surf::segment::make_setting(volume);
+  volume_ = std::move(volume);
   segmentation_ = std::make_unique<surf::segment::Segmentation<3>>(setting_);
   object_ = segmentation_->add_object();
 }
@@ -77,10 +78,9 @@ std::string ItkSnapSession::answer(const Click<3>& click) {
     throw;
   }
   const auto& result = *segmentation_->object(object_).result;
-  const auto& extent = setting_->extent();
-  std::vector<std::uint8_t> labels(std::size_t(extent.size[0]) * extent.size[1] * extent.size[2]);
+  std::vector<std::uint8_t> labels(volume_->n_voxels());
   if (surf::segment::has_shape(result.outcome) && result.shape.elements.rows() > 0)
-    labels = setting_->rasterized(result.shape, extent.size, extent.index_to_world);
+    labels = setting_->rasterized(result.shape, volume_->size(), volume_->index_to_world());
   Gzip gzip;
   gzip.add(labels.data(), labels.size());
   return gzip.finish();
@@ -91,7 +91,7 @@ std::string ItkSnapSession::click(const std::array<int, 3>& index, bool is_insid
   if (!segmentation_) throw surf::UsageError("no image has been sent");
   const Eigen::Vector3d voxel(index[0], index[1], index[2]);
   return answer(
-      {setting_->extent().index_to_world * voxel, is_inside ? Side::kInside : Side::kOutside});
+      {volume_->index_to_world() * voxel, is_inside ? Side::kInside : Side::kOutside});
 }
 
 std::string ItkSnapSession::stroke(const std::string& raw, const std::string& metadata,
@@ -100,14 +100,13 @@ std::string ItkSnapSession::stroke(const std::string& raw, const std::string& me
   const std::vector<float> mask = values_of(raw, header);
   std::lock_guard lock(mutex_);
   if (!segmentation_) throw surf::UsageError("no image has been sent");
-  const auto& extent = setting_->extent();
-  if (header.size != extent.size) throw surf::InputError("the stroke is not on the image's grid");
+  if (header.size != volume_->size()) throw surf::InputError("the stroke is not on the image's grid");
   std::vector<surf::Vector<3>> points;
   std::size_t at = 0;
   for (int k = 0; k < header.size[2]; ++k)
     for (int j = 0; j < header.size[1]; ++j)
       for (int i = 0; i < header.size[0]; ++i, ++at)
-        if (mask[at] != 0) points.push_back(extent.index_to_world * Eigen::Vector3d(i, j, k));
+        if (mask[at] != 0) points.push_back(volume_->index_to_world() * Eigen::Vector3d(i, j, k));
   if (points.empty()) throw surf::InputError("the stroke is empty");
   Click<3> click{points.front(), is_inside ? Side::kInside : Side::kOutside};
   click.stroke_mm.assign(points.begin() + 1, points.end());

@@ -5,6 +5,7 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -33,6 +34,7 @@ class ItkSnapSession {
 
   std::mutex mutex_;
   std::shared_ptr<const surf::segment::Setting<3>> setting_;
+  std::optional<surf::volume::Volume> volume_;  ///< as it was sent: the client's voxels
   std::unique_ptr<surf::segment::Segmentation<3>> segmentation_;
   int object_ = 0;
 };

@@ -53,7 +53,7 @@ std::vector<Component<3>> components_of(const Triangles& surface) {
 }  // namespace
 
 SurfaceSetting::SurfaceSetting(const volume::Volume& volume)
-    : volume_(volume), extent_(extent_of(volume)) {}
+    : volume_(volume.in_ras_order()), extent_(extent_of(volume_)) {}
 
 std::vector<float> SurfaceSetting::values(const std::array<int, 3>& lower,
                                           const std::array<int, 3>& upper) const {

@@ -8,6 +8,8 @@ namespace surf::segment {
 
 class SurfaceSetting : public Setting<3> {
  public:
+  /// All that is computed from the volume is computed from it in RAS order: the order in which a
+  /// file has its axes is an accident.
   explicit SurfaceSetting(const volume::Volume& volume);
 
   const ImageExtent<3>& extent() const override { return extent_; }

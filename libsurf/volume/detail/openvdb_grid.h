@@ -3,6 +3,7 @@
 
 #include <openvdb/openvdb.h>
 
+#include "libsurf/volume/orientation.h"
 #include "libsurf/volume/volume.h"
 
 namespace surf::volume {
@@ -13,7 +14,10 @@ struct Volume::Impl {
   Eigen::Affine3d world_to_index;
   Source source;
   std::array<float, 2> range;
-  openvdb::FloatGrid::Ptr grid;  ///< voxel (i, j, k) at Coord(i, j, k); transform = index_to_world
+  /// The voxels as they were read, at Coord(i, j, k) of the index in that order of the axes.
+  openvdb::FloatGrid::Ptr grid;
+  /// Index axis n runs along axis order.axes[n] of the grid, or against it.
+  AxisOrder order = {};
 };
 
 /// OpenVDB must be initialised once per process before its registries are used.
