@@ -65,6 +65,7 @@ MovingCurve::MovingCurve(const Segments& initial, const MovingCurveOptions& opti
   find_obstacles();
   mend_mesh(kRoundsAtTheStart);
   approach_held_points();
+  find_part();
 }
 
 Segments MovingCurve::simplices() const { return mesh_.segments(); }
@@ -126,7 +127,7 @@ void MovingCurve::hold(const Points<2>& from, Points<2>& to) const {
   } while (!obstacles().empty() && obstacles().hold(from, limited, mesh_.elements(), to) > 0);
 }
 
-double MovingCurve::restrict_move(Points<2>& to) {
+double MovingCurve::restrict_whole(Points<2>& to) {
   const Points<2> from = mesh_.points();
   bound_move(from, mesh_.elements(), to);
   const Points<2> wanted = to;
@@ -136,7 +137,7 @@ double MovingCurve::restrict_move(Points<2>& to) {
                                     mesh::held_vertices<2>(from, wanted, to));
 }
 
-void MovingCurve::move_to(const Points<2>& to) {
+void MovingCurve::move_whole_to(const Points<2>& to) {
   before_ = mesh_.points();
   mesh_.set_points(to);
 }
@@ -179,7 +180,7 @@ bool MovingCurve::resolve_events() {
   return report.has_changed;
 }
 
-bool MovingCurve::mend() {
+bool MovingCurve::mend_whole() {
   has_changed_domain_ = options_.topology == Topology::kFree && resolve_events();
   before_.resize(0, 2);
   const bool is_mended = mend_mesh(kRoundsInAStep);

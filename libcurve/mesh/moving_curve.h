@@ -20,14 +20,14 @@ class MovingCurve : public mesh::MovingMesh<2> {
   MovingCurve(const Segments& initial, const MovingCurveOptions& options);
 
   Segments simplices() const override;
-  double restrict_move(Points<2>& to) override;
-  void move_to(const Points<2>& to) override;
-  bool mend() override;
   /// Moves that were taken back because surgery could not resolve what they led to, or would have
   /// left nothing.
   int n_taken_back() const { return n_taken_back_; }
 
  private:
+  double restrict_whole(Points<2>& to) override;
+  void move_whole_to(const Points<2>& to) override;
+  bool mend_whole() override;
   void hold_sheets_apart(const Points<2>& from, Points<2>& to) const;
   void hold_contested_sheets(const Points<2>& from, Points<2>& to) const;
   void hold(const Points<2>& from, Points<2>& to) const;

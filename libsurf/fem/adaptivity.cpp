@@ -23,6 +23,13 @@ Eigen::VectorXd longest_edges(const Geometry<Dim>& shape) {
 }
 
 template <int Dim>
+MarkingOptions marking(const AdaptivityOptions<Dim>& options, double tolerance, double growth) {
+  return {.tolerance = tolerance,
+          .gamma_refine = options.gamma_refine,
+          .gamma_coarsen = std::min(options.gamma_coarsen, 1 / growth)};
+}
+
+template <int Dim>
 Eigen::Matrix<double, Dim, Dim> corners(const Geometry<Dim>& shape, Eigen::Index t) {
   Eigen::Matrix<double, Dim, Dim> out;
   for (int i = 0; i < Dim; ++i) out.row(i) = shape.points().row(shape.elements()(t, i));
@@ -50,21 +57,21 @@ std::vector<Mark> adaptivity_marks(const Geometry<Dim>& shape,
                                    const AdaptivityOptions<Dim>& options) {
   std::vector<Mark> marks(shape.n_elements(),
                           options.gamma_coarsen > 0 ? Mark::kCoarsen : Mark::kKeep);
-  const auto marking = [&](double tolerance, double growth) {
-    return MarkingOptions{.tolerance = tolerance,
-                          .gamma_refine = options.gamma_refine,
-                          .gamma_coarsen = std::min(options.gamma_coarsen, 1 / growth)};
-  };
   if (options.geometry_tolerance_mm > 0)
-    combine(marks,
-            mark_geometry(geometric_variation(shape), marking(options.geometry_tolerance_mm, 1)));
+    combine(marks, mark_geometry(geometric_variation(shape),
+                                 marking<Dim>(options, options.geometry_tolerance_mm, 1)));
   if (options.integral_tolerance > 0)
     for (const auto& f : options.integrands)
-      combine(marks, mark_integral(quadrature_error(shape, *f), shape.measures(),
-                                   marking(options.integral_tolerance * shape.measure(),
-                                           kGrowthOfQuadratureError)));
+      combine(marks,
+              mark_integral(quadrature_error(shape, *f), shape.measures(),
+                            marking<Dim>(options, options.integral_tolerance * shape.measure(),
+                                         kGrowthOfQuadratureError)));
   const Eigen::VectorXd longest = longest_edges(shape);
   for (Eigen::Index t = 0; t < longest.size(); ++t) {
+    if (options.rests && options.rests(corners(shape, t))) {
+      marks[t] = Mark::kKeep;
+      continue;
+    }
     double longest_allowed = options.max_length_mm;
     if (options.is_fine && longest[t] > options.min_length_mm / 2 &&
         options.is_fine(corners(shape, t)))

@@ -34,6 +34,8 @@ struct AdaptivityOptions {
   /// Elements, by their corners in rows, in which no edge may be longer than min_length_mm; none =
   /// there are no such elements.
   std::function<bool(const Eigen::Matrix<double, Dim, Dim>& corners)> is_fine = {};
+  /// Elements, by their corners, that are neither refined nor coarsened; none = all may be.
+  std::function<bool(const Eigen::Matrix<double, Dim, Dim>& corners)> rests = {};
   Eigen::Index max_elements = 2'000'000;
 
   std::string error() const;  ///< empty if valid

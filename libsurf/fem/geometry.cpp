@@ -119,7 +119,23 @@ Geometry<Dim>::Geometry(Points<Dim> X, Elements<Dim> T)
 template <int Dim>
 Geometry<Dim>::Geometry(Points<Dim> X, Elements<Dim> T, const Border<Dim>& border)
     : Geometry(std::move(X), std::move(T)) {
-  border_ = on_border(border);
+  const auto on = on_border(border);
+  if (std::all_of(on->places.begin(), on->places.end(),
+                  [](Place place) { return place == Place::kFree; }))
+    return;
+  border_ = on;
+  set_border();
+}
+
+template <int Dim>
+Geometry<Dim>::Geometry(Points<Dim> X, Elements<Dim> T, const Border<Dim>& border,
+                        const WholeShape& whole)
+    : Geometry(std::move(X), std::move(T)) {
+  assert(Eigen::Index(whole.is_held.size()) == n_vertices());
+  std::shared_ptr<OnBorder> on = on_border(border);
+  on->is_fixed = whole.is_held;
+  on->whole_radius = whole.radius_mm;
+  border_ = std::move(on);
   set_border();
 }
 
@@ -159,7 +175,7 @@ Geometry<Dim>::Geometry(Points<Dim> X, std::shared_ptr<const Topology<Dim>> topo
 }
 
 template <int Dim>
-std::shared_ptr<const typename Geometry<Dim>::OnBorder> Geometry<Dim>::on_border(
+std::shared_ptr<typename Geometry<Dim>::OnBorder> Geometry<Dim>::on_border(
     const Border<Dim>& border) const {
   assert(Eigen::Index(border.planes.size()) == n_vertices() && border.normals.rows() <= 8);
   const Elements<Dim>& T = elements();
@@ -167,16 +183,13 @@ std::shared_ptr<const typename Geometry<Dim>::OnBorder> Geometry<Dim>::on_border
   out->normals = border.normals;
   out->places.assign(T.rows(), Place::kFree);
   out->held.assign(n_vertices(), 0);
-  bool is_any = false;
   for (Eigen::Index t = 0; t < T.rows(); ++t) {
     std::uint8_t common = 0xff;
     for (int i = 0; i < Dim; ++i) common &= border.planes[T(t, i)];
     if (common == 0) continue;
-    is_any = true;
     out->places[t] = Place::kBorder;
     for (int i = 0; i < Dim; ++i) out->held[T(t, i)] |= common;
   }
-  if (!is_any) return nullptr;
   out->rim_measures = Eigen::VectorXd::Zero(T.rows());
   for (Eigen::Index t = 0; t < T.rows(); ++t) {
     const auto is_held = [&](int vertex) { return out->held[vertex] != 0; };
@@ -191,7 +204,7 @@ template <int Dim>
 bool Geometry<Dim>::has_border_of(const Geometry& other) const {
   if (border_ == other.border_) return true;
   return border_ && other.border_ && border_->held == other.border_->held &&
-         border_->places == other.border_->places;
+         border_->places == other.border_->places && border_->is_fixed == other.border_->is_fixed;
 }
 
 /// What follows from border_ at the present positions.
@@ -213,6 +226,10 @@ void Geometry<Dim>::set_border() {
   }
   for (Eigen::Index i = 0; i < n_vertices(); ++i) {
     if (!is_on_border(i)) continue;
+    if (is_fixed(i)) {
+      directions_.row(i).setZero();
+      continue;
+    }
     Vector<Dim> in_planes = Vector<Dim>::Zero();
     if (masses[i] > 0) in_planes = normals.row(i) / masses[i];
     directions_.row(i) = along_border<Dim>(in_planes, border_->normals, border_->held[i]);
@@ -230,6 +247,7 @@ Eigen::VectorXd Geometry<Dim>::content_derivative() const {
 
 template <int Dim>
 double Geometry<Dim>::enclosed() const {
+  assert(!is_part());
   double sum = 0;
   for (Eigen::Index t = 0; t < n_elements(); ++t)
     sum += measures_[t] * (X_.row(elements()(t, 0)) - X_.row(0)).dot(normals_.row(t));
@@ -238,6 +256,7 @@ double Geometry<Dim>::enclosed() const {
 
 template <int Dim>
 double Geometry<Dim>::radius() const {
+  if (is_part()) return border_->whole_radius;
   const double content = std::max(enclosed(), 0.0);
   if constexpr (Dim == 2)
     return std::sqrt(content / std::numbers::pi);

@@ -40,6 +40,13 @@ struct Border {
   std::vector<std::uint8_t> planes;  ///< one bit for each plane, of each vertex, (n)
 };
 
+/// What is known of a shape of which a geometry is a part: the other elements are left out, and
+/// stay where they are.
+struct WholeShape {
+  std::vector<char> is_held;  ///< of the vertices of the part that others need where they are, (n)
+  double radius_mm = 0;       ///< of the ball (disc) with the whole one's content
+};
+
 /// How an element lies to the border.
 enum class Place : std::uint8_t {
   kFree,   ///< touches no element on the border
@@ -68,6 +75,9 @@ class Geometry {
   Geometry(Points<Dim> X, Elements<Dim> T);
   /// @param border  its planes bound the shape
   Geometry(Points<Dim> X, Elements<Dim> T, const Border<Dim>& border);
+  /// A part of a shape, open where the rest goes on: what is held does not move (directions()), and
+  /// has no curvature. There is no enclosed().
+  Geometry(Points<Dim> X, Elements<Dim> T, const Border<Dim>& border, const WholeShape& whole);
   /// The same elements with other vertex positions. The border's vertices are taken to stay on it.
   Geometry moved_to(Points<Dim> X) const;
 
@@ -91,11 +101,15 @@ class Geometry {
 
   /// Whether the same elements lie on the border and in its rim.
   bool has_border_of(const Geometry& other) const;
-  /// Whether elements lie on the border.
+  /// Whether elements lie on the border, or it is a part.
   bool has_border() const { return border_ != nullptr; }
   Place place(Eigen::Index t) const { return border_ ? border_->places[t] : Place::kFree; }
-  /// Whether a vertex has an element on the border.
-  bool is_on_border(Eigen::Index i) const { return border_ && border_->held[i] != 0; }
+  /// Whether a vertex has an element on the border, or is held.
+  bool is_on_border(Eigen::Index i) const {
+    return border_ && (border_->held[i] != 0 || is_fixed(i));
+  }
+  /// Whether the rest of a larger shape is left out.
+  bool is_part() const { return border_ && !border_->is_fixed.empty(); }
   /// Length or area of each element as boundary integrals count it, (m): of the rim that at the
   /// positions where the border was given, of elements on the border 0.
   const Eigen::VectorXd& charged_measures() const {
@@ -103,7 +117,7 @@ class Geometry {
   }
   /// The move of each vertex for a normal velocity of 1, (n, Dim): the nodal normals, but on the
   /// border a vector d in its planes with d . n = 1 for the normal n of the other elements (shorter
-  /// where these are nearly tangential to the border), and 0 if there are none.
+  /// where these are nearly tangential to the border), and 0 if there are none; 0 where it is held.
   const Points<Dim>& directions() const { return border_ ? directions_ : nodal_normals_; }
   /// Derivative of the enclosed content by the normal velocity of each vertex, (n): of those that
   /// do not move their lumped mass, so that it may divide.
@@ -114,7 +128,8 @@ class Geometry {
   /// Area or volume enclosed, positive if the normals point outward:
   /// (1/Dim) integral of (x - c) . nu with c the first vertex.
   double enclosed() const;
-  /// Radius of the ball (disc) with the enclosed volume (area): the shape's own length scale.
+  /// Radius of the ball (disc) with the enclosed volume (area): the shape's own length scale, of a
+  /// part that of the whole.
   double radius() const;
 
  private:
@@ -123,12 +138,15 @@ class Geometry {
     std::vector<Place> places;       // (m)
     std::vector<std::uint8_t> held;  // planes of the elements on the border that a vertex has, (n)
     Eigen::VectorXd rim_measures;    // (m), 0 elsewhere
+    std::vector<char> is_fixed;      // of a part: does not move; empty if all may
+    double whole_radius = 0;         // of a part
   };
 
   Geometry(Points<Dim> X, std::shared_ptr<const Topology<Dim>> topology,
            std::shared_ptr<const OnBorder> border);
-  std::shared_ptr<const OnBorder> on_border(const Border<Dim>& border) const;
+  std::shared_ptr<OnBorder> on_border(const Border<Dim>& border) const;
   void set_border();
+  bool is_fixed(Eigen::Index i) const { return is_part() && border_->is_fixed[i]; }
 
   Points<Dim> X_;
   std::shared_ptr<const Topology<Dim>> topology_;
@@ -137,7 +155,7 @@ class Geometry {
   std::vector<Gradients> gradients_;
   Eigen::VectorXd lumped_mass_;
   Points<Dim> nodal_normals_;
-  std::shared_ptr<const OnBorder> border_;  // none if nothing lies on the border
+  std::shared_ptr<const OnBorder> border_;  // none if nothing lies on it and nothing is left out
   Eigen::VectorXd charged_measures_;
   Points<Dim> directions_;
 };

@@ -36,8 +36,7 @@ void for_each_side(const Geometry<3>& shape, const Visit& visit) {
   for (Eigen::Index t = 0; t < T.rows(); ++t)
     for (int i = 0; i < 3; ++i) {
       const Eigen::Index other = owner[shape.topology().slot(t, (i + 1) % 3, i)];
-      assert(other >= 0 && "the surface is not closed");
-      if (other < t) continue;
+      if (other < t) continue;  // it has been visited, or a part ends there
       const double h = (shape.points().row(T(t, (i + 1) % 3)) - shape.points().row(T(t, i))).norm();
       visit(t, other,
             h * angle_between(Vector<3>(shape.normals().row(t)),

@@ -171,6 +171,7 @@ class Evolution {
       record.k = k;
       if (!stepper->advance(*geometry_, record))
         return finish(Termination::kStalled, "no step decreases the energy any further");
+      record.energy += left_out_;
       shape_.move_to(stepper->destination());
       mend(record);
       summary_.steps.push_back(record);
@@ -192,18 +193,22 @@ class Evolution {
     const bool is_far = keeper_ && keeper_->is_far();  // by surgery
     if (is_far) keeper_->approach();
     fem::Geometry<Dim> now = shape_.geometry();
+    const bool is_part = now.is_part() || geometry_->is_part();
+    const double before = energy_.value();
     is_rebuilt_ |= has_changed_domain || is_far;
     if (has_changed_domain || is_far)
       energy_.rebuild(now);
-    else if (is_remeshed || !now.has_border_of(*geometry_))
+    else if (is_remeshed || is_part || !now.has_border_of(*geometry_))
       energy_.remesh(now);
     else
       now = geometry_->moved_to(now.points());  // what the energy has, with the rim that it charges
+    if (is_part) left_out_ += before - energy_.value();
     *geometry_ = std::move(now);
     if (keeper_ && is_remeshed && !is_far) hold_content(record);
-    record.enclosed = geometry_->enclosed();
-    record.n_vertices = geometry_->n_vertices();
-    record.n_elements = geometry_->n_elements();
+    const ShapeSize size = shape_.size();
+    record.enclosed = size.enclosed;
+    record.n_vertices = size.n_vertices;
+    record.n_elements = size.n_elements;
   }
 
   /// Takes back what mending has changed.
@@ -236,6 +241,7 @@ class Evolution {
   std::optional<ContentKeeper<Dim>> keeper_;
   std::unique_ptr<fem::Geometry<Dim>> geometry_;
   bool is_rebuilt_ = false;  // J may be off by a constant
+  double left_out_ = 0;      // what J has lost with elements that left the part that moves
 };
 
 }  // namespace

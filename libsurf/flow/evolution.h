@@ -60,7 +60,8 @@ std::string to_string(Termination termination);
 /// One accepted step = a line of the log = a row of the table.
 struct StepRecord {
   int k = 0;
-  double energy = 0;  ///< J after the step; after topology surgery up to a constant
+  /// J after the step; after topology surgery, and of a part of a shape, up to a constant.
+  double energy = 0;
   double tau = 0;
   double shape_derivative = 0;  ///< dJ(Gamma_k; V_k)
   double max_displacement_mm = 0;

@@ -29,6 +29,12 @@ struct TopologyEvent {
   double enclosed_change = 0;                       ///< of the enclosed area or volume
 };
 
+/// Of a whole shape.
+struct ShapeSize {
+  double enclosed = 0;  ///< area [mm^2] or volume [mm^3]
+  Eigen::Index n_vertices = 0, n_elements = 0;
+};
+
 /// A curve or surface that a flow moves. The flow sees arrays only; bisection, smoothing and
 /// guards against self-intersection are behind mend and admissible.
 template <int Dim>
@@ -36,8 +42,15 @@ class MovingShape {
  public:
   virtual ~MovingShape() = default;
 
-  /// The current points and elements.
+  /// The current points and elements, of the part that moves: the rest may be left out
+  /// (fem::WholeShape). The arrays of restrict_move() and move_to() are of its vertices, until the
+  /// shape is mended.
   virtual fem::Geometry<Dim> geometry() const = 0;
+  /// Of the whole shape.
+  virtual ShapeSize size() const {
+    const fem::Geometry<Dim> now = geometry();
+    return {now.enclosed(), now.n_vertices(), now.n_elements()};
+  }
   /// Largest displacement of a vertex in one step [mm]; never more than the shape's radius is used.
   virtual double max_displacement() const = 0;
   /// Takes back what may not move there (vertices at the volume's border, sheets about to

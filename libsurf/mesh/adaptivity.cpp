@@ -8,6 +8,7 @@
 
 #include "libsurf/base/error.h"
 #include "libsurf/mesh/bisection.h"
+#include "libsurf/mesh/shape_part.h"
 #include "libsurf/mesh/triangle_shape.h"
 
 namespace surf::mesh {
@@ -68,8 +69,23 @@ class Adaptation {
   }
 
  private:
+  /// Of what does not rest, with its neighbours, whose turn the indicators look at.
   std::vector<Mark> marks_now() const {
-    return adaptivity_marks(fem::Geometry<3>(points(mesh_), elements(mesh_)), options_);
+    const Triangles all = to_triangles(mesh_);
+    if (!options_.rests)
+      return adaptivity_marks(fem::Geometry<3>(all.points, all.elements), options_);
+    std::vector<char> rests;
+    for (const auto& t : all.elements.rowwise())
+      rests.push_back(options_.rests(all.points(t, Eigen::all)));
+    const ShapePart<3> part =
+        part_of<3>(all, without_neighbours<3>(all.elements, std::move(rests)));
+    std::vector<Mark> marks(mesh_.n_faces(), Mark::kKeep);
+    if (part.elements.empty()) return marks;
+    const std::vector<Mark> of_part =
+        adaptivity_marks(fem::Geometry<3>(part.shape.points, part.shape.elements), options_);
+    for (std::size_t n = 0; n < of_part.size(); ++n)
+      marks[std::size_t(part.elements[n])] = of_part[n];
+    return marks;
   }
 
   double longest_edge(FaceHandle face) const {

@@ -54,7 +54,7 @@ class Improvement {
   std::vector<FaceHandle> poor_faces(double cos_bound) const {
     std::vector<std::pair<float, int>> found;
     for (const auto face : mesh_.faces()) {
-      if (work_.is_deleted(face)) continue;
+      if (work_.is_deleted(face) || work_.is_frozen(face)) continue;
       const double cosine = angle_cosines(mesh_, face).sharpest;
       if (cosine > cos_bound) found.emplace_back(static_cast<float>(-cosine), face.idx());
     }

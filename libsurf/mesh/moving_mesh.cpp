@@ -10,6 +10,7 @@
 
 #include "libsurf/base/error.h"
 #include "libsurf/flow/content.h"
+#include "libsurf/mesh/shape_part.h"
 
 namespace surf::mesh {
 namespace {
@@ -120,8 +121,8 @@ void MovingMesh<Dim>::approach_held_points() {
 /// One step of a dent or a bulge towards where the shape has the point; false if it is too far.
 template <int Dim>
 bool MovingMesh<Dim>::approach(const HeldPoint<Dim>& held) {
-  const fem::Geometry<Dim> now = geometry();
-  const Simplices<Dim> shape{now.points(), now.elements()};
+  const Simplices<Dim> shape = simplices();
+  const fem::Geometry<Dim> now = geometry_of(shape);
   const NearestPlace<Dim> nearest = nearest_place<Dim>(shape, held.point, options_.box);
   const double length = options_.edge_length_mm;
   if (nearest.element < 0 || nearest.distance_mm > kFurthest * length) return false;
@@ -140,9 +141,9 @@ bool MovingMesh<Dim>::approach(const HeldPoint<Dim>& held) {
     const double at = (shape.points.row(i).transpose() - nearest.place).norm() / width;
     if (at < 1) to.row(i) += step * std::pow(1 - at * at, 2) * way.transpose();
   }
-  this->restrict_move(to);
-  this->move_to(to);
-  this->mend();
+  restrict_whole(to);
+  move_whole_to(to);
+  mend_whole();
   return true;
 }
 
@@ -171,11 +172,77 @@ void MovingMesh<Dim>::contest(const std::vector<std::size_t>& lost) {
 }
 
 template <int Dim>
+fem::Geometry<Dim> MovingMesh<Dim>::geometry_of(const Simplices<Dim>& shape) const {
+  if (!options_.box) return {shape.points, shape.elements};
+  return {shape.points,
+          shape.elements,
+          {options_.box->normals(), faces_of(shape.points, *options_.box)}};
+}
+
+template <int Dim>
 fem::Geometry<Dim> MovingMesh<Dim>::geometry() const {
-  Simplices<Dim> shape = simplices();
-  if (!options_.box) return {std::move(shape.points), std::move(shape.elements)};
-  const fem::Border<Dim> border{options_.box->normals(), faces_of(shape.points, *options_.box)};
-  return {std::move(shape.points), std::move(shape.elements), border};
+  const Simplices<Dim> shape = simplices();
+  if (part_.empty()) return geometry_of(shape);
+  ShapePart<Dim> part = part_of<Dim>(shape, is_left_out_);
+  const double content = flow::content<Dim>(shape.points, shape.elements);
+  const fem::WholeShape whole{std::move(part.is_shared),
+                              std::pow(std::max(content, 0.0) / kUnitBall<Dim>, 1.0 / Dim)};
+  fem::Border<Dim> border{Points<Dim>(0, Dim), std::vector<std::uint8_t>(part_.size(), 0)};
+  if (options_.box) border = {options_.box->normals(), faces_of(part.shape.points, *options_.box)};
+  return {std::move(part.shape.points), std::move(part.shape.elements), border, whole};
+}
+
+template <int Dim>
+flow::ShapeSize MovingMesh<Dim>::size() const {
+  const Simplices<Dim> shape = simplices();
+  return {flow::content<Dim>(shape.points, shape.elements), shape.points.rows(),
+          shape.elements.rows()};
+}
+
+template <int Dim>
+std::vector<char> MovingMesh<Dim>::resting_elements() const {
+  if (!options_.region) return {};
+  const Simplices<Dim> shape = simplices();
+  std::vector<char> is_vertex_moving;
+  for (const auto& point : shape.points.rowwise())
+    is_vertex_moving.push_back(options_.region->contains(point.transpose()));
+  std::vector<char> out;
+  for (const auto& t : shape.elements.rowwise())
+    out.push_back(std::none_of(t.begin(), t.end(), [&](int i) { return is_vertex_moving[i]; }));
+  return out;
+}
+
+template <int Dim>
+void MovingMesh<Dim>::find_part() {
+  part_.clear();
+  is_left_out_ = resting_elements();
+  if (std::find(is_left_out_.begin(), is_left_out_.end(), 1) == is_left_out_.end()) return;
+  part_ = part_of<Dim>(simplices(), is_left_out_).vertices;
+}
+
+template <int Dim>
+double MovingMesh<Dim>::restrict_move(Points<Dim>& to) {
+  if (part_.empty()) return restrict_whole(to);
+  Points<Dim> whole = simplices().points;
+  whole(part_, Eigen::all) = to;
+  const double share = restrict_whole(whole);
+  to = whole(part_, Eigen::all);
+  return share;
+}
+
+template <int Dim>
+void MovingMesh<Dim>::move_to(const Points<Dim>& to) {
+  if (part_.empty()) return move_whole_to(to);
+  Points<Dim> whole = simplices().points;
+  whole(part_, Eigen::all) = to;
+  move_whole_to(whole);
+}
+
+template <int Dim>
+bool MovingMesh<Dim>::mend() {
+  const bool has_changed = mend_whole();
+  find_part();
+  return has_changed;
 }
 
 template <int Dim>
@@ -204,6 +271,12 @@ fem::AdaptivityOptions<Dim> MovingMesh<Dim>::adaptivity() const {
       const double length = options_.edge_length_mm, distance = options_.held_distance_mm;
       return obstacles_.is_near(corners, kFineNear * length + distance) ||
              waiting_.is_near(corners, kFurthest * length + distance);
+    };
+  if (options_.region)
+    out.rests = [this](const Eigen::Matrix<double, Dim, Dim>& corners) {
+      return std::none_of(
+          corners.rowwise().begin(), corners.rowwise().end(),
+          [this](const auto& x) { return options_.region->contains(x.transpose()); });
     };
   return out;
 }

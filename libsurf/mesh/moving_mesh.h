@@ -11,6 +11,7 @@
 #include "libsurf/base/image_box.h"
 #include "libsurf/fem/adaptivity.h"
 #include "libsurf/flow/moving_shape.h"
+#include "libsurf/mesh/neighbourhood.h"
 #include "libsurf/mesh/point_obstacles.h"
 #include "libsurf/mesh/topology.h"
 
@@ -58,6 +59,10 @@ struct MovingShapeOptions {
   /// not is moved by up to three edge lengths to where it has.
   std::vector<HeldPoint<Dim>> held_points = {};
   double held_distance_mm = 0;
+  /// The shape moves where this has one of its vertices, and stays elsewhere, bit for bit; null =
+  /// everywhere. Not heeded while a start is rebuilt where it crosses itself, and moved to where it
+  /// has held points.
+  std::shared_ptr<const Neighbourhood<Dim>> region = {};
 
   std::string error() const;  ///< empty if valid
 };
@@ -84,6 +89,10 @@ class MovingMesh : public flow::MovingShape<Dim> {
 
   /// With the box's faces as its border.
   fem::Geometry<Dim> geometry() const override;
+  flow::ShapeSize size() const override;
+  double restrict_move(Points<Dim>& to) final;
+  void move_to(const Points<Dim>& to) final;
+  bool mend() final;
   double max_displacement() const override { return options_.max_displacement_mm; }
   std::string obstacle() const override;
   bool has_changed_domain() const override { return has_changed_domain_; }
@@ -101,6 +110,8 @@ class MovingMesh : public flow::MovingShape<Dim> {
   double mending_tolerance() const;
   double topology_resolution() const;
   double min_content() const;
+  /// Flags of the elements without a vertex in the region; empty if there is none.
+  std::vector<char> resting_elements() const;
   void keep_in_box(Points<Dim>& to) const;
   /// Vertices stay in the box and stop at the edges on their way, and elements slide round the
   /// obstacles.
@@ -121,6 +132,13 @@ class MovingMesh : public flow::MovingShape<Dim> {
   /// These obstacles are contested from now on.
   void contest(const std::vector<std::size_t>& lost);
 
+  /// What restrict_move(), move_to() and mend() do to the whole shape.
+  virtual double restrict_whole(Points<Dim>& to) = 0;
+  virtual void move_whole_to(const Points<Dim>& to) = 0;
+  virtual bool mend_whole() = 0;
+  /// What moves, anew; at its start.
+  void find_part();
+
   Options options_;
   std::vector<flow::TopologyEvent> events_;
   bool has_changed_domain_ = false;  ///< in the last mend()
@@ -128,11 +146,14 @@ class MovingMesh : public flow::MovingShape<Dim> {
   bool is_limited_ = false;
 
  private:
+  fem::Geometry<Dim> geometry_of(const Simplices<Dim>& shape) const;
   void stop_at_edges(const Points<Dim>& from, Points<Dim>& to) const;
   bool approach(const HeldPoint<Dim>& held);
 
   std::vector<char> is_obstacle_;  ///< of the held points
   PointObstacles<Dim> obstacles_, waiting_, contested_;
+  std::vector<char> is_left_out_;  ///< elements that geometry() has not; empty = it has all
+  std::vector<int> part_;          ///< vertices of geometry(); empty = all
 };
 
 /// Share of the length or area that belongs to vertices chosen: of each element the same for each

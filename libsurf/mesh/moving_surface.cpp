@@ -59,14 +59,15 @@ MovingSurface::MovingSurface(const Triangles& initial, const MovingSurfaceOption
   if (options.topology != Topology::kFixed) resolve_initial_crossings();
   if (options.box) clip_at_start();
   find_obstacles();
-  mend(kRoundsAtTheStart);
+  mend_mesh(kRoundsAtTheStart);
   // A round collapses once at each place: until few are left.
   for (int round = 0; round < kRoundsAtTheStart; ++round) {
     const auto n_before = mesh_.n_faces();
-    mend();
+    mend_whole();
     if (mesh_.n_faces() > 0.99 * double(n_before)) break;
   }
   approach_held_points();
+  find_part();
 }
 
 Triangles MovingSurface::simplices() const { return to_triangles(mesh_); }
@@ -121,7 +122,7 @@ void MovingSurface::hold(const Points<3>& from, Points<3>& to, const Elements<3>
   } while (!obstacles().empty() && obstacles().hold(from, limited, T, to) > 0);
 }
 
-double MovingSurface::restrict_move(Points<3>& to) {
+double MovingSurface::restrict_whole(Points<3>& to) {
   const Points<3> from = points(mesh_);
   const Elements<3> T = elements(mesh_);
   bound_move(from, T, to);
@@ -150,7 +151,7 @@ bool is_any(const std::vector<char>& flags) {
 
 }  // namespace
 
-void MovingSurface::move_to(const Points<3>& to) {
+void MovingSurface::move_whole_to(const Points<3>& to) {
   if (options_.topology != Topology::kFixed) {
     if (!displacement_.is_valid()) mesh_.add_property(displacement_);
     for (const auto vertex : mesh_.vertices())
@@ -301,9 +302,9 @@ void MovingSurface::clip_at_start() {
     mesh_ = to_mesh(inside);
 }
 
-bool MovingSurface::mend() {
+bool MovingSurface::mend_whole() {
   has_changed_domain_ = options_.topology != Topology::kFixed && resolve_events();
-  const bool is_mended = mend(kRoundsInAStep);
+  const bool is_mended = mend_mesh(kRoundsInAStep);
   take_up_obstacles();
   return is_mended || has_changed_domain_;
 }
@@ -311,7 +312,7 @@ bool MovingSurface::mend() {
 /// The checks of what mends are local. Where far parts come to intersect, or reach into an obstacle
 /// and cannot be moved out of it, it begins anew and leaves
 /// wider and wider surroundings of these places as they are; in the end all is only refined.
-bool MovingSurface::mend(int max_rounds) {
+bool MovingSurface::mend_mesh(int max_rounds) {
   const TriMesh unmended = mesh_;
   std::vector<Vector<3>> frozen_places;
   double radius = kFrozenRadius * options_.edge_length_mm;
@@ -343,6 +344,7 @@ void MovingSurface::mend_the_rest(const Triangles& mended) {
     improvement.min_length = shortest_edge();
     improvement.max_length = adaptivity().max_length_mm;
     improvement.tolerance_mm = share * mending_tolerance();
+    improvement.frozen = resting_elements();
     if (options_.box) improvement.box = &*options_.box;
     improve(mesh_, improvement);
     if (push_away().empty() && added_intersections(mended, to_triangles(mesh_)).empty()) return;
@@ -365,7 +367,12 @@ bool MovingSurface::mend_apart_from(const std::vector<Vector<3>>& places, double
   improvement.may_coarsen = std::move(adapted.may_coarsen);
   if (sizes.geometry_tolerance_mm > 0)
     improvement.max_variation_mm = sizes.gamma_refine * sizes.geometry_tolerance_mm;
-  if (!places.empty()) improvement.frozen = faces_near(mesh_, places, radius);
+  improvement.frozen = resting_elements();
+  if (!places.empty()) {
+    const std::vector<char> near = faces_near(mesh_, places, radius);
+    improvement.frozen.resize(near.size(), 0);
+    for (std::size_t t = 0; t < near.size(); ++t) improvement.frozen[t] |= near[t];
+  }
   const ImproveReport improved = improve(mesh_, improvement);
   return adapted.n_refined + adapted.n_coarsened + improved.n_collapsed + improved.n_flipped +
              improved.n_moved >

@@ -1,6 +1,8 @@
 #include "libsurf/segment/certainty.h"
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <limits>
 #include <map>
 #include <queue>
@@ -44,6 +46,13 @@ std::array<double, Dim> key(const Simplices<Dim>& shape, Eigen::Index i) {
   return out;
 }
 
+template <int Dim>
+std::map<std::array<double, Dim>, Eigen::Index> places_of(const Simplices<Dim>& shape) {
+  std::map<std::array<double, Dim>, Eigen::Index> out;
+  for (Eigen::Index i = 0; i < shape.points.rows(); ++i) out.emplace(key<Dim>(shape, i), i);
+  return out;
+}
+
 }  // namespace
 
 template <int Dim>
@@ -69,10 +78,51 @@ void find_doubt(const Simplices<Dim>& shape, const std::vector<char>& on_border,
 }
 
 template <int Dim>
+std::vector<char> are_vertices_of(const Simplices<Dim>& of, const Simplices<Dim>& shape) {
+  const auto places = places_of<Dim>(of);
+  std::vector<char> out;
+  for (Eigen::Index i = 0; i < shape.points.rows(); ++i)
+    out.push_back(places.contains(key<Dim>(shape, i)));
+  return out;
+}
+
+template <int Dim>
+Certainty<Dim> amended_certainty(const Certainty<Dim>& known, const Simplices<Dim>& of,
+                                 const Certainty<Dim>& anew, const mesh::ShapePart<Dim>& part,
+                                 const Simplices<Dim>& shape) {
+  const auto places = places_of<Dim>(of);
+  const auto n = std::size_t(shape.points.rows());
+  std::vector<int> place_in_part(n, -1);
+  for (std::size_t k = 0; k < part.vertices.size(); ++k)
+    if (!part.is_shared[k]) place_in_part[std::size_t(part.vertices[k])] = int(k);
+  Certainty<Dim> out;
+  out.deviation_mm.resize(Eigen::Index(n));
+  out.edge_strength.resize(Eigen::Index(n));
+  out.has_edge.resize(n);
+  std::vector<char> on_border(n);
+  for (std::size_t i = 0; i < n; ++i) {
+    const int at = place_in_part[i];
+    const Certainty<Dim>& source = at >= 0 ? anew : known;
+    const Eigen::Index from = at >= 0 ? at : places.at(key<Dim>(shape, Eigen::Index(i)));
+    out.deviation_mm[Eigen::Index(i)] = source.deviation_mm[from];
+    out.edge_strength[Eigen::Index(i)] = source.edge_strength[from];
+    out.has_edge[i] = source.has_edge[std::size_t(from)];
+    on_border[i] = source.deviation_mm[from] == 0;
+  }
+  // Parts as if they were independent.
+  const double share =
+      std::min(1.0, fem::Geometry<Dim>(part.shape.points, part.shape.elements).measure() /
+                        fem::Geometry<Dim>(shape.points, shape.elements).measure());
+  out.content_deviation =
+      std::hypot(std::sqrt(1 - share) * known.content_deviation, anew.content_deviation);
+  find_doubt<Dim>(shape, on_border, out);
+  return out;
+}
+
+template <int Dim>
 Certainty<Dim> certainty_of_part(const Certainty<Dim>& certainty, const Simplices<Dim>& of,
                                  const Simplices<Dim>& shape) {
-  std::map<std::array<double, Dim>, Eigen::Index> places;
-  for (Eigen::Index i = 0; i < of.points.rows(); ++i) places.emplace(key<Dim>(of, i), i);
+  const auto places = places_of<Dim>(of);
   Certainty<Dim> out = certainty;
   out.deviation_mm.resize(shape.points.rows());
   out.edge_strength.resize(shape.points.rows());
@@ -86,6 +136,14 @@ Certainty<Dim> certainty_of_part(const Certainty<Dim>& certainty, const Simplice
   return out;
 }
 
+template std::vector<char> are_vertices_of<2>(const Segments&, const Segments&);
+template std::vector<char> are_vertices_of<3>(const Triangles&, const Triangles&);
+template Certainty<2> amended_certainty<2>(const Certainty<2>&, const Segments&,
+                                           const Certainty<2>&, const mesh::ShapePart<2>&,
+                                           const Segments&);
+template Certainty<3> amended_certainty<3>(const Certainty<3>&, const Triangles&,
+                                           const Certainty<3>&, const mesh::ShapePart<3>&,
+                                           const Triangles&);
 template void find_doubt<2>(const Segments&, const std::vector<char>&, Certainty<2>&);
 template void find_doubt<3>(const Triangles&, const std::vector<char>&, Certainty<3>&);
 template Certainty<2> certainty_of_part<2>(const Certainty<2>&, const Segments&, const Segments&);

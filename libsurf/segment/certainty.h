@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "libsurf/base/types.h"
+#include "libsurf/mesh/shape_part.h"
 
 namespace surf::segment {
 
@@ -34,6 +35,20 @@ struct Certainty {
 template <int Dim>
 void find_doubt(const Simplices<Dim>& shape, const std::vector<char>& on_border,
                 Certainty<Dim>& certainty);
+
+/// Flags of the vertices of a shape that are among those of `of`, by their coordinates.
+template <int Dim>
+std::vector<char> are_vertices_of(const Simplices<Dim>& of, const Simplices<Dim>& shape);
+
+/// Of a shape of which a part has been located anew, and the rest is as it was.
+/// @param known    of the vertices of `of`
+/// @param anew     of the part's vertices; those that are shared keep what is known of them
+/// @param shape    its vertices beyond the part are among those of `of`, by their coordinates
+/// @throws std::out_of_range  one of them is not
+template <int Dim>
+Certainty<Dim> amended_certainty(const Certainty<Dim>& known, const Simplices<Dim>& of,
+                                 const Certainty<Dim>& anew, const mesh::ShapePart<Dim>& part,
+                                 const Simplices<Dim>& shape);
 
 /// Of the vertices of a shape that are among those of `of`, by their coordinates, such as after
 /// components went.

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "libsurf/mesh/neighbourhood.h"
 #include "libsurf/segment/energy_model.h"
 #include "libsurf/segment/energy_term.h"
 #include "libsurf/segment/seed_model.h"
@@ -36,6 +37,8 @@ struct KindContext {
   /// are fitted to it (EnergyKind::is_fitted). Null where nothing is there to be fitted to.
   const Simplices<Dim>* shape = nullptr;
   const Setting<Dim>* setting = nullptr;
+  /// Where the shape moves; null = everywhere.
+  const mesh::Neighbourhood<Dim>* region = nullptr;
 
   double cell_mm() const { return model.extent().cell_mm(); }
 };

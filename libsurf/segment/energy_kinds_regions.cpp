@@ -91,7 +91,7 @@ EnergyKind<Dim> local_means_kind() {
                                     parameter(term, "noise")};
     return std::make_unique<energy::DomainIntegral<Dim>>(
         local_means<Dim>(*context.setting, context.model.intensity(), *context.initial,
-                         *context.shape, options),
+                         *context.shape, options, context.region),
         energy::DomainIntegralOptions{.quadrature_order = 2, .counts_from_start = true});
   };
   kind.settles_on_edges = true;

@@ -21,6 +21,19 @@ bool History<Dim>::is_at_rest(const std::vector<Click<Dim>>& others,
   return false;
 }
 
+template <int Dim>
+std::shared_ptr<const Result<Dim>> History<Dim>::settled() const {
+  for (std::size_t n = n_done; n-- > 0;) {
+    const Action<Dim>& action = moments[n].action;
+    if (std::holds_alternative<Evolve<Dim>>(action))
+      return moments[n].after.state() == Outcome::kConverged ? moments[n].after.result : nullptr;
+    if (std::holds_alternative<TakeBackClick>(action) ||
+        std::holds_alternative<SetOptions<Dim>>(action))
+      return nullptr;
+  }
+  return nullptr;
+}
+
 template struct History<2>;
 template struct History<3>;
 

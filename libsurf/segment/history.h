@@ -48,6 +48,9 @@ struct History {
   /// it obeys already.
   /// @param others  inside clicks of other objects, as outside clicks
   bool is_at_rest(const std::vector<Click<Dim>>& others, const ImageExtent<Dim>& extent) const;
+  /// What an evolution has come to rest at, if nothing has been done since then but to click, to
+  /// propose and to choose; else null.
+  std::shared_ptr<const Result<Dim>> settled() const;
   /// What has been undone is gone.
   void add(Action<Dim> action, Object<Dim> after) {
     moments.resize(n_done);

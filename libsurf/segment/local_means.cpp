@@ -27,12 +27,21 @@ constexpr double kPull = 1.5;  // f of a shape at the reach: more than intensiti
 // inside would make the energy so large that what boundaries change is lost in its quadrature.
 constexpr double kFarthest = 1.25;
 
-/// The nodes round a start.
 template <int Dim>
-NodeGrid<Dim> grid_round(const ImageExtent<Dim>& extent, const Simplices<Dim>& start,
+Points<Dim> points_in(const mesh::Neighbourhood<Dim>* region, const Points<Dim>& points) {
+  if (!region) return points;
+  std::vector<Eigen::Index> rows;
+  for (Eigen::Index i = 0; i < points.rows(); ++i)
+    if (region->contains(points.row(i).transpose())) rows.push_back(i);
+  return rows.empty() ? points : Points<Dim>(points(rows, Eigen::all));
+}
+
+/// The nodes round some points.
+template <int Dim>
+NodeGrid<Dim> grid_round(const ImageExtent<Dim>& extent, const Points<Dim>& points,
                          double margin_mm, double least_spacing_mm) {
   Vector<Dim> low = Vector<Dim>::Constant(1e30), high = -low, spacing;
-  for (const auto point : start.points.rowwise()) {
+  for (const auto point : points.rowwise()) {
     const Vector<Dim> index = extent.world_to_index * Vector<Dim>(point.transpose());
     low = low.cwiseMin(index);
     high = high.cwiseMax(index);
@@ -204,10 +213,11 @@ std::shared_ptr<const Field<Dim>> local_means(const Setting<Dim>& setting,
                                               std::shared_ptr<const Field<Dim>> I,
                                               const Simplices<Dim>& start,
                                               const Simplices<Dim>& shape,
-                                              const LocalMeansOptions& options) {
+                                              const LocalMeansOptions& options,
+                                              const mesh::Neighbourhood<Dim>* region) {
   const double clear_mm = kClear * options.edge_mm;
-  const NodeGrid<Dim> grid =
-      grid_round<Dim>(setting.extent(), start, 2 * (options.reach_mm + clear_mm), options.edge_mm);
+  const NodeGrid<Dim> grid = grid_round<Dim>(setting.extent(), points_in<Dim>(region, start.points),
+                                             2 * (options.reach_mm + clear_mm), options.edge_mm);
   const double node_mm = std::pow(std::abs(grid.node_to_world.linear().determinant()), 1.0 / Dim);
   const double clear = std::max(1.0, clear_mm / node_mm),
                deviation = kMeansPerReach * options.reach_mm / node_mm;
@@ -230,10 +240,12 @@ std::shared_ptr<const Field<Dim>> local_means(const Setting<Dim>& setting,
 template std::shared_ptr<const Field<2>> local_means<2>(const Setting<2>&,
                                                         std::shared_ptr<const Field<2>>,
                                                         const Segments&, const Segments&,
-                                                        const LocalMeansOptions&);
+                                                        const LocalMeansOptions&,
+                                                        const mesh::Neighbourhood<2>*);
 template std::shared_ptr<const Field<3>> local_means<3>(const Setting<3>&,
                                                         std::shared_ptr<const Field<3>>,
                                                         const Triangles&, const Triangles&,
-                                                        const LocalMeansOptions&);
+                                                        const LocalMeansOptions&,
+                                                        const mesh::Neighbourhood<3>*);
 
 }  // namespace surf::segment

@@ -3,6 +3,7 @@
 
 #include <memory>
 
+#include "libsurf/mesh/neighbourhood.h"
 #include "libsurf/segment/setting.h"
 
 namespace surf::segment {
@@ -35,13 +36,16 @@ struct LocalMeansOptions {
 /// cells off. I is the field itself; m_1, m_2 and d are C^2 splines on a grid round the start, as
 /// fine as a cell or as the edges are wide, with at most kMostNodes nodes.
 /// @param start  d is the distance to it
-/// @param shape  m_1 and m_2 are of its sides
+/// @param shape   m_1 and m_2 are of its sides
+/// @param region  where the shape moves: the grid is round what of the start lies in it; null =
+///                everywhere
 /// @throws UsageError  the start holds no node of that grid: it is too thin
 template <int Dim>
 std::shared_ptr<const Field<Dim>> local_means(const Setting<Dim>& setting,
                                               std::shared_ptr<const Field<Dim>> I,
                                               const Simplices<Dim>& start,
                                               const Simplices<Dim>& shape,
-                                              const LocalMeansOptions& options);
+                                              const LocalMeansOptions& options,
+                                              const mesh::Neighbourhood<Dim>* region = nullptr);
 
 }  // namespace surf::segment

@@ -55,10 +55,10 @@ Points<Dim> directions_of(const fem::Geometry<Dim>& geometry) {
 template <int Dim>
 class Locator {
  public:
-  Locator(const Setting<Dim>& setting, const Simplices<Dim>& shape, double blur_mm)
+  Locator(const Setting<Dim>& setting, const Simplices<Dim>& shape, double blur_mm,
+          const std::vector<char>& is_held)
       : setting_(setting),
-        geometry_(shape.points, shape.elements,
-                  fem::Border<Dim>{setting.extent().normals(), faces(setting.extent(), shape)}),
+        geometry_(geometry_of(setting.extent(), shape, is_held)),
         normals_(directions_of<Dim>(geometry_)),
         cell_mm_(setting.extent().cell_mm()),
         blur_mm_(blur_mm),
@@ -105,6 +105,13 @@ class Locator {
   }
 
  private:
+  static fem::Geometry<Dim> geometry_of(const ImageExtent<Dim>& extent, const Simplices<Dim>& shape,
+                                        const std::vector<char>& is_held) {
+    const fem::Border<Dim> border{extent.normals(), faces(extent, shape)};
+    if (is_held.empty()) return {shape.points, shape.elements, border};
+    return {shape.points, shape.elements, border, {is_held, 0}};
+  }
+
   static std::vector<std::uint8_t> faces(const ImageExtent<Dim>& extent,
                                          const Simplices<Dim>& shape) {
     std::vector<std::uint8_t> out;
@@ -335,11 +342,13 @@ class Locator {
 
 template <int Dim>
 LocatedEdges<Dim> locate_edges(const Setting<Dim>& setting, const Simplices<Dim>& shape,
-                               double blur_mm) {
-  return Locator<Dim>(setting, shape, blur_mm).run();
+                               double blur_mm, const std::vector<char>& is_held) {
+  return Locator<Dim>(setting, shape, blur_mm, is_held).run();
 }
 
-template LocatedEdges<2> locate_edges<2>(const Setting<2>&, const Segments&, double);
-template LocatedEdges<3> locate_edges<3>(const Setting<3>&, const Triangles&, double);
+template LocatedEdges<2> locate_edges<2>(const Setting<2>&, const Segments&, double,
+                                         const std::vector<char>&);
+template LocatedEdges<3> locate_edges<3>(const Setting<3>&, const Triangles&, double,
+                                         const std::vector<char>&);
 
 }  // namespace surf::segment

@@ -19,8 +19,10 @@ struct LocatedEdges {
 /// Fits a blurred step across the shape to the cells beside it.
 ///
 /// @param blur_mm  about that of the edges: cells are looked at up to a few times as far
+/// @param is_held  of a part of a shape: the vertices that others need where they are; empty = the
+///                 shape is whole
 template <int Dim>
 LocatedEdges<Dim> locate_edges(const Setting<Dim>& setting, const Simplices<Dim>& shape,
-                               double blur_mm);
+                               double blur_mm, const std::vector<char>& is_held = {});
 
 }  // namespace surf::segment

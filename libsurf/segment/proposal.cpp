@@ -108,6 +108,20 @@ SearchGrid<Dim> search_grid(const Setting<Dim>& setting, FieldOptions options,
 }
 
 template <int Dim>
+Simplices<Dim> boundary(const Setting<Dim>& setting, const SearchGrid<Dim>& grid,
+                        const NodeSet<Dim>& nodes) {
+  constexpr int kMargin = 6;  // nodes: the blur of shares() has come to its end
+  const NodeSet<Dim> inside = nodes.in(nodes.bounds(kMargin));
+  const NodeBox<Dim>& box = inside.box();
+  Vector<Dim> lower;
+  for (int axis = 0; axis < Dim; ++axis) lower[axis] = box.lower[axis];
+  return in_box<Dim>(
+      setting.extent(),
+      setting.shape_of_level(shares(inside), box.size,
+                             grid.node_to_world() * Eigen::Translation<double, Dim>(lower), 0.5));
+}
+
+template <int Dim>
 Simplices<Dim> preview(const Setting<Dim>& setting, const SearchGrid<Dim>& grid,
                        const Rung<Dim>& rung) {
   const NodeBox<Dim>& box = rung.inside.box();
@@ -172,6 +186,8 @@ std::string to_string(const Proposal<Dim>& proposal) {
   template SearchGrid<Dim> search_grid<Dim>(const Setting<Dim>&, FieldOptions,                    \
                                             std::optional<double>,                                \
                                             const std::optional<BoxCorners<Dim>>&, double);       \
+  template Simplices<Dim> boundary<Dim>(const Setting<Dim>&, const SearchGrid<Dim>&,              \
+                                        const NodeSet<Dim>&);                                     \
   template Simplices<Dim> preview<Dim>(const Setting<Dim>&, const SearchGrid<Dim>&,               \
                                        const Rung<Dim>&);                                         \
   template std::vector<Proposal<Dim>> proposals<Dim>(const Setting<Dim>&, const SearchGrid<Dim>&, \

@@ -39,6 +39,11 @@ SearchGrid<Dim> search_grid(const Setting<Dim>& setting, FieldOptions options,
                             const std::optional<BoxCorners<Dim>>& box_mm = {},
                             double max_nodes = SearchOptions().max_nodes);
 
+/// Where the blurred share of a set of the grid's nodes is one half; it may intersect itself.
+template <int Dim>
+Simplices<Dim> boundary(const Setting<Dim>& setting, const SearchGrid<Dim>& grid,
+                        const NodeSet<Dim>& nodes);
+
 /// A region while it is looked at, to be shown; it may intersect itself.
 template <int Dim>
 Simplices<Dim> preview(const Setting<Dim>& setting, const SearchGrid<Dim>& grid,

@@ -22,6 +22,7 @@ struct Result {
   std::vector<std::string> notes;     ///< what a user should know
   std::vector<Removed<Dim>> removed;  ///< see ComponentOptions
   double sigma_mm = 0, edge_length_mm = 0, geometry_tolerance_mm = 0, seed_radius_mm = 0;
+  double edge_blur_mm = 0;  ///< of the edges along the start, without smoothing; 0 = unknown
   double border_share = 0;  ///< share of the length or area on the image's border
 
   /// The stage whose outcome counts; null before the first one.

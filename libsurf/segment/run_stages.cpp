@@ -97,7 +97,7 @@ void run_proposal(Work<Dim>& work) {
 
 template <int Dim>
 void run_stages(Work<Dim>& work) {
-  for (const StagePointer<Dim>& stage : plan(work.options, work.start_is_given)) {
+  for (const StagePointer<Dim>& stage : plan(work.options, work.start_is_given, work.settled != nullptr)) {
     const Simplices<Dim> before = work.shape;
     const bool goes_on = run_measured(*stage, work);
     if (!work.reports.empty() && work.reports.back().kind == StageKind::kCorrects &&
@@ -143,6 +143,7 @@ Result<Dim> to_result(Work<Dim> work) {
   out.edge_length_mm = work.edge_length_mm;
   out.geometry_tolerance_mm = work.geometry_tolerance_mm;
   out.seed_radius_mm = work.seed_radius_mm;
+  out.edge_blur_mm = work.edge_blur_mm;
   out.border_share = work.border_share;
   return out;
 }

@@ -230,10 +230,11 @@ const Result<Dim>& Segmentation<Dim>::choose(Id id, std::size_t proposal) {
 }
 
 template <int Dim>
-Result<Dim> Segmentation<Dim>::evolved(const Object<Dim>& object,
+Result<Dim> Segmentation<Dim>::evolved(const History<Dim>& history,
                                        const std::vector<Click<Dim>>& others,
                                        const ProgressOf<Dim>& progress,
                                        const std::stop_token& stop) {
+  const Object<Dim>& object = history.now();
   const Result<Dim>& before = *object.result;
   Work<Dim> work = work_for(object, others, progress, stop);
   work.proposals = before.proposals;
@@ -261,6 +262,9 @@ Result<Dim> Segmentation<Dim>::evolved(const Object<Dim>& object,
   if (!goes_on) work.proposals.clear();
   work.start_is_given = goes_on || uses_initial;
   if (goes_on && object.options.energies.empty()) work.verdict = before.verdict;
+  const auto settled = history.settled();
+  if (object.options.energies.empty() && settled && settled->search && (is_answer || !goes_on))
+    work.settled = settled;
   run_stages(work);
   return to_result(std::move(work));
 }
@@ -279,7 +283,7 @@ const Result<Dim>& Segmentation<Dim>::evolve_beside(Id id, const std::vector<Cli
     n_calls += record.n_elements > 0;
     return !progress || progress(stage, record, shape);
   };
-  Result<Dim> result = evolved(after, others, counted, stop);
+  Result<Dim> result = evolved(find(id), others, counted, stop);
   Evolve<Dim> action{.others = others};
   if (result.outcome == Outcome::kStopped) action.stopped_at = n_calls;
   after.result = std::make_shared<const Result<Dim>>(std::move(result));

@@ -91,7 +91,9 @@ class Segmentation {
   /// click is not heeded by it, with explicit energies from options.initial or else from balls
   /// round the inside clicks, without an energy from what is proposed or, where there is no inside
   /// click, from options.initial. After a click that was heeded has been taken back it begins anew,
-  /// too. What has come to rest and obeys all clicks that were added since then stays as it is.
+  /// too. What has come to rest and obeys all clicks that were added since then stays as it is;
+  /// what does not obey them evolves again where they change the region, and stays elsewhere
+  /// (amend.h).
   /// @throws UsageError  there is nothing to start from, or an inside click is in a cell with that
   ///                     of another object
   const Result<Dim>& evolve(Id id, const ProgressOf<Dim>& progress = {},
@@ -126,7 +128,7 @@ class Segmentation {
                                     const ProgressOf<Dim>& progress, const std::stop_token& stop);
   const Result<Dim>& evolve_beside(Id id, const std::vector<Click<Dim>>& others,
                                    const ProgressOf<Dim>& progress, const std::stop_token& stop);
-  Result<Dim> evolved(const Object<Dim>& object, const std::vector<Click<Dim>>& others,
+  Result<Dim> evolved(const History<Dim>& history, const std::vector<Click<Dim>>& others,
                       const ProgressOf<Dim>& progress, const std::stop_token& stop);
 
   Fields<Dim> fields_;

@@ -19,14 +19,18 @@ bool Work<Dim>::tell(const std::string& stage, const flow::StepRecord& record,
 }
 
 template <int Dim>
-std::vector<StagePointer<Dim>> plan(const Options<Dim>& options, bool has_start) {
+std::vector<StagePointer<Dim>> plan(const Options<Dim>& options, bool has_start,
+                                    bool has_settled) {
   const bool is_automatic = options.energies.empty() && !has_start;
   const bool has_parts = options.n_coarse_steps > 0 &&
                          options.flow.method == flow::Method::kGradientFlow &&
                          !options.flow.keeps_content();
   std::vector<StagePointer<Dim>> out;
   if (is_automatic) out.push_back(propose_stage<Dim>());
-  out.push_back(options.energies.empty() ? fit_stage<Dim>() : start_stage<Dim>());
+  if (!options.energies.empty())
+    out.push_back(start_stage<Dim>());
+  else
+    out.push_back(has_settled ? amend_stage<Dim>() : fit_stage<Dim>());
   for (int level = options.n_levels - 1; level > 0; --level) out.push_back(level_stage<Dim>(level));
   if (coarse_terms<Dim>(options.energies) && has_parts) out.push_back(coarse_stage<Dim>());
   out.push_back(evolve_stage<Dim>());
@@ -42,7 +46,7 @@ std::vector<StagePointer<Dim>> plan(const Options<Dim>& options, bool has_start)
 
 template struct Work<2>;
 template struct Work<3>;
-template std::vector<StagePointer<2>> plan<2>(const Options<2>&, bool);
-template std::vector<StagePointer<3>> plan<3>(const Options<3>&, bool);
+template std::vector<StagePointer<2>> plan<2>(const Options<2>&, bool, bool);
+template std::vector<StagePointer<3>> plan<3>(const Options<3>&, bool, bool);
 
 }  // namespace surf::segment

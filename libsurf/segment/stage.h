@@ -9,6 +9,7 @@
 
 #include "libsurf/base/resources.h"
 #include "libsurf/flow/evolution.h"
+#include "libsurf/mesh/neighbourhood.h"
 #include "libsurf/segment/certainty.h"
 #include "libsurf/segment/click.h"
 #include "libsurf/segment/fields.h"
@@ -48,6 +49,9 @@ template <int Dim>
 using ProgressOf = std::function<bool(const std::string& stage, const flow::StepRecord& record,
                                       const std::function<Simplices<Dim>()>& shape)>;
 
+template <int Dim>
+struct Result;
+
 /// The object that stages work on: what they were asked, and what they have made so far.
 template <int Dim>
 struct Work {
@@ -59,11 +63,16 @@ struct Work {
   std::stop_token stop;
 
   ClickSearchPointer<Dim> search = {};        ///< what earlier clicks have found
+  /// What an evolution with these options had come to rest at before further clicks; null if there
+  /// is none.
+  std::shared_ptr<const Result<Dim>> settled = {};
   std::vector<Proposal<Dim>> proposals = {};  ///< best first
   std::size_t chosen = 0;                     ///< of the proposals
   Simplices<Dim> start = {};    ///< that the evolution begins with; the same in all stages after it
   bool start_is_given = false;  ///< not seed balls
   Simplices<Dim> shape = {};
+  /// Where the shape may move: the rest of it is at its minimum. Null = everywhere.
+  std::shared_ptr<const mesh::Neighbourhood<Dim>> region = {};
   std::vector<EnergyTerm> energies = {};  ///< of the result, every parameter filled in
   double sigma_mm = 0, edge_length_mm = 0, geometry_tolerance_mm = 0, seed_radius_mm = 0;
   double whole_blur_mm = 0;  ///< of the edges round the seeds, smoothing included; 0 = unknown
@@ -99,9 +108,11 @@ template <int Dim>
 using StagePointer = std::unique_ptr<const Stage<Dim>>;
 
 /// The stages that the options ask for, in order. A new one is a file in stages/ and a line here.
-/// @param has_start  the evolution goes on from a shape that is there: nothing is proposed
+/// @param has_start    the evolution goes on from a shape that is there: nothing is proposed
+/// @param has_settled  there is a Work::settled
 /// @throws UsageError  an energy is unknown
 template <int Dim>
-std::vector<StagePointer<Dim>> plan(const Options<Dim>& options, bool has_start);
+std::vector<StagePointer<Dim>> plan(const Options<Dim>& options, bool has_start,
+                                    bool has_settled = false);
 
 }  // namespace surf::segment

@@ -102,7 +102,7 @@ Vector3d Collapses::normal_beyond_rim(std::size_t k) const {
 void Collapses::collapse_short_edges(double cos_bound) {
   std::vector<std::pair<float, int>> edges;
   for (const auto edge : mesh_.edges())
-    if (!work_.is_deleted(edge) && work_.length(edge) < options_.min_length)
+    if (work_.may_change(edge) && work_.length(edge) < options_.min_length)
       edges.emplace_back(work_.rank(edge), edge.idx());
   std::sort(edges.begin(), edges.end());
   for (const auto& [unused, index] : edges) {
@@ -123,7 +123,7 @@ void Collapses::coarsen(double cos_bound) {
   std::vector<char> flags = options_.may_coarsen;
   std::vector<std::pair<float, int>> edges;
   for (const auto edge : mesh_.edges())
-    if (!work_.is_deleted(edge)) edges.emplace_back(work_.rank(edge), edge.idx());
+    if (work_.may_change(edge)) edges.emplace_back(work_.rank(edge), edge.idx());
   std::sort(edges.begin(), edges.end());
   for (const auto& [unused, index] : edges) {
     const EdgeHandle edge(index);

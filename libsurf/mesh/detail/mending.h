@@ -45,6 +45,11 @@ class Mending {
   bool is_frozen(OpenMesh::FaceHandle face) const {
     return !options.frozen.empty() && options.frozen[face.idx()];
   }
+  /// Whether it is there, and neither of its faces is frozen.
+  bool may_change(OpenMesh::EdgeHandle edge) const {
+    return !is_deleted(edge) && !is_frozen(mesh.face_handle(mesh.halfedge_handle(edge, 0))) &&
+           !is_frozen(mesh.face_handle(mesh.halfedge_handle(edge, 1)));
+  }
   bool is_at_frozen(OpenMesh::VertexHandle vertex) const {
     if (options.frozen.empty()) return false;
     for (const OpenMesh::FaceHandle face : mesh.vf_range(vertex))

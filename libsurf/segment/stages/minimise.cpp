@@ -73,6 +73,7 @@ KindContext<Dim> context(const Work<Dim>& work, EnergyModel<Dim>& model) {
   out.edge_blur_mm = work.whole_blur_mm;
   out.initial = work.start_is_given ? &work.start : nullptr;
   out.shape = work.shape.points.rows() > 0 ? &work.shape : nullptr;
+  out.region = work.region.get();
   return out;
 }
 
@@ -131,6 +132,7 @@ bool minimise(Work<Dim>& work, const Minimisation<Dim>& minimisation) {
   report.energies = terms;
   report.sigma_mm = minimisation.sigma_mm;
   report.edge_length_mm = options.edge_length_mm;
+  options.region = work.region;
   const auto shape = work.setting().make_shape(work.shape, options);
   flow::FlowOptions flow = minimisation.flow;
   if (are_fitted<Dim>(terms)) {
@@ -139,7 +141,8 @@ bool minimise(Work<Dim>& work, const Minimisation<Dim>& minimisation) {
     flow.step.exempt_share = std::max(flow.step.exempt_share, kFittedShare);
     flow.energy_window = std::min(flow.energy_window, kFittedWindow);
   }
-  RestRule<Dim> rest(work.setting(), shape->geometry().measure(), flow.energy_window);
+  RestRule<Dim> rest(work.setting(), shape->geometry().measure(), flow.energy_window,
+                     work.region.get());
   std::string at_rest;
   const auto shape_now = [&] { return shape->simplices(); };
   const auto on_step = [&](const flow::StepRecord& record) {
@@ -160,7 +163,9 @@ bool minimise(Work<Dim>& work, const Minimisation<Dim>& minimisation) {
     work.shape = shape->simplices();
     if (outcome_of(report.flow.termination) != Outcome::kConverged || !are_fitted<Dim>(terms))
       break;
-    if (mean_distance<Dim>(work.setting(), work.shape, before) < kFitted * work.cell_mm()) break;
+    if (mean_distance<Dim>(work.setting(), work.shape, before, work.region.get()) <
+        kFitted * work.cell_mm())
+      break;
   }
   report.outcome = shape->has_vanished() ? Outcome::kVanished : outcome_of(report.flow.termination);
   report.message = report.flow.message;

@@ -38,6 +38,8 @@ Simplices<Dim> moved_past_clicks(const Work<Dim>& work, Points<Dim> to) {
   const Simplices<Dim>& from = work.shape;
   const ImageExtent<Dim>& extent = work.setting().extent();
   const double distance = held_distance_mm(work.cell_mm());
+  for (Eigen::Index i = 0; work.region && i < to.rows(); ++i)
+    if (!work.region->contains(from.points.row(i).transpose())) to.row(i) = from.points.row(i);
   std::vector<Vector<Dim>> points;
   for (const mesh::HeldPoint<Dim>& held : obeyed<Dim>(from, work.clicks, distance, extent))
     points.push_back(held.point);

@@ -3,6 +3,9 @@
 #include <fmt/format.h>
 #include <tbb/parallel_for.h>
 
+#include <algorithm>
+#include <limits>
+
 #include "libsurf/fem/geometry.h"
 
 namespace surf::segment {
@@ -22,21 +25,25 @@ constexpr double kStill = 0.01;  // cells, in the mean over a window
 
 template <int Dim>
 double mean_distance(const Setting<Dim>& setting, const Simplices<Dim>& shape,
-                     const Simplices<Dim>& other) {
+                     const Simplices<Dim>& other, const mesh::Neighbourhood<Dim>* region) {
   const auto distance = setting.distance_to(other);
-  const fem::Geometry<Dim> geometry(shape.points, shape.elements);
-  Eigen::VectorXd distances(shape.points.rows());
+  Eigen::VectorXd mass = fem::Geometry<Dim>(shape.points, shape.elements).lumped_mass();
+  for (Eigen::Index i = 0; region && i < mass.size(); ++i)
+    if (!region->contains(shape.points.row(i).transpose())) mass[i] = 0;
+  Eigen::VectorXd distances = Eigen::VectorXd::Zero(mass.size());
   tbb::parallel_for(Eigen::Index(0), distances.size(), [&](Eigen::Index i) {
-    distances[i] = distance(shape.points.row(i).transpose());
+    if (mass[i] > 0) distances[i] = distance(shape.points.row(i).transpose());
   });
-  return geometry.lumped_mass().dot(distances) / geometry.lumped_mass().sum();
+  return mass.dot(distances) / std::max(mass.sum(), std::numeric_limits<double>::min());
 }
 
 template <int Dim>
-RestRule<Dim>::RestRule(const Setting<Dim>& setting, double measure, int window)
+RestRule<Dim>::RestRule(const Setting<Dim>& setting, double measure, int window,
+                        const mesh::Neighbourhood<Dim>* region)
     : setting_(setting),
       least_gain_(kLeastGain * setting.extent().cell_mm() * measure),
-      window_(window) {}
+      window_(window),
+      region_(region) {}
 
 template <int Dim>
 std::string RestRule<Dim>::check(int n_steps, double energy,
@@ -53,11 +60,11 @@ std::string RestRule<Dim>::goes_nowhere(const Simplices<Dim>& now) {
   std::string out;
   if (now.elements.rows() > 0 && !shapes_.empty()) {
     const double cell = setting_.extent().cell_mm(),
-                 last = mean_distance(setting_, now, shapes_.back());
+                 last = mean_distance(setting_, now, shapes_.back(), region_);
     if (last < kStill * cell)
       out = fmt::format("it moved by {:.2g} mm in the mean in {} steps", last, window_);
     else if (last < kNear * cell && shapes_.size() == kWindows) {
-      const double all = mean_distance(setting_, now, shapes_.front());
+      const double all = mean_distance(setting_, now, shapes_.front(), region_);
       if (all < kNowhere * last)
         out = fmt::format(
             "it goes nowhere: moved by {:.2g} mm in the mean in {} steps, by {:.2g} mm in {}", last,
@@ -69,8 +76,10 @@ std::string RestRule<Dim>::goes_nowhere(const Simplices<Dim>& now) {
   return out;
 }
 
-template double mean_distance<2>(const Setting<2>&, const Segments&, const Segments&);
-template double mean_distance<3>(const Setting<3>&, const Triangles&, const Triangles&);
+template double mean_distance<2>(const Setting<2>&, const Segments&, const Segments&,
+                                 const mesh::Neighbourhood<2>*);
+template double mean_distance<3>(const Setting<3>&, const Triangles&, const Triangles&,
+                                 const mesh::Neighbourhood<3>*);
 template class RestRule<2>;
 template class RestRule<3>;
 

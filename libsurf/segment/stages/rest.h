@@ -9,10 +9,12 @@
 
 namespace surf::segment {
 
-/// How far the vertices of a shape are from another one, in the mean over the shape [mm].
+/// How far the vertices of a shape are from another one, in the mean over the shape, or over what
+/// of it lies in a region [mm].
 template <int Dim>
 double mean_distance(const Setting<Dim>& setting, const Simplices<Dim>& shape,
-                     const Simplices<Dim>& other);
+                     const Simplices<Dim>& other,
+                     const mesh::Neighbourhood<Dim>* region = nullptr);
 
 /// Fitted energies begin near their minimum, so that no decrease can be called small by the whole
 /// one. The shape rests when
@@ -25,8 +27,11 @@ double mean_distance(const Setting<Dim>& setting, const Simplices<Dim>& shape,
 template <int Dim>
 class RestRule {
  public:
-  /// @param window  steps, > 0
-  RestRule(const Setting<Dim>& setting, double measure, int window);
+  /// @param measure  of what moves
+  /// @param window   steps, > 0
+  /// @param region   where the shape moves, null = everywhere; must outlive this object
+  RestRule(const Setting<Dim>& setting, double measure, int window,
+           const mesh::Neighbourhood<Dim>* region = nullptr);
 
   /// After step number `n_steps` of a fit; the sentence that says why, else empty.
   /// @param shape_now  called after each window
@@ -40,6 +45,7 @@ class RestRule {
   const Setting<Dim>& setting_;
   double least_gain_;
   int window_;
+  const mesh::Neighbourhood<Dim>* region_;
   std::deque<double> energies_;        // of the last window
   std::deque<Simplices<Dim>> shapes_;  // at the ends of windows
 };

@@ -10,6 +10,10 @@ namespace surf::segment {
 /// Regions round the clicks, best first; the shape is the boundary of the chosen one.
 template <int Dim>
 StagePointer<Dim> propose_stage();
+/// Takes what the evolution before had come to rest at, but for where further clicks have changed
+/// the region; what fit_stage() does if that does not pay.
+template <int Dim>
+StagePointer<Dim> amend_stage();
 /// Chooses smoothing, lengths and the energy of a result from the edges along the proposal.
 template <int Dim>
 StagePointer<Dim> fit_stage();
@@ -53,7 +57,8 @@ class CorrectingStage : public Stage<Dim> {
   virtual std::string correct(Work<Dim>& work) const = 0;
 };
 
-/// work.shape with its vertices at `to`, but past no click that it obeys and free of intersections.
+/// work.shape with its vertices at `to`, but for those beyond work.region, past no click that it
+/// obeys, and free of intersections.
 template <int Dim>
 Simplices<Dim> moved_past_clicks(const Work<Dim>& work, Points<Dim> to);
 

@@ -275,5 +275,49 @@ TYPED_TEST(GeometryOf, WithoutElementsOnTheBorderIsAsWithoutABorder) {
   EXPECT_TRUE(shape.has_border_of(Geometry<Dim>(arrays.X, arrays.T)));
 }
 
+/// The elements of a shape with a vertex on one side of a plane, as a part of it.
+template <int Dim>
+Geometry<Dim> half_of(const Geometry<Dim>& whole, std::vector<int>& vertices) {
+  const auto is_moving = [&](int i) { return whole.points()(i, 0) > 0; };
+  std::vector<int> rows, place(std::size_t(whole.n_vertices()), -1);
+  for (Eigen::Index t = 0; t < whole.n_elements(); ++t) {
+    const auto element = whole.elements().row(t);
+    if (!std::any_of(element.begin(), element.end(), is_moving)) continue;
+    rows.push_back(int(t));
+    for (const int i : element)
+      if (place[std::size_t(i)] < 0) {
+        place[std::size_t(i)] = int(vertices.size());
+        vertices.push_back(i);
+      }
+  }
+  Elements<Dim> T = whole.elements()(rows, Eigen::all);
+  for (int& i : T.reshaped()) i = place[std::size_t(i)];
+  WholeShape left_out;
+  for (const int i : vertices) left_out.is_held.push_back(!is_moving(i));
+  left_out.radius_mm = whole.radius();
+  Border<Dim> none{Points<Dim>(0, Dim), std::vector<std::uint8_t>(vertices.size(), 0)};
+  return {whole.points()(vertices, Eigen::all), std::move(T), none, left_out};
+}
+
+TYPED_TEST(GeometryOf, OfAPartIsThatOfTheWholeWhereItMoves) {
+  constexpr int Dim = TypeParam::value;
+  const auto whole = test::rough_geometry<Dim>(7);
+  std::vector<int> vertices;
+  const Geometry<Dim> part = half_of<Dim>(whole, vertices);
+  EXPECT_TRUE(part.is_part());
+  EXPECT_FALSE(whole.is_part());
+  EXPECT_EQ(part.radius(), whole.radius());
+  EXPECT_LT(part.n_elements(), whole.n_elements());
+  for (Eigen::Index i = 0; i < part.n_vertices(); ++i) {
+    const int of_whole = vertices[std::size_t(i)];
+    if (whole.points()(of_whole, 0) > 0)
+      EXPECT_LT((part.directions().row(i) - whole.directions().row(of_whole)).norm(), 1e-12);
+    else
+      EXPECT_EQ(part.directions().row(i).norm(), 0);
+    EXPECT_EQ(part.is_on_border(i), !(whole.points()(of_whole, 0) > 0));
+  }
+  EXPECT_TRUE(part.moved_to(part.points()).is_part());
+}
+
 }  // namespace
 }  // namespace surf::fem

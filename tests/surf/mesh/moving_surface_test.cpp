@@ -2,7 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <numbers>
+#include <set>
 
 #include "libsurf/base/error.h"
 #include "libsurf/mesh/measure.h"
@@ -352,6 +354,39 @@ TEST(MovingSurface, RefusesOptionsAndSurfacesThatAreWrong) {
   Triangles open = start;
   open.elements.conservativeResize(open.elements.rows() - 1, 3);
   EXPECT_THROW(MovingSurface(open, {}), InvalidMesh);
+}
+
+/// How many of its vertices are where one of the others is.
+Eigen::Index n_in_both(const Triangles& one, const Triangles& other) {
+  std::set<std::array<double, 3>> places;
+  for (const auto& x : other.points.rowwise()) places.insert({x[0], x[1], x[2]});
+  Eigen::Index n = 0;
+  for (const auto& x : one.points.rowwise()) n += places.contains({x[0], x[1], x[2]});
+  return n;
+}
+
+TEST(MovingSurface, MovesInItsRegionOnly) {
+  const auto region = std::make_shared<Neighbourhood<3>>(1.0);
+  region->add({0, 0, 5});
+  MovingSurfaceOptions options;
+  options.edge_length_mm = 0.6;
+  options.region = region;
+  MovingSurface surface(ball({0, 0, 0}, 5, 0.6), options);
+  const Triangles before = surface.simplices();
+  for (int k = 0; k < 5; ++k) {
+    const fem::Geometry<3> part = surface.geometry();
+    EXPECT_LT(part.n_vertices(), before.points.rows() / 3);
+    step(surface, 0.05 * part.directions());
+  }
+  EXPECT_NEAR(surface.geometry().radius(), 5, 0.1) << "that of the whole";
+  const Triangles after = surface.simplices();
+  EXPECT_EQ(surface.size().n_elements, after.elements.rows());
+  EXPECT_NEAR(surface.size().enclosed, volume_mm3(after), 1e-9);
+  EXPECT_TRUE(verify(after).passed());
+  EXPECT_GT(after.points.col(2).maxCoeff(), 5.2);
+  EXPECT_GT(n_in_both(after, before), before.points.rows() * 2 / 3) << "bit for bit";
+  for (const auto& x : after.points.rowwise())
+    if (!region->contains(x.transpose())) EXPECT_NEAR(x.norm(), 5, 0.02);
 }
 
 }  // namespace

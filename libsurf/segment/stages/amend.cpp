@@ -1,0 +1,82 @@
+#include "libsurf/segment/amend.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "libsurf/segment/result.h"
+#include "libsurf/segment/stages/stages.h"
+
+namespace surf::segment {
+namespace {
+
+/// The parameter of the first term that has one of this name; 0 if none has.
+double parameter_of(const std::vector<EnergyTerm>& terms, const std::string& name,
+                    const std::string& key) {
+  for (const EnergyTerm& term : terms)
+    if (term.name == name)
+      if (const auto found = term.parameters.find(key); found != term.parameters.end())
+        return found->second;
+  return 0;
+}
+
+/// Where clicks have changed the region of a shape that had come to rest, and nowhere else, the
+/// shape is to evolve again, with the energy that it has; anew if the change is large.
+template <int Dim>
+class Amend : public Stage<Dim> {
+ public:
+  bool run(Work<Dim>& work) const override {
+    const std::optional<Amended<Dim>> amended = amend(work);
+    if (!amended) return fit_stage<Dim>()->run(work);
+    work.start = in_file_order<Dim>(amended->shape);
+    work.shape = work.start;
+    work.start_is_given = true;
+    work.region = amended->region;
+    StageReport report;
+    report.name = "amend";
+    report.kind = StageKind::kProposes;
+    report.outcome = work.is_stopped() ? Outcome::kStopped : Outcome::kProposed;
+    report.message = fmt::format("{:.3g} mm^{} have changed; the rest of the {} stays",
+                                 amended->changed, Dim, work.setting().noun());
+    report.sigma_mm = work.sigma_mm;
+    report.edge_length_mm = work.edge_length_mm;
+    work.reports.push_back(std::move(report));
+    return !work.is_stopped();
+  }
+
+ private:
+  static std::optional<Amended<Dim>> amend(Work<Dim>& work) {
+    const Result<Dim>& settled = *work.settled;
+    if (!work.search || work.search->found.empty() ||
+        work.options.topology == mesh::Topology::kFixed)
+      return std::nullopt;
+    const SearchGrid<Dim>& grid = work.fields.search_grid(
+        field_options(work.options, 0), work.options.sigma_mm, work.options.box_mm);
+    std::vector<Click<Dim>> clicks;
+    for (const Click<Dim>& click : work.clicks)
+      if (std::find(settled.search->clicks.begin(), settled.search->clicks.end(), click) ==
+          settled.search->clicks.end())
+        clicks.push_back(click);
+    work.energies = settled.energies;
+    work.sigma_mm = settled.sigma_mm;
+    work.edge_length_mm = settled.edge_length_mm;
+    work.geometry_tolerance_mm = settled.geometry_tolerance_mm;
+    work.edge_blur_mm = settled.edge_blur_mm;
+    return amended<Dim>(work.setting(), grid,
+                        {settled.shape, parameter_of(work.energies, "local-means", "reach"),
+                         settled.search->inside(), work.search->inside(), clicks},
+                        shape_options(work, work.edge_length_mm, work.sigma_mm));
+  }
+};
+
+}  // namespace
+
+template <int Dim>
+StagePointer<Dim> amend_stage() {
+  return std::make_unique<Amend<Dim>>();
+}
+
+template StagePointer<2> amend_stage<2>();
+template StagePointer<3> amend_stage<3>();
+
+}  // namespace surf::segment
