@@ -310,11 +310,11 @@ TYPED_TEST(GeometryOf, OfAPartIsThatOfTheWholeWhereItMoves) {
   EXPECT_LT(part.n_elements(), whole.n_elements());
   for (Eigen::Index i = 0; i < part.n_vertices(); ++i) {
     const int of_whole = vertices[std::size_t(i)];
-    if (whole.points()(of_whole, 0) > 0)
-      EXPECT_LT((part.directions().row(i) - whole.directions().row(of_whole)).norm(), 1e-12);
-    else
-      EXPECT_EQ(part.directions().row(i).norm(), 0);
-    EXPECT_EQ(part.is_on_border(i), !(whole.points()(of_whole, 0) > 0));
+    const bool moves = whole.points()(of_whole, 0) > 0;
+    const Vector<Dim> expected =
+        moves ? Vector<Dim>(whole.directions().row(of_whole)) : Vector<Dim>::Zero();
+    EXPECT_LT((part.directions().row(i).transpose() - expected).norm(), 1e-12);
+    EXPECT_EQ(part.is_on_border(i), !moves);
   }
   EXPECT_TRUE(part.moved_to(part.points()).is_part());
 }

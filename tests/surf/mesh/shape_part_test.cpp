@@ -30,7 +30,9 @@ TEST(ShapePart, HasTheElementsThatAreNotLeftOut) {
                 whole.points.row(whole.elements(part.elements[t], i)));
   // Whoever is above has all its triangles in the part.
   for (std::size_t k = 0; k < part.vertices.size(); ++k)
-    if (whole.points(part.vertices[k], 2) > 0) EXPECT_FALSE(part.is_shared[k]);
+    if (whole.points(part.vertices[k], 2) > 0) {
+      EXPECT_FALSE(part.is_shared[k]);
+    }
   EXPECT_GT(std::count(part.is_shared.begin(), part.is_shared.end(), 1), 0);
 }
 
