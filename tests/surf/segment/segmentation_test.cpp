@@ -368,10 +368,6 @@ TEST(Segmentation, AFurtherClickLeavesTheRestAsItIs) {
   EXPECT_EQ(n_kept(one, two.shape), one.points.rows());
   ASSERT_TRUE(two.certainty);
   EXPECT_EQ(two.certainty->deviation_mm.size(), two.shape.points.rows());
-  s.add_click(object, outside(0.5, 0.1));
-  const Result<3>& again = s.evolve(object);
-  EXPECT_EQ(s.measures(object).n_components, 1);
-  EXPECT_EQ(n_kept(one, again.shape), one.points.rows());
 }
 
 // As an evolution of all of it would: the rest was at its minimum already.
