@@ -386,7 +386,7 @@ TEST(MovingSurface, MovesInItsRegionOnly) {
   EXPECT_GT(after.points.col(2).maxCoeff(), 5.2);
   EXPECT_GT(n_in_both(after, before), before.points.rows() * 2 / 3) << "bit for bit";
   for (const auto& x : after.points.rowwise())
-    if (!region->contains(x.transpose())) {
+    if (x[2] < 3.5) {  // what has moved may have left the region sideways
       EXPECT_NEAR(x.norm(), 5, 0.02);
     }
 }
