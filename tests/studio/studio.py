@@ -6,6 +6,15 @@ import subprocess
 import tempfile
 import time
 
+# A phantom, and a point in each of its balls.
+BALLS = ("balls.nii.gz", "separate-balls", "--size", "40", "--noise", "0.05")
+LEFT, RIGHT = (-0.5, 0, 0), (0.5, 0, 0)
+
+
+def content(folder, name):
+    with open(os.path.join(folder, name), "rb") as file:
+        return file.read()
+
 
 class Studio:
     def __init__(self, folder, *words, environment=None):

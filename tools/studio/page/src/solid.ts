@@ -3,7 +3,7 @@
 import type { Point } from './protocol';
 import { byId } from './dom';
 import { colourMap, rangeOf } from './colours';
-import { drawMark } from './slices';
+import { drawMark } from './slice_drawing';
 import { page } from './state';
 import { surfaces, type Shown } from './surfaces';
 
