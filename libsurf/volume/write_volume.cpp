@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "libsurf/base/error.h"
+#include "libsurf/base/escaped.h"
 #include "libsurf/base/file.h"
 
 namespace surf::volume {
@@ -170,17 +171,8 @@ std::string nrrd_bytes(const Image& image, const std::string&) {
 }
 
 /// A value of a key as NRRD wants it.
-std::string escaped(const std::string& text) {
-  std::string out;
-  for (const char c : text) {
-    if (c == '\\')
-      out += "\\\\";
-    else if (c == '\n')
-      out += "\\n";
-    else
-      out += c;
-  }
-  return out;
+std::string as_value(const std::string& text) {
+  return escaped(text, {{'\\', "\\\\"}, {'\n', "\\n"}});
 }
 
 /// First and last index of a label along each axis; 0 -1 where there is none, as Slicer has it.
@@ -212,7 +204,7 @@ std::string slicer_keys(const std::array<int, 3>& size, std::span<const std::uin
   for (std::size_t n = 0; n < names.size(); ++n) {
     const LabelName& name = names[n];
     const auto key = [&](const char* field, const std::string& value) {
-      out += fmt::format("Segment{}_{}:={}\n", n, field, escaped(value));
+      out += fmt::format("Segment{}_{}:={}\n", n, field, as_value(value));
     };
     const auto& c = name.colour;
     key("ID", fmt::format("Segment_{}", n + 1));

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <stdexcept>
 
+#include "libsurf/base/base64.h"
 #include "libsurf/io/slices.h"
 #include "tools/common/html.h"
 #include "tools/report/page.h"
@@ -38,7 +39,8 @@ class Pictures {
       return fmt::format(
           "<figure><img src=\"data:image/jpeg;base64,{}\" width=\"{}\" height=\"{}\" alt=\"{}\">"
           "<figcaption>{}</figcaption></figure>\n",
-          base64(bytes), picture.width(), picture.height(), html_text(caption), html_text(caption));
+          surf::base64(bytes), picture.width(), picture.height(), html_text(caption),
+          html_text(caption));
     }
     return fmt::format("<p class=\"soft\">{}: left out to keep this page below 5 MB</p>\n",
                        html_text(caption));
@@ -120,9 +122,9 @@ std::string page(const Case& of) {
                             pictures_of(object, of, share), number_sections(object),
                             making_section(object, of));
   }
-  std::string out(page_html());
+  std::string out(page_files().html);
   const std::string file = std::filesystem::path(of.volume.source().path).filename().string();
-  put(out, "/*style*/", std::string(page_style()));
+  put(out, "/*style*/", std::string(page_files().style));
   put(out, "<!--title-->", html_text(file));
   put(out, "<!--heading-->", html_text(file));
   put(out, "<!--body-->",
@@ -130,7 +132,7 @@ std::string page(const Case& of) {
   put(out, "{/*scene*/}",
       json_in_script(
           shown.json.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace)));
-  put(out, "/*script*/", std::string(page_script()));
+  put(out, "/*script*/", std::string(page_files().script));
   return out;
 }
 

@@ -20,8 +20,6 @@ struct Scene {
 /// Points in steps of 1/65535 of the bounding box, arrays in base64 with the low byte first.
 Scene scene(const std::vector<ReportedObject<3>>& objects);
 
-std::string base64(const std::string& bytes);
-
 /// "#4e9ad4"
 std::string colour_of(std::size_t n);
 

@@ -8,6 +8,7 @@
 #include <mutex>
 #include <nlohmann/json.hpp>
 
+#include "libsurf/base/base64.h"
 #include "libsurf/base/error.h"
 #include "libsurf/segment/presets.h"
 #include "tools/common/field_names.h"
@@ -324,7 +325,7 @@ struct Server::Impl {
       response.set_content(dumped(body), kJson);
     };
     const auto result = [json](Response& response, const std::string& mask) {
-      json(response, {{"status", "success"}, {"result", base64(mask)}});
+      json(response, {{"status", "success"}, {"result", surf::base64(mask)}});
     };
     const auto is_inside = [](const Request& request) {
       return request.get_param_value("foreground") != "false";
