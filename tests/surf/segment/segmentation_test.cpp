@@ -52,8 +52,7 @@ TEST(Segmentation, GivesTheSameBytesByTheStatedEnergyFromItsStart) {
   SegmentOptions automatic;
   automatic.seeds_mm = {Vector<3>::Zero()};
   const SegmentResult first = segment(volume, automatic);
-  SegmentOptions stated;
-  stated.seeds_mm = automatic.seeds_mm;
+  SegmentOptions stated = automatic;
   stated.initial = first.start;
   stated.energies = first.energies;
   stated.sigma_mm = first.sigma_mm;

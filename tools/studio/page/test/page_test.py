@@ -60,6 +60,13 @@ def done(browser, object_number=0):
     browser.frame()
 
 
+def segment_something(browser, server):
+    """The page with one object, from a click into the axial slice."""
+    open_page(browser, server)
+    browser.click(*place(browser, "axial"))
+    done(browser)
+
+
 def voxel(index_to_world, point):
     """Index of a point: Cramer's rule, so that nothing of the page is used."""
     m = [row[:3] for row in index_to_world[:3]]
@@ -257,9 +264,7 @@ def the_view_moves_by_mouse_and_keyboard(browser):
 
 def objects_and_proposals(browser):
     with Server() as server:
-        open_page(browser, server)
-        browser.click(*place(browser, "axial"))
-        done(browser)
+        segment_something(browser, server)
         browser.until("document.querySelectorAll('.candidate').length === 3")
         browser.press(".candidate:nth-child(2)")
         browser.until("studio.state.objects[0].candidates[1]?.chosen")
@@ -299,9 +304,7 @@ def objects_and_proposals(browser):
 
 def options_are_applied_together(browser):
     with Server() as server:
-        open_page(browser, server)
-        browser.click(*place(browser, "axial"))
-        done(browser)
+        segment_something(browser, server)
         browser.press("#tab-options")
         check(browser.js("document.getElementById('apply-options').disabled"), "nothing to apply yet")
         browser.press("#option-edge_length_mm")
@@ -328,9 +331,7 @@ def options_are_applied_together(browser):
 
 def files_are_exported_and_overwritten_after_a_question(browser):
     with Server() as server:
-        open_page(browser, server)
-        browser.click(*place(browser, "axial"))
-        done(browser)
+        segment_something(browser, server)
         browser.key("e")
         browser.until("document.getElementById('export').open")
         browser.picture("export")
