@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cstdio>
 #include <exception>
 #include <string>
@@ -18,19 +19,21 @@
 namespace surfseg {
 namespace {
 
-/// The first option that the verb does not know and what it may have been meant to be; that is why
-/// others are missing.
+/// An option that the verb does not know and what it may have been meant to be; that is why others
+/// are missing. Of several the first that is nearly one, or the first.
 std::string mistyped_option(const CLI::App& verb) {
   const std::vector<std::string> known = option_names(verb);
+  std::string first;
   for (const std::string& word : verb.remaining()) {
     const std::size_t begin = word.find_first_not_of('-');
-    if (begin == 0 || begin == std::string::npos) continue;
-    const std::string name = word.substr(begin, word.find('=') - begin);
-    if (const auto nearest = surf::nearest_name(name, known))
-      return fmt::format("{} is not an option; did you mean '--{}'?",
-                         word.substr(0, word.find('=')), *nearest);
+    if (begin == 0 || begin == std::string::npos || !std::isalpha((unsigned char)word[begin]))
+      continue;
+    const std::string option = word.substr(0, word.find('='));
+    if (const auto nearest = surf::nearest_name(option.substr(begin), known))
+      return fmt::format("{} is not an option; did you mean '--{}'?", option, *nearest);
+    if (first.empty()) first = fmt::format("{} is not an option", option);
   }
-  return "";
+  return first;
 }
 
 /// The parser says of an unknown verb only that one is missing.

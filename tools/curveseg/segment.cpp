@@ -126,6 +126,7 @@ class SegmentCurves : public CurveCommand {
                            ImageArguments which = arguments_.image;
                            which.path = path;
                            if (surf::curve::is_image_file(path)) which.slice = which.plane = "";
+                           if (!std::filesystem::is_directory(path)) which.which.series_uid = "";
                            const Image marks = which.read();
                            return Marks<2>{box(marks.size()), marks.values()};
                          });
