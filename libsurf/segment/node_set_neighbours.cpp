@@ -200,19 +200,16 @@ NodeSet<Dim> NodeSet<Dim>::dilated(double r) const {
   return out;
 }
 
-template NodeSet<2> NodeSet<2>::next_along(int) const;
-template NodeSet<2> NodeSet<2>::previous_along(int) const;
-template NodeSet<2> NodeSet<2>::faces_along(int) const;
-template NodeSet<2> NodeSet<2>::component(const std::vector<Index>&) const;
-template NodeSet<2> NodeSet<2>::closed() const;
-template NodeSet<2> NodeSet<2>::filled() const;
-template NodeSet<2> NodeSet<2>::dilated(double) const;
-template NodeSet<3> NodeSet<3>::next_along(int) const;
-template NodeSet<3> NodeSet<3>::previous_along(int) const;
-template NodeSet<3> NodeSet<3>::faces_along(int) const;
-template NodeSet<3> NodeSet<3>::component(const std::vector<Index>&) const;
-template NodeSet<3> NodeSet<3>::closed() const;
-template NodeSet<3> NodeSet<3>::filled() const;
-template NodeSet<3> NodeSet<3>::dilated(double) const;
+#define SURF_INSTANTIATE(Dim)                                                     \
+  template NodeSet<Dim> NodeSet<Dim>::next_along(int) const;                      \
+  template NodeSet<Dim> NodeSet<Dim>::previous_along(int) const;                  \
+  template NodeSet<Dim> NodeSet<Dim>::faces_along(int) const;                     \
+  template NodeSet<Dim> NodeSet<Dim>::component(const std::vector<Index>&) const; \
+  template NodeSet<Dim> NodeSet<Dim>::closed() const;                             \
+  template NodeSet<Dim> NodeSet<Dim>::filled() const;                             \
+  template NodeSet<Dim> NodeSet<Dim>::dilated(double) const;
+SURF_INSTANTIATE(2)
+SURF_INSTANTIATE(3)
+#undef SURF_INSTANTIATE
 
 }  // namespace surf::segment

@@ -2,16 +2,16 @@
 
 #include <gtest/gtest.h>
 
+#include <utility>
+
 namespace surf {
 namespace {
 
 // RFC 4648, 10.
 TEST(Base64, PadsTheLastBytes) {
-  EXPECT_EQ(base64(""), "");
-  EXPECT_EQ(base64("f"), "Zg==");
-  EXPECT_EQ(base64("fo"), "Zm8=");
-  EXPECT_EQ(base64("foo"), "Zm9v");
-  EXPECT_EQ(base64("foobar"), "Zm9vYmFy");
+  constexpr std::pair<const char*, const char*> kVectors[] = {
+      {"", ""}, {"f", "Zg=="}, {"fo", "Zm8="}, {"foo", "Zm9v"}, {"foobar", "Zm9vYmFy"}};
+  for (const auto& [bytes, text] : kVectors) EXPECT_EQ(base64(bytes), text);
 }
 
 TEST(Base64, TakesBytesAsUnsigned) { EXPECT_EQ(base64(std::string("\xff\x00\xfb", 3)), "/wD7"); }
