@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <exception>
 #include <string>
+#include <system_error>
 #include <vector>
 
 #include "libsurf/base/error.h"
@@ -100,6 +101,11 @@ Failure failure_of(const std::exception_ptr& error, const std::string& program) 
     return failure(kBatchFailed, part.what());
   } catch (const std::bad_alloc&) {
     return failure(kInput, "out of memory; crop the input or use a larger edge length");
+  } catch (const std::system_error& none) {
+    if (none.code() != std::errc::resource_unavailable_try_again)
+      return failure(kInternal, none.what());
+    return failure(
+        kInput, "no thread can be started: out of memory or at a limit on processes (ulimit -a)");
   } catch (const std::exception& other) {
     return failure(kInternal, other.what());
   }

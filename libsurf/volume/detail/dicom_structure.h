@@ -1,6 +1,7 @@
 // Whether a file is DICOM through and through, before GDCM may see it.
 #pragma once
 
+#include <cstdint>
 #include <string>
 
 namespace surf::volume {
@@ -11,10 +12,16 @@ enum class DicomStructure {
   kImage,  ///< every element up to and with the pixel data is whole
 };
 
+struct DicomFile {
+  DicomStructure structure = DicomStructure::kNone;
+  std::uint64_t n_pixel_bytes = 0;  ///< as they are stored, without what lies between fragments
+  bool is_compressed = false;       ///< the pixels are fragments
+};
+
 /// Walks over the elements of a file without looking at their values. Debian's GDCM is built
 /// with its assertions on: it aborts the process on files that end at certain places, where
 /// this says kCut.
 /// @throws InputError  the file cannot be read
-DicomStructure dicom_structure(const std::string& path);
+DicomFile dicom_structure(const std::string& path);
 
 }  // namespace surf::volume

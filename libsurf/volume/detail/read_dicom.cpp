@@ -14,6 +14,7 @@
 #include <map>
 
 #include "libsurf/base/error.h"
+#include "libsurf/base/memory.h"
 #include "libsurf/volume/detail/dicom_structure.h"
 #include "libsurf/volume/detail/raw_scalars.h"
 #include "libsurf/volume/detail/slice_stack.h"
@@ -193,11 +194,27 @@ FileHeader header_of(const DataSet& data, const std::string& file) {
   return header;
 }
 
+/// What rows, columns and frames promise is believed as far as the pixel data bear it out: GDCM
+/// makes room for all of it.
+void check_pixels(const DataSet& data, const DicomFile& stored, const std::string& file) {
+  const auto frames = decimals(data, kFrames, 1);
+  const double n_promised = double(unsigned_short(data, kRows)) * unsigned_short(data, kColumns) *
+                            std::max(1, unsigned_short(data, kSamplesPerPixel)) *
+                            ((unsigned_short(data, kBitsAllocated) + 7) / 8) *
+                            (frames.empty() ? 1 : std::max(1.0, frames[0]));
+  const auto n_stored = double(stored.n_pixel_bytes);
+  if (stored.is_compressed ? is_borne_out(n_promised, n_stored) : n_promised <= n_stored) return;
+  throw InputError(
+      fmt::format("{}: truncated or damaged: the header promises {:.0f} bytes of pixels, the file "
+                  "holds {:.0f}{}; get the file again",
+                  file, n_promised, n_stored, stored.is_compressed ? " compressed" : ""));
+}
+
 /// Nothing if the file is not DICOM, or holds no image (a report, a directory of files, ...).
 std::optional<FileHeader> read_header(const std::string& file) {
-  const DicomStructure structure = dicom_structure(file);
-  if (structure == DicomStructure::kNone) return std::nullopt;
-  if (structure == DicomStructure::kCut)
+  const DicomFile stored = dicom_structure(file);
+  if (stored.structure == DicomStructure::kNone) return std::nullopt;
+  if (stored.structure == DicomStructure::kCut)
     throw InputError(fmt::format(
         "{}: truncated or damaged DICOM (or deflated as a whole); get the file again or "
         "remove it from its folder",
@@ -207,6 +224,7 @@ std::optional<FileHeader> read_header(const std::string& file) {
   if (!reader.ReadUpToTag(kPixelData)) return std::nullopt;
   const DataSet& data = reader.GetFile().GetDataSet();
   if (unsigned_short(data, kRows) == 0 || unsigned_short(data, kColumns) == 0) return std::nullopt;
+  check_pixels(data, stored, file);
   return header_of(data, file);
 }
 

@@ -184,6 +184,7 @@ const std::vector<BrokenFile> kBroken = {
      "zero voxel spacing"},
     {"NiftiVoxelNan", "a.nii", floats_with(kNan), "voxel (1, 1, 1) is NaN"},
     {"NiftiVoxelInf", "a.nii", floats_with(-kInf), "voxel (1, 1, 1) is Inf"},
+    {"NiftiVoxelHuge", "a.nii", floats_with(3e38f), "voxel (1, 1, 1) is beyond 1e18"},
     {"NiftiOtherHalf", "a.hdr", nifti([](auto& h) { std::memcpy(h.magic, "ni1", 4); }),
      "a.img is missing"},
     // MetaImage.
