@@ -20,6 +20,7 @@ packages=(
   libcpp-httplib-dev chromium libxml2-utils
   xvfb xauth libgl1-mesa-dri help2man
   dpkg-dev file
+  clang clang-tidy llvm libclang-rt-14-dev
 )
 
 fail() {
