@@ -7,6 +7,7 @@
 
 #include "libsurf/base/error.h"
 #include "libsurf/segment/clicks.h"
+#include "libsurf/segment/detail/work_json.h"
 #include "libsurf/segment/energy_assembly.h"
 #include "libsurf/segment/run_stages.h"
 #include "libsurf/segment/stages/stages.h"
@@ -261,7 +262,7 @@ Result<Dim> Segmentation<Dim>::evolved(const Object<Dim>& object,
   if (!goes_on) work.proposals.clear();
   work.start_is_given = goes_on || uses_initial;
   if (goes_on && object.options.energies.empty()) work.verdict = before.verdict;
-  run_stages(work);
+  run_stages(work, checkpointing_);
   return to_result(std::move(work));
 }
 
@@ -274,7 +275,7 @@ const Result<Dim>& Segmentation<Dim>::evolve_beside(Id id, const std::vector<Cli
     find(id).add(Evolve<Dim>{.others = others}, std::move(after));
     return *object(id).result;
   }
-  int n_calls = 0;
+  int n_calls = checkpointing_.state.empty() ? 0 : stages_done(checkpointing_.state).n_steps;
   const ProgressOf<Dim> counted = [&](const auto& stage, const auto& record, const auto& shape) {
     n_calls += record.n_elements > 0;
     return !progress || progress(stage, record, shape);

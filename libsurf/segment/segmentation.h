@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "libsurf/segment/candidate.h"
+#include "libsurf/segment/checkpointing.h"
 #include "libsurf/segment/fields.h"
 #include "libsurf/segment/history.h"
 
@@ -99,6 +100,10 @@ class Segmentation {
     return evolve_beside(id, others_of(id), progress, stop);
   }
 
+  /// Of each further evolve(): where it leaves its state between the stages, and the state that it
+  /// goes on from. An evolution that only finds itself at rest leaves none.
+  void set_checkpointing(Checkpointing checkpointing) { checkpointing_ = std::move(checkpointing); }
+
   /// Takes back the last entry of the history; false if there is none. redo() repeats it, from
   /// memory.
   bool undo(Id id);
@@ -132,6 +137,7 @@ class Segmentation {
   Fields<Dim> fields_;
   std::map<Id, History<Dim>> objects_;
   Id next_ = 1;
+  Checkpointing checkpointing_;
 };
 
 }  // namespace surf::segment

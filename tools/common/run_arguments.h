@@ -50,7 +50,8 @@ struct RunArguments {
   bool fill_cavities = false;
   std::string keep = "all";
   int threads = 0;
-  std::string json, config, preset, recipe;
+  std::string json, config, preset, recipe, checkpoint, memory;
+  bool resume = false;
   bool candidates = false, profile = false;
   bool quiet = false, verbose = false;
 

@@ -71,6 +71,7 @@ class SegmentCurves : public CurveCommand {
                                   {"--picture", arguments_.overlay},
                                   {"--denoised", arguments_.denoised},
                                   {"--recipe", arguments_.recipe},
+                                  {"--checkpoint", checkpoint_path()},
                                   {"--json", arguments_.json}},
                                  arguments_.objects),
                   arguments_.image.path);

@@ -73,6 +73,7 @@ class SegmentSurface : public SurfaceCommand {
                                   {"--report", arguments_.report},
                                   {"--start", arguments_.start},
                                   {"--recipe", arguments_.recipe},
+                                  {"--checkpoint", checkpoint_path()},
                                   {"--json", arguments_.json}},
                                  arguments_.objects),
                   arguments_.volume);
