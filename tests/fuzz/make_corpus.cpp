@@ -279,7 +279,7 @@ void make(const fs::path& folder) {
   corpus.nrrd();
   corpus.dicom();
   corpus.vti();
-  corpus.vdb<openvdb::FloatGrid>("plain.vdb", openvdb::io::COMPRESS_NONE);
+  corpus.vdb<openvdb::FloatGrid>("mask.vdb", openvdb::io::COMPRESS_ACTIVE_MASK);
   corpus.vdb<openvdb::DoubleGrid>("zip.vdb",
                                   openvdb::io::COMPRESS_ZIP | openvdb::io::COMPRESS_ACTIVE_MASK);
   corpus.vdb<openvdb::Int32Grid>("blosc.vdb",

@@ -79,14 +79,15 @@ class Walker {
 
   DicomStructure read_data() {
     std::uint32_t previous = 0;
+    bool has_pixels = false;
     while (n_left_ > 0) {
       const Element element = read_element(is_explicit_, is_big_);
       if (element.tag <= previous) throw Cut();  // tags ascend
       previous = element.tag;
       skip_value(element, 0);
-      if (element.tag == kPixelData) return DicomStructure::kImage;
+      has_pixels |= element.tag == kPixelData;
     }
-    return DicomStructure::kNone;
+    return has_pixels ? DicomStructure::kImage : DicomStructure::kNone;
   }
 
   void skip_value(const Element& element, int depth) {

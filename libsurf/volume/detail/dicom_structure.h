@@ -9,7 +9,7 @@ namespace surf::volume {
 enum class DicomStructure {
   kNone,   ///< not DICOM, or DICOM without pixels
   kCut,    ///< DICOM that is cut or damaged: an element does not fit, or is none
-  kImage,  ///< every element up to and with the pixel data is whole
+  kImage,  ///< every element is whole, to the end of the file
 };
 
 struct DicomFile {

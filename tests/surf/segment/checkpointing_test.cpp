@@ -82,8 +82,8 @@ TEST_P(Resuming, ARunThatGoesOnAndIsStoppedHasARecipeOfTheWhole) {
 INSTANTIATE_TEST_SUITE_P(, Resuming,
                          ::testing::Values(std::vector<EnergyTerm>{},
                                            std::vector<EnergyTerm>{{"minimal-surface", 1, {}}}),
-                         [](const auto& info) {
-                           return info.param.empty() ? "Automatic" : "Explicit";
+                         [](const auto& way) {
+                           return way.param.empty() ? "Automatic" : "Explicit";
                          });
 
 TEST(ResumingFrom, AStateThatIsNoneIsTold) {
