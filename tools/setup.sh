@@ -3,6 +3,7 @@
 # changes nothing when all is there already.
 #   tools/setup.sh               compiler, libraries, test tools
 #   tools/setup.sh --demo-data   the scans of tools/demo.sh as well
+#   tools/setup.sh --docs        Doxygen, for the API reference
 # docs/developer.md says what each package is for.
 set -euo pipefail
 
@@ -30,8 +31,9 @@ fail() {
 for argument in "$@"; do
   case $argument in
     --demo-data) packages+=(mricron-data) ;;
+    --docs) packages+=(doxygen) ;;
     -h | --help)
-      sed -n '2,6s/^# \{0,1\}//p' "$0"
+      sed -n '2,7s/^# \{0,1\}//p' "$0"
       exit 0
       ;;
     *)
