@@ -17,6 +17,7 @@ packages=(
   libgtest-dev libbenchmark-dev
   python3-numpy python3-scipy python3-nibabel
   python3-dev pybind11-dev python3-pytest
+  libdcmtk-dev dicom3tools python3-pydicom python3-meshio python3-vtk9 lib3mf1
   libcpp-httplib-dev chromium libxml2-utils
   xvfb xauth libgl1-mesa-dri help2man
   dpkg-dev file

@@ -144,6 +144,7 @@ double Volume::voxel_size() const {
   return std::cbrt(std::abs(impl_->index_to_world.linear().determinant()));
 }
 const Source& Volume::source() const { return impl_->source; }
+const std::shared_ptr<const DicomOrigin>& Volume::dicom() const { return impl_->dicom; }
 std::array<float, 2> Volume::range() const { return impl_->range; }
 
 Volume Volume::in_ras_order() const {
@@ -159,6 +160,7 @@ Volume Volume::in_ras_order() const {
     to_old.linear()(old, n) = order.are_reversed[n] ? -1 : 1;
     if (order.are_reversed[n]) to_old.translation()[old] = impl_->size[old] - 1;
   }
+  if (!is_stored_order(order)) out->dicom = nullptr;
   out->index_to_world = with_rounded_origin(impl_->index_to_world * to_old);
   out->world_to_index = out->index_to_world.inverse();
   return Volume(std::move(out));
@@ -238,6 +240,10 @@ void Volume::Builder::append_slice(std::span<const float> values) {
   const ConstDense dense(box, slab_.data());
   openvdb::tools::copyFromDense(dense, *impl_->grid, /*tolerance=*/0.0f);
   slab_.clear();
+}
+
+void Volume::Builder::set_dicom(DicomOrigin origin) {
+  impl_->dicom = std::make_shared<const DicomOrigin>(std::move(origin));
 }
 
 Volume Volume::Builder::finish() {

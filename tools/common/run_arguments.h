@@ -27,6 +27,8 @@ struct RunWords {
 
 inline const RunWords kVolumeWords = {"surface", "vox",   "volume", "volume",   "area",
                                       "3",       "X,Y,Z", "balls",  "cavities", true};
+inline const RunWords kImageWords = {"curve", "px",  "image",   "area",  "length",
+                                     "2",     "X,Y", "circles", "holes", false};
 
 /// The options as they were typed; lengths and the like are parsed when the image is known.
 struct RunArguments {

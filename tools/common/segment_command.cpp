@@ -142,7 +142,7 @@ ordered_json SegmentCommand<Dim>::write_candidates(const surf::segment::Setting<
       write_shape(
           path,
           surf::segment::finish<Dim>(setting, candidate.proposal, surf::extension(output_path)),
-          object.object.colour);
+          object.object);
       entry["file"] = path;
       words += ": " + path;
     } catch (const surf::InvalidMesh& error) {

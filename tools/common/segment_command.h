@@ -83,9 +83,9 @@ class SegmentCommand {
   /// Writes the map of labels.
   virtual void write_labels(const std::vector<std::uint8_t>& labels,
                             const std::vector<surf::volume::LabelName>& names) const = 0;
-  /// The file of a shape alone, in the format that its name says.
+  /// The file of a shape of an object, in the format that its name says.
   virtual void write_shape(const std::string& path, const surf::segment::Finished<Dim>& shape,
-                           const surf::segment::Colour& colour) const = 0;
+                           const surf::segment::Object<Dim>& object) const = 0;
   /// Adds further measures of a finished shape to its entry of the summary.
   /// @param label  its number among the objects, 0 if it is the only one
   virtual void measure([[maybe_unused]] const surf::segment::Object<Dim>& object,

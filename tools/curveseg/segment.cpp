@@ -142,7 +142,7 @@ void add_options(CLI::App& command, Arguments& a) {
       "Contours to write: .svg, .json, .vtp or .csv; of several objects {object}.json");
   add_curve_options(command, a);
   add_object_option(command, a);
-  add_marks_option(command, a, kWords);
+  add_marks_option(command, a, kImageWords);
   const OptionGroup output(command, "Output and running");
   add_output_space(command, a.output_space, "a slice's .vtp", output.name());
   output.add("--mask", a.mask,

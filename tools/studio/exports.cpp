@@ -17,9 +17,6 @@ namespace {
 
 using Finished = std::vector<surf::segment::FinishedObject<3>>;
 
-const std::vector<std::string> kSurfaces = {"stl", "obj", "ply", "vtp", "gii", "glb"},
-                               kLabels = {"nii.gz", "nii", "nrrd", "mha"};
-
 Finished finished(const State& state, const std::string& extension) {
   std::vector<const surf::segment::Result<3>*> results;
   for (const ObjectState& object : state.objects) results.push_back(object.object.result.get());
@@ -38,10 +35,13 @@ const surf::segment::Finished<3>& sound(const surf::segment::FinishedObject<3>& 
 }
 
 void write_surface(const State& state, const Export& wanted, const std::string& path) {
+  surf::volume::check_dicom_output(path, state.volume->volume);
   const auto all = finished(state, surf::extension(path));
   const std::size_t n = index_of(state, wanted.object);
   surf::io::WriteOptions options{file_space(wanted.space)};
   options.colour = state.objects[n].object.colour;
+  options.name = state.objects[n].object.name;
+  options.dicom = state.volume->volume.dicom();
   surf::segment::write(path, sound(all[n]), std::move(options));
 }
 
@@ -62,8 +62,7 @@ void write_labels(const State& state, const Export& wanted, const std::string& p
     else if (id == wanted.object)
       names.push_back({1, object.name, object.colour});
   }
-  const auto& volume = state.volume->volume;
-  surf::volume::write_label_map(path, volume.size(), volume.index_to_world(), labels, names);
+  surf::volume::write_label_map(path, state.volume->volume, labels, names);
 }
 
 std::string quoted(std::string text) {
@@ -132,10 +131,14 @@ void check_ending(const Export& wanted, const std::string& name) {
     throw surf::UsageError(
         fmt::format("'{}': expected a name that ends in .{}", name, fmt::join(endings, ", .")));
   };
+  const auto expect_one = [&](bool is_one, const std::string& all) {
+    if (!is_one)
+      throw surf::UsageError(fmt::format("'{}': expected a name that ends in {}", name, all));
+  };
   if (wanted.what == "surface")
-    expect(kSurfaces);
+    expect_one(surf::io::is_writable_surface(name), surf::io::writable_surfaces());
   else if (wanted.what == "labels")
-    expect(kLabels);
+    expect_one(surf::volume::is_writable_label_map(name), surf::volume::writable_label_maps());
   else if (wanted.what == "measures")
     expect({"csv"});
   else if (wanted.what == "picture")
@@ -163,6 +166,11 @@ Exported export_file(const Dialogue& dialogue, const Export& wanted) {
       throw surf::UsageError(fmt::format("'{}' is the volume that is open", name));
   }
   const std::string to = path.string();
+  if (wanted.what == "surface" && !wanted.may_overwrite)
+    if (const std::string beside = surf::io::file_beside(to);
+        !beside.empty() && std::filesystem::exists(beside))
+      throw FileExists(fmt::format("'{}', which is written too, is there already: overwrite it?",
+                                   std::filesystem::path(beside).filename().string()));
   if (wanted.what == "surface")
     write_surface(*state, wanted, to);
   else if (wanted.what == "labels")

@@ -287,7 +287,7 @@ struct Server::Impl {
       const auto state = dialogue.state();
       if (!state->volume) throw Refusal{409, "no volume is open"};
       const Options<3> preset =
-          typed_options({"--preset", name}, state->volume->volume.voxel_size());
+          typed_options<3>({"--preset", name}, state->volume->volume.voxel_size());
       dialogue.set_options(object(), [&](Options<3>& options) { options = preset; });
     } else if (action == "evolve") {
       dialogue.evolve(object());

@@ -25,16 +25,43 @@ namespace fs = std::filesystem;
 using gdcm::DataSet;
 using gdcm::Tag;
 
-const Tag kModality(0x0008, 0x0060), kSeriesDescription(0x0008, 0x103e), kSeriesUid(0x0020, 0x000e),
-    kPosition(0x0020, 0x0032), kOrientation(0x0020, 0x0037), kSamplesPerPixel(0x0028, 0x0002),
-    kPhotometric(0x0028, 0x0004), kFrames(0x0028, 0x0008), kRows(0x0028, 0x0010),
-    kColumns(0x0028, 0x0011), kPixelSpacing(0x0028, 0x0030), kBitsAllocated(0x0028, 0x0100),
-    kBitsStored(0x0028, 0x0101), kHighBit(0x0028, 0x0102), kPixelRepresentation(0x0028, 0x0103),
-    kIntercept(0x0028, 0x1052), kSlope(0x0028, 0x1053), kPixelData(0x7fe0, 0x0010),
+const Tag kSopClassUid(0x0008, 0x0016), kSopInstanceUid(0x0008, 0x0018),
+    kSeriesNumber(0x0020, 0x0011), kModality(0x0008, 0x0060), kSeriesDescription(0x0008, 0x103e),
+    kSeriesUid(0x0020, 0x000e), kPosition(0x0020, 0x0032), kOrientation(0x0020, 0x0037),
+    kSamplesPerPixel(0x0028, 0x0002), kPhotometric(0x0028, 0x0004), kFrames(0x0028, 0x0008),
+    kRows(0x0028, 0x0010), kColumns(0x0028, 0x0011), kPixelSpacing(0x0028, 0x0030),
+    kBitsAllocated(0x0028, 0x0100), kBitsStored(0x0028, 0x0101), kHighBit(0x0028, 0x0102),
+    kPixelRepresentation(0x0028, 0x0103), kIntercept(0x0028, 0x1052), kSlope(0x0028, 0x1053),
+    kPixelData(0x7fe0, 0x0010),
     // Enhanced objects: groups shared by all frames and of each frame, and what they hold.
     kSharedGroups(0x5200, 0x9229), kFrameGroups(0x5200, 0x9230), kPlanePosition(0x0020, 0x9113),
     kPlaneOrientation(0x0020, 0x9116), kPixelMeasures(0x0028, 0x9110),
     kValueTransformation(0x0028, 0x9145);
+
+/// Of patient, study and frame of reference, and the character set that they are in; what tells who
+/// was examined when, and nothing of how.
+constexpr std::uint32_t kOfOrigin[] = {
+    0x00080005,  // SpecificCharacterSet
+    0x00080020,  // StudyDate
+    0x00080030,  // StudyTime
+    0x00080050,  // AccessionNumber
+    0x00080090,  // ReferringPhysicianName
+    0x00081030,  // StudyDescription
+    0x00100010,  // PatientName
+    0x00100020,  // PatientID
+    0x00100021,  // IssuerOfPatientID
+    0x00100030,  // PatientBirthDate
+    0x00100040,  // PatientSex
+    0x00101010,  // PatientAge
+    0x00101020,  // PatientSize
+    0x00101030,  // PatientWeight
+    0x00120062,  // PatientIdentityRemoved
+    0x00120063,  // DeidentificationMethod
+    0x0020000d,  // StudyInstanceUID
+    0x00200010,  // StudyID
+    0x00200052,  // FrameOfReferenceUID
+    0x00201040,  // PositionReferenceIndicator
+};
 
 /// GDCM prints on stderr what is wrong with a file; our messages come from its return values.
 class SilenceGdcm {
@@ -186,6 +213,9 @@ FileHeader header_of(const DataSet& data, const std::string& file) {
     slice.frame = frame;
     slice.rows = unsigned_short(data, kRows);
     slice.columns = unsigned_short(data, kColumns);
+    slice.sop_class_uid = text(data, kSopClassUid);
+    slice.sop_instance_uid = text(data, kSopInstanceUid);
+    slice.n_frames = n_frames;
     if (const std::string missing = place(data, frame, slice); !missing.empty())
       header.fault = fmt::format("has no {}: it is no slice of a volume", missing);
     header.slices.push_back(slice);
@@ -378,6 +408,31 @@ Source source_of(const std::string& path, const std::vector<FileHeader>& files,
   return source;
 }
 
+/// From the header of the first slice, and of all what tells them apart.
+DicomOrigin origin_of(const SliceStack& stack, const std::string& series_uid) {
+  DicomOrigin origin;
+  const DicomSlice& first = stack.slices[0];
+  gdcm::Reader reader;
+  reader.SetFileName(first.file.c_str());
+  if (reader.ReadUpToTag(kPixelData)) {
+    const DataSet& data = reader.GetFile().GetDataSet();
+    for (const std::uint32_t tag : kOfOrigin)
+      if (const Tag at(tag); data.FindDataElement(at))
+        origin.attributes.push_back({at.GetGroup(), at.GetElement(), text(data, at)});
+    if (const auto number = decimals(data, kSeriesNumber, 1); !number.empty())
+      origin.series_number = int(std::clamp(number[0], 0.0, 1e9));
+  }
+  origin.series_uid = series_uid;
+  origin.along_row_lps = first.along_row_lps;
+  origin.along_column_lps = first.along_column_lps;
+  origin.pixel_width_mm = first.pixel_width_mm;
+  origin.pixel_height_mm = first.pixel_height_mm;
+  for (const DicomSlice& slice : stack.slices)
+    origin.images.push_back({slice.sop_class_uid, slice.sop_instance_uid,
+                             slice.n_frames > 1 ? slice.frame + 1 : 0, slice.position_lps_mm});
+  return origin;
+}
+
 }  // namespace
 
 Volume read_dicom(const std::string& path, const ReadOptions& options) {
@@ -392,6 +447,7 @@ Volume read_dicom(const std::string& path, const ReadOptions& options) {
   Decoder decoder;
   source.scalar_type = name(decoder.load(stack.slices[0].file, n_pixels));
   Volume::Builder builder(stack.size, stack.index_to_world, std::move(source));
+  builder.set_dicom(origin_of(stack, files[0].series_uid));
   std::vector<float> values(n_pixels);
   for (const DicomSlice& slice : stack.slices) {
     const ScalarType type = decoder.load(slice.file, n_pixels);

@@ -11,8 +11,9 @@ const KINDS: [ExportKind, string, string][] = [
   ['picture', 'Picture', 'Slices with the outline.'],
   ['recipe', 'Recipe', 'Clicks and options: opened here or replayed on the command line, it repeats everything.'],
 ];
+// Until the program has said what it can write.
 const FORMATS: Record<ExportKind, string[]> = {
-  surface: ['stl', 'obj', 'ply', 'vtp', 'surf.gii', 'glb'], labels: ['nii.gz', 'seg.nrrd', 'nrrd', 'mha'], measures: ['csv'], picture: ['png'], recipe: ['json'],
+  surface: ['stl'], labels: ['nii.gz'], measures: ['csv'], picture: ['png'], recipe: ['json'],
 };
 
 let kind: ExportKind = 'surface';
