@@ -104,6 +104,7 @@ class Writer {
     DcmDataset data;
     insert_origin(data, origin_, all_names, path_);
     check(segmentation_->importFromSourceImage(data), "the scan's patient and study");
+    check(segmentation_->getSeries().setSeriesNumber("1"), "a number");  // insert_series() has it
   }
 
   void add_shared_groups() {
