@@ -102,7 +102,7 @@ std::string colour_of(std::size_t n) {
   return kColours[n % kColours.size()];
 }
 
-Scene scene(const std::vector<ReportedObject<3>>& objects) {
+Scene scene(const std::vector<ReportedObject<3>>& objects, Eigen::Index most_triangles) {
   Eigen::Index n_all = 0, n_shown = 0;
   std::size_t n_shapes = 0;
   for (const auto& object : objects)
@@ -112,9 +112,9 @@ Scene scene(const std::vector<ReportedObject<3>>& objects) {
     if (!objects[n].finished) continue;
     const Eigen::Index own = objects[n].finished->shape.elements.rows();
     const Eigen::Index share =
-        n_all <= kMostTriangles
+        n_all <= most_triangles
             ? own
-            : Eigen::Index(double(kMostTriangles) * double(own) / double(n_all));
+            : Eigen::Index(double(most_triangles) * double(own) / double(n_all));
     const std::string& name = objects[n].object->name;
     out.json.push_back(
         object_json(objects[n], name.empty() ? "surface" : name, colour_of(n), share));
