@@ -10,6 +10,15 @@
 
 namespace surf::segment {
 
+/// Stands for a result that has been dropped, or not been made yet: a state of kEmpty with a
+/// message that says so.
+template <int Dim>
+const std::shared_ptr<const Result<Dim>>& result_to_be_made();
+
+/// Of its shapes and of what its last click has found.
+template <int Dim>
+std::size_t memory_bytes(const Result<Dim>& result);
+
 /// An object at one moment.
 template <int Dim>
 struct Object {
@@ -21,6 +30,7 @@ struct Object {
   std::shared_ptr<const Result<Dim>> result;
 
   Outcome state() const { return result->outcome; }
+  bool is_made() const { return result != result_to_be_made<Dim>(); }
 };
 
 /// The moments of an object; those behind n_done have been undone.
@@ -48,6 +58,9 @@ struct History {
   /// it obeys already.
   /// @param others  inside clicks of other objects, as outside clicks
   bool is_at_rest(const std::vector<Click<Dim>>& others, const ImageExtent<Dim>& extent) const;
+  /// How many moments there are before the first action that has to be repeated to make the present
+  /// result: up to one whose result is there, or before an evolution that needs none.
+  std::size_t n_before_repeated() const;
   /// What has been undone is gone.
   void add(Action<Dim> action, Object<Dim> after) {
     moments.resize(n_done);

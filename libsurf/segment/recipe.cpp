@@ -85,6 +85,7 @@ struct ActionToJson {
     Json out = {{"do", "evolve"}};
     if (!a.others.empty()) out["others"] = others_to_json<Dim>(a.others);
     if (a.stopped_at) out["stopped_at"] = *a.stopped_at;
+    if (a.is_anew) out["anew"] = true;
     return out;
   }
   Json operator()(const Rename& a) const { return {{"do", "rename"}, {"name", a.name}}; }
@@ -110,6 +111,7 @@ Action<Dim> action_from_json(const Json& json) {
   if (what == "evolve") {
     Evolve<Dim> out{.others = others_from_json<Dim>(json)};
     if (json.contains("stopped_at")) out.stopped_at = json["stopped_at"].get<int>();
+    out.is_anew = json.value("anew", false);
     return out;
   }
   if (what == "rename") return Rename{json.at("name").get<std::string>()};
@@ -183,9 +185,11 @@ std::string image_of_recipe(const std::string& recipe) {
   return json.contains("image") ? json["image"].value("path", "") : "";
 }
 
-template <int Dim>
-void replay(const std::string& recipe, Segmentation<Dim>& segmentation,
-            const ProgressOf<Dim>& progress, const std::stop_token& stop) {
+namespace {
+
+/// Adds the recipe's objects, and gives each entry to act(id, action), which says whether to go on.
+template <int Dim, class Act>
+void for_entries(const std::string& recipe, Segmentation<Dim>& segmentation, const Act& act) {
   std::vector<int> added;
   int n_entry = 0;
   try {
@@ -197,8 +201,7 @@ void replay(const std::string& recipe, Segmentation<Dim>& segmentation,
                                               object.at("colour").get<Colour>()));
       for (const Json& entry : object.at("history")) {
         ++n_entry;
-        if (stop.stop_requested()) return;
-        segmentation.apply(added.back(), action_from_json<Dim>(entry), progress, stop);
+        if (!act(added.back(), action_from_json<Dim>(entry))) return;
       }
     }
   } catch (const std::exception& error) {
@@ -209,10 +212,32 @@ void replay(const std::string& recipe, Segmentation<Dim>& segmentation,
   }
 }
 
+}  // namespace
+
+template <int Dim>
+void replay(const std::string& recipe, Segmentation<Dim>& segmentation,
+            const ProgressOf<Dim>& progress, const std::stop_token& stop) {
+  for_entries<Dim>(recipe, segmentation, [&](int id, const Action<Dim>& action) {
+    if (stop.stop_requested()) return false;
+    segmentation.apply(id, action, progress, stop);
+    return true;
+  });
+}
+
+template <int Dim>
+void load(const std::string& recipe, Segmentation<Dim>& segmentation) {
+  for_entries<Dim>(recipe, segmentation, [&](int id, const Action<Dim>& action) {
+    segmentation.note(id, action);
+    return true;
+  });
+}
+
 template std::string to_recipe<2>(const Segmentation<2>&, const std::string&);
 template std::string to_recipe<3>(const Segmentation<3>&, const std::string&);
 template void write_recipe<2>(const std::string&, const Segmentation<2>&, const std::string&);
 template void write_recipe<3>(const std::string&, const Segmentation<3>&, const std::string&);
+template void load<2>(const std::string&, Segmentation<2>&);
+template void load<3>(const std::string&, Segmentation<3>&);
 template void replay<2>(const std::string&, Segmentation<2>&, const ProgressOf<2>&,
                         const std::stop_token&);
 template void replay<3>(const std::string&, Segmentation<3>&, const ProgressOf<3>&,

@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <set>
 
 #include "libsurf/base/error.h"
 #include "libsurf/segment/clicks.h"
@@ -26,8 +27,9 @@ constexpr std::array<Colour, 7> kColours = {{{230, 159, 0},
 }  // namespace
 
 template <int Dim>
-Segmentation<Dim>::Segmentation(std::shared_ptr<const Setting<Dim>> setting, std::size_t max_bytes)
-    : fields_(std::move(setting), max_bytes) {}
+Segmentation<Dim>::Segmentation(std::shared_ptr<const Setting<Dim>> setting, std::size_t max_bytes,
+                                std::size_t max_past_bytes)
+    : fields_(std::move(setting), max_bytes), max_past_bytes_(max_past_bytes) {}
 
 template <int Dim>
 History<Dim>& Segmentation<Dim>::find(Id id) {
@@ -184,6 +186,8 @@ template <int Dim>
 const Result<Dim>& Segmentation<Dim>::propose_beside(Id id, const std::vector<Click<Dim>>& others,
                                                      const ProgressOf<Dim>& progress,
                                                      const std::stop_token& stop) {
+  make(id, progress, stop);
+  if (!is_made(id)) return *object(id).result;  // after a stop
   Object<Dim> after = object(id);
   Work<Dim> work = work_for(after, others, progress, stop);
   if (work.seeds_mm.empty())
@@ -192,6 +196,7 @@ const Result<Dim>& Segmentation<Dim>::propose_beside(Id id, const std::vector<Cl
   if (!work.is_stopped()) {
     after.result = std::make_shared<const Result<Dim>>(to_result(std::move(work)));
     find(id).add(Propose<Dim>{others}, std::move(after));
+    drop_past();
   }
   return *object(id).result;
 }
@@ -226,14 +231,15 @@ const Result<Dim>& Segmentation<Dim>::choose(Id id, std::size_t proposal) {
   chosen.message = to_string(chosen.proposals[proposal]);
   after.result = std::make_shared<const Result<Dim>>(std::move(chosen));
   find(id).add(Choose{proposal}, std::move(after));
+  drop_past();
   return *object(id).result;
 }
 
 template <int Dim>
 Result<Dim> Segmentation<Dim>::evolved(const Object<Dim>& object,
                                        const std::vector<Click<Dim>>& others,
-                                       const ProgressOf<Dim>& progress,
-                                       const std::stop_token& stop) {
+                                       const ProgressOf<Dim>& progress, const std::stop_token& stop,
+                                       bool& is_anew) {
   const Result<Dim>& before = *object.result;
   Work<Dim> work = work_for(object, others, progress, stop);
   work.proposals = before.proposals;
@@ -262,6 +268,8 @@ Result<Dim> Segmentation<Dim>::evolved(const Object<Dim>& object,
   work.start_is_given = goes_on || uses_initial;
   if (goes_on && object.options.energies.empty()) work.verdict = before.verdict;
   run_stages(work);
+  // What was found earlier and is handed on is not of these clicks.
+  is_anew = !goes_on && (!work.search || work.search != before.search);
   return to_result(std::move(work));
 }
 
@@ -269,9 +277,12 @@ template <int Dim>
 const Result<Dim>& Segmentation<Dim>::evolve_beside(Id id, const std::vector<Click<Dim>>& others,
                                                     const ProgressOf<Dim>& progress,
                                                     const std::stop_token& stop) {
+  make(id, progress, stop);
+  if (!is_made(id)) return *object(id).result;  // after a stop
   Object<Dim> after = object(id);
+  Evolve<Dim> action{.others = others};
   if (find(id).is_at_rest(others, setting().extent())) {
-    find(id).add(Evolve<Dim>{.others = others}, std::move(after));
+    find(id).add(action, std::move(after));
     return *object(id).result;
   }
   int n_calls = 0;
@@ -279,11 +290,11 @@ const Result<Dim>& Segmentation<Dim>::evolve_beside(Id id, const std::vector<Cli
     n_calls += record.n_elements > 0;
     return !progress || progress(stage, record, shape);
   };
-  Result<Dim> result = evolved(after, others, counted, stop);
-  Evolve<Dim> action{.others = others};
+  Result<Dim> result = evolved(after, others, counted, stop, action.is_anew);
   if (result.outcome == Outcome::kStopped) action.stopped_at = n_calls;
   after.result = std::make_shared<const Result<Dim>>(std::move(result));
   find(id).add(action, std::move(after));
+  drop_past();
   return *object(id).result;
 }
 
@@ -295,6 +306,76 @@ bool Segmentation<Dim>::undo(Id id) {
 template <int Dim>
 bool Segmentation<Dim>::redo(Id id) {
   return find(id).redo();
+}
+
+template <int Dim>
+const Result<Dim>& Segmentation<Dim>::make(Id id, const ProgressOf<Dim>& progress,
+                                           const std::stop_token& stop) {
+  if (is_made(id)) return *object(id).result;
+  History<Dim> whole = find(id);
+  try {
+    if (repeat(id, whole, progress, stop))
+      for (std::size_t n = whole.n_before_repeated(); n < whole.n_done; ++n)
+        whole.moments[n].after.result = find(id).moments[n].after.result;
+  } catch (...) {
+    find(id) = std::move(whole);
+    throw;
+  }
+  find(id) = std::move(whole);
+  drop_past();
+  return *object(id).result;
+}
+
+/// The history becomes that up to the present, with its last results; false after a stop.
+template <int Dim>
+bool Segmentation<Dim>::repeat(Id id, const History<Dim>& whole, const ProgressOf<Dim>& progress,
+                               const std::stop_token& stop) {
+  bool goes_on = true;
+  const ProgressOf<Dim> told = [&](const auto& stage, const auto& record, const auto& shape) {
+    return goes_on = goes_on && (!progress || progress(stage, record, shape));
+  };
+  History<Dim>& history = find(id);
+  history.n_done = whole.n_before_repeated();
+  history.moments.resize(history.n_done);
+  if (!history.now().is_made())
+    history.moments.back().after.result = std::make_shared<const Result<Dim>>();
+  for (std::size_t n = history.n_done; n < whole.n_done; ++n) {
+    const Action<Dim>& action = whole.moments[n].action;
+    // Another object may have the name by now.
+    if (std::holds_alternative<Rename>(action) || std::holds_alternative<Recolour>(action))
+      history.add(action, history.now());
+    else
+      apply(id, action, told, stop);
+    if (!goes_on || stop.stop_requested()) return false;
+  }
+  return true;
+}
+
+/// Results that are furthest from the present go first.
+template <int Dim>
+void Segmentation<Dim>::drop_past() {
+  std::map<const Result<Dim>*, std::size_t> n_away_of;  // moments
+  for (const auto& [id, history] : objects_)
+    for (std::size_t n = 0; n < history.moments.size(); ++n) {
+      const std::size_t n_away = std::max(n + 1, history.n_done) - std::min(n + 1, history.n_done);
+      const auto known = n_away_of.try_emplace(history.moments[n].after.result.get(), n_away).first;
+      known->second = std::min(known->second, n_away);
+    }
+  n_away_of.erase(result_to_be_made<Dim>().get());
+  for (const auto& [id, history] : objects_) n_away_of.erase(history.first.result.get());
+  std::vector<std::pair<std::size_t, const Result<Dim>*>> nearest_first;
+  for (const auto& [result, n_away] : n_away_of) nearest_first.push_back({n_away, result});
+  std::sort(nearest_first.begin(), nearest_first.end());
+  std::size_t bytes = 0;
+  std::set<const Result<Dim>*> dropped;
+  for (const auto& [n_away, result] : nearest_first) {
+    bytes += segment::memory_bytes<Dim>(*result);
+    if (bytes > max_past_bytes_ && n_away > 0) dropped.insert(result);
+  }
+  for (auto& [id, history] : objects_)
+    for (auto& moment : history.moments)
+      if (dropped.contains(moment.after.result.get()))
+        moment.after.result = result_to_be_made<Dim>();
 }
 
 template <int Dim>
@@ -331,6 +412,17 @@ void Segmentation<Dim>::apply(Id id, const Action<Dim>& action, const ProgressOf
     }
   };
   std::visit(Visitor{*this, id, progress, stop}, action);
+}
+
+template <int Dim>
+void Segmentation<Dim>::note(Id id, const Action<Dim>& action) {
+  const bool is_computed = std::holds_alternative<Propose<Dim>>(action) ||
+                           std::holds_alternative<Choose>(action) ||
+                           std::holds_alternative<Evolve<Dim>>(action);
+  if (!is_computed) return apply(id, action);
+  Object<Dim> after = object(id);
+  after.result = result_to_be_made<Dim>();
+  find(id).add(action, std::move(after));
 }
 
 template <int Dim>
