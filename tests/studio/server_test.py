@@ -16,7 +16,7 @@ import threading
 import time
 import unittest
 
-from studio import Studio, folder_with
+from studio import Studio, can_mount, folder_with, mounted
 
 BALLS = ("balls.nii.gz", "separate-balls", "--size", "40", "--noise", "0.05")
 LEFT, RIGHT = (-0.5, 0, 0), (0.5, 0, 0)
@@ -232,6 +232,50 @@ class Dialogue(WithStudio):
         self.studio.do("remove_object", object=1)
         self.assertEqual([o["name"] for o in self.studio.state()["objects"]], ["right"])
 
+    def test_a_name_and_a_colour_end_no_evolution(self):
+        self.studio.click(LEFT)
+        job = self.studio.until(lambda s: s["job"])["job"]["id"]
+        self.studio.do("rename", object=1, name="left")
+        self.studio.do("recolour", object=1, colour="#00ff80")
+        during = self.studio.state()
+        self.assertEqual((during["objects"][0]["name"], during["objects"][0]["colour"]), ("left", "#00ff80"))
+        self.studio.do("rename", 400, object=1, name="")
+        self.studio.do("rename", 400, object=7, name="x")
+        jobs = set()
+
+        def is_done(state):
+            if state["job"]:
+                jobs.add(state["job"]["id"])
+            return state["job"] is None and state["objects"][0]["has_surface"] and state["objects"][0]["name"] == "left"
+
+        self.studio.until(is_done)
+        self.assertLessEqual(jobs, {job}, "no other evolution was begun")
+        self.studio.do("undo", object=1)  # the colour
+        self.studio.do("undo", object=1)  # the name
+        undone = self.studio.idle()["objects"][0]
+        self.assertEqual((undone["name"], undone["has_surface"]), ("object 1", True))
+
+    def test_a_report_is_that_of_the_command_line(self):
+        self.studio.click(LEFT)
+        self.studio.idle()
+        self.studio.do("add_object", name="it's right")
+        self.studio.click(RIGHT, object=2)
+        self.studio.idle()
+        self.studio.export(400, what="report", object=1, name="report.pdf")
+        for number, name in ((2, "one.html"), (0, "all.html")):
+            self.studio.export(what="report", object=number, name=name)
+            ours = content(self.folder, name)
+            command = json.loads(self.studio.get(f"/api/command?object={number}"))["text"]
+            os.remove(os.path.join(self.folder, name))
+            subprocess.run(f"{command} --report {name}", shell=True, check=True, cwd=self.folder, capture_output=True,
+                           env={**os.environ, "PATH": os.path.dirname(os.environ["SURFSEG_PROGRAM"]) + ":" + os.environ["PATH"]})
+
+            def without_command(page):
+                return [line for line in page.splitlines() if b"surfseg replay" not in line]
+
+            self.assertEqual(without_command(ours), without_command(content(self.folder, name)), name)
+            self.assertIn(b"surfseg replay", ours)
+
     def test_surfaces_are_bytes(self):
         self.studio.click(LEFT)
         measures = self.studio.idle()["objects"][0]["measures"]
@@ -292,6 +336,56 @@ class Refusals(WithStudio):
         os.mkdir(os.path.join(self.folder, "folder.stl")) if os.geteuid() == 0 else None
         if os.geteuid() == 0:
             self.assertIn("error", self.studio.export(400, what="surface", object=1, name="folder.stl"))
+
+
+@unittest.skipUnless(can_mount(), "skipped: no mounts of one's own here")
+class LittleRoom(unittest.TestCase):
+    def setUp(self):
+        self.source, self.folder = folder_with(BALLS), folder_with()
+        self.addCleanup(shutil.rmtree, self.source)
+        self.addCleanup(shutil.rmtree, self.folder)
+
+    def begin(self, room):
+        studio = Studio(self.folder, "balls.nii.gz", before=mounted(self.source, room))
+        studio.until(lambda s: s["volume"] and s["job"] is None)
+        studio.click(LEFT)
+        return studio, studio.idle()
+
+    def test_a_full_disk_is_told_and_nothing_is_left(self):
+        studio, state = self.begin(room=5 * 4096)  # for the recipe twice, as it is written whole; not for a surface
+        self.assertIsNone(state["error"])
+        for what, name in (("surface", "a.stl"), ("picture", "a.png"), ("report", "a.html")):
+            before = studio.listed()
+            answer = studio.export(500, what=what, object=1, name=name)
+            self.assertIn("No space left on device", answer["error"])
+            self.assertIn(name, answer["error"])
+            self.assertNotIn("\n", answer["error"])
+            self.assertEqual(studio.listed(), before)
+        kept = json.loads(studio.get("/api/command?object=1"))
+        # Full to the last page: the state of this moment is not kept, the one before stays whole.
+        n = 0
+        while studio.request("POST", "/api/export", {"what": "measures", "name": f"{n}.csv"})[0] == 200:
+            n += 1
+        self.assertGreater(n, 0)
+        studio.click(RIGHT)
+        state = studio.until(lambda s: s["error"] and s["job"] is None and s["objects"][0]["has_surface"])
+        self.assertIn("the state is not kept", state["error"]["text"])
+        self.assertEqual(len(state["objects"][0]["clicks"]), 2)
+        with open(f"/proc/{studio.process.pid}/cwd/balls.nii.gz.surfseg.json") as file:
+            self.assertEqual(json.load(file)["kind"], "surfseg recipe")
+        self.assertEqual(json.loads(studio.get("/api/command?object=1")), kept)
+        said = studio.end()
+        self.assertIn("a.stl", said)
+        self.assertIn("the state is not kept", said)
+
+    def test_a_read_only_folder_is_told_and_looked_at(self):
+        studio, state = self.begin(room=None)
+        self.assertIn("the state is not kept", state["error"]["text"])
+        self.assertIn("Read-only", state["error"]["text"])
+        self.assertTrue(state["objects"][0]["measures"]["passed"])
+        self.assertIn("Read-only", studio.export(500, what="surface", object=1, name="a.stl")["error"])
+        self.assertEqual(studio.listed(), ["balls.nii.gz"])
+        self.assertIn("Read-only", studio.end())
 
 
 class Access(WithStudio):
@@ -398,6 +492,45 @@ class KeptState(unittest.TestCase):
             self.assertEqual(again.idle()["objects"][0]["measures"], one["measures"])
         studio.process.stdout.close()
         studio.process.stderr.close()
+        shutil.rmtree(folder)
+
+    def test_it_opens_at_once_and_makes_surfaces_again_from_what_they_need(self):
+        folder = folder_with(BALLS)
+        with Studio(folder, "balls.nii.gz") as studio:
+            studio.until(lambda s: s["volume"] and s["job"] is None)
+            studio.click(LEFT)
+            one = studio.idle()["objects"][0]
+            studio.click(RIGHT)
+            two = studio.idle()["objects"][0]
+            studio.do("add_object")
+        history = json.loads(content(folder, "balls.nii.gz.surfseg.json"))["objects"][0]["history"]
+        self.assertEqual([a["do"] for a in history if a.get("anew")], ["evolve", "evolve"])
+        with Studio(folder, "balls.nii.gz") as again:
+            opened = again.until(lambda s: s["volume"])
+            self.assertEqual(len(opened["objects"]), 2)
+            self.assertEqual(opened["objects"][0]["clicks"], two["clicks"], "clicks are there with the volume")
+            self.assertFalse(opened["objects"][0]["has_surface"])
+            self.assertIsNotNone(opened["job"], "its surface is on its way")
+            again.export(what="recipe", name="kept.json")
+            self.assertEqual(json.loads(content(folder, "kept.json"))["objects"][0]["history"], history)
+            self.assertEqual(again.idle()["objects"][0]["measures"], two["measures"])
+            again.do("undo", object=1)
+            self.assertEqual(again.idle()["objects"][0]["measures"], one["measures"])
+            again.do("redo", object=1)
+            self.assertEqual(again.idle()["objects"][0]["measures"], two["measures"])
+        shutil.rmtree(folder)
+
+    def test_a_click_that_was_waiting_evolves_after_opening(self):
+        folder = folder_with(BALLS)
+        studio = Studio(folder, "balls.nii.gz")
+        studio.until(lambda s: s["volume"] and s["job"] is None)
+        studio.click(LEFT)  # killed before it has evolved
+        studio.process.send_signal(signal.SIGKILL)
+        studio.process.wait()
+        studio.process.stdout.close()
+        studio.process.stderr.close()
+        with Studio(folder, "balls.nii.gz") as again:
+            self.assertEqual(again.idle()["objects"][0]["outcome"], "converged")
         shutil.rmtree(folder)
 
     def test_a_broken_or_foreign_state_is_moved_aside(self):
@@ -521,6 +654,24 @@ class Program(unittest.TestCase):
             self.assertEqual(done.returncode, 2)
             self.assertIn("taken", done.stderr)
         shutil.rmtree(folder)
+
+    def test_without_a_browser_it_says_so_and_goes_on(self):
+        folder, programs = folder_with(BALLS), folder_with()
+        for words in ((), ("#!/bin/sh\nexit 3\n",)):  # none at all, and one that fails
+            for text in words:
+                with open(os.path.join(programs, "xdg-open"), "w") as file:
+                    file.write(text)
+                os.chmod(file.name, 0o755)
+            studio = Studio(folder, opens_browser=True, environment={"PATH": programs + (":/bin" if words else "")})
+            self.assertEqual(studio.state()["files"][0]["path"], "balls.nii.gz")
+            for line in studio.process.stderr:
+                if "no browser could be opened" in line:
+                    break
+            else:
+                self.fail("it does not say so")
+            studio.end()
+        shutil.rmtree(folder)
+        shutil.rmtree(programs)
 
     def test_ctrl_c_and_quit_end_it(self):
         folder = folder_with(BALLS)

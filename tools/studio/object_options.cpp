@@ -214,6 +214,7 @@ ordered_json describe_options() {
             {"labels", {"nii.gz", "seg.nrrd", "nrrd", "mha", "nii"}},
             {"measures", {"csv"}},
             {"picture", {"png"}},
+            {"report", {"html"}},
             {"recipe", {"json"}}}}};
 }
 

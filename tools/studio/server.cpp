@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "libsurf/base/error.h"
+#include "libsurf/base/log.h"
 #include "libsurf/segment/presets.h"
 #include "tools/common/field_names.h"
 #include "tools/common/typed_options.h"
@@ -67,6 +68,7 @@ void answer(Response& response, Work&& work) {
   } catch (const FileExists& error) {
     refuse(response, {409, error.what(), true});
   } catch (const surf::OutputError& error) {
+    surf::log(surf::LogLevel::kWarning, error.what());
     refuse(response, {500, error.what()});
   } catch (const surf::Error& error) {
     refuse(response, {400, error.what()});
@@ -195,13 +197,11 @@ struct Server::Impl {
   }
 
   std::string command(int id) {
-    const auto state = dialogue.state();
-    if (!state->volume) throw Refusal{404, "no volume is open"};
-    for (const ObjectState& object : state->objects)
-      if (object.id == id)
-        return fmt::format("surfseg replay '{}' --object '{}' -o '{}.stl'",
-                           state->volume->recipe.string(), object.object.name, object.object.name);
-    throw Refusal{404, fmt::format("there is no object {}", id)};
+    try {
+      return replay_command(*dialogue.state(), id);
+    } catch (const surf::UsageError& error) {
+      throw Refusal{404, error.what()};
+    }
   }
 
   void events(const Request&, Response& response) {
