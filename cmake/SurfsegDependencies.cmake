@@ -57,6 +57,14 @@ foreach(part DSED DICT Common)
   set_property(TARGET surfseg_gdcm APPEND PROPERTY INTERFACE_LINK_LIBRARIES ${SURFSEG_GDCM_${part}})
 endforeach()
 
+# DICOM Segmentation and Encapsulated STL. Optional: without it they are refused with one line.
+find_package(DCMTK 3.6.7 CONFIG QUIET)
+if(DCMTK_FOUND)
+  add_library(surfseg_dcmtk INTERFACE IMPORTED)
+  target_link_libraries(surfseg_dcmtk INTERFACE DCMTK::dcmseg DCMTK::dcmfg DCMTK::dcmiod
+                        DCMTK::dcmdata DCMTK::oflog DCMTK::ofstd)
+endif()
+
 if(SURFSEG_BUILD_TOOLS)
   find_package(CLI11 REQUIRED)
 endif()

@@ -1,5 +1,5 @@
 # surfseg_embed_page(<target> <name> <path>): a page of three files, <path>.html, .css and .js, built into a target as
-# surfseg::<name>::page_html(), page_style() and page_script(), which its page.h declares.
+# what surfseg::<name>::page_files() returns, which its page.h declares.
 function(surfseg_embed_page target name path)
   set(PAGE_NAME ${name})
   foreach(part HTML:html STYLE:css SCRIPT:js)

@@ -11,6 +11,7 @@ option(SURFSEG_BUILD_TESTS "Build the tests and benchmarks" ${SURFSEG_TOP_LEVEL}
 option(SURFSEG_WERROR "Treat warnings as errors (for developers)" OFF)
 option(SURFSEG_NATIVE "Optimise for this machine's processor; results may differ elsewhere" OFF)
 set(SURFSEG_SANITIZE "" CACHE STRING "Sanitizers, as in -fsanitize=: address,undefined or thread")
+option(SURFSEG_FUZZ "Build the readers and their libFuzzer programs only; needs clang" OFF)
 option(BUILD_SHARED_LIBS "Build shared libraries" ON)
 
 if(SURFSEG_TOP_LEVEL AND NOT CMAKE_BUILD_TYPE AND NOT CMAKE_CONFIGURATION_TYPES)

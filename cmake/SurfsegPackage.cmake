@@ -12,7 +12,7 @@ set(CPACK_PACKAGE_CONTACT ${SURFSEG_PACKAGE_CONTACT})
 set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "surfaces from CT and MRI volumes by a click")
 set(CPACK_PACKAGE_DESCRIPTION
     "One volume and one point in; out comes a closed, manifold, sub-voxel surface\
- as STL, OBJ, PLY, VTP, GIFTI or glTF, and contours of slices and images the\
+ as STL, OBJ, PLY, VTP, GIFTI, glTF, 3MF or DICOM, and contours of slices and images the\
  same way.\n\nWith the programs surfseg, curveseg and surfseg-slicer, a studio in the\
  browser, a module for Python, and the libraries with their headers.")
 set(CPACK_PACKAGING_INSTALL_PREFIX /usr)

@@ -7,6 +7,7 @@ if(SURFSEG_TOP_LEVEL)
   message(STATUS "  tests           ${SURFSEG_BUILD_TESTS}")
   message(STATUS "  sanitizers      ${SURFSEG_SANITIZE}")
   message(STATUS "  ccache          ${SURFSEG_CCACHE}")
+  message(STATUS "  DICOM objects   ${DCMTK_FOUND} (DCMTK ${DCMTK_VERSION})")
   message(STATUS "  VTK ${VTK_VERSION}, CGAL ${CGAL_VERSION}, OpenVDB ${OpenVDB_VERSION}, "
                  "Ceres ${Ceres_VERSION}")
 endif()

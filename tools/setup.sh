@@ -3,7 +3,9 @@
 # changes nothing when all is there already.
 #   tools/setup.sh               compiler, libraries, test tools
 #   tools/setup.sh --demo-data   the scans of tools/demo.sh as well
+#   tools/setup.sh --docs        Doxygen, for the API reference
 #   tools/setup.sh --cluster     Slurm and Snakemake, for the tests of tools/cohort
+#   tools/setup.sh --fuzz        clang and its sanitizers, for tools/fuzz.sh and tools/check.sh
 # docs/developer.md says what each package is for.
 set -euo pipefail
 
@@ -18,6 +20,7 @@ packages=(
   libgtest-dev libbenchmark-dev
   python3-numpy python3-scipy python3-nibabel
   python3-dev pybind11-dev python3-pytest
+  libdcmtk-dev dicom3tools python3-pydicom python3-meshio python3-vtk9 lib3mf1
   libcpp-httplib-dev chromium libxml2-utils
   xvfb xauth libgl1-mesa-dri help2man
   dpkg-dev file
@@ -31,9 +34,11 @@ fail() {
 for argument in "$@"; do
   case $argument in
     --demo-data) packages+=(mricron-data) ;;
+    --docs) packages+=(doxygen) ;;
+    --fuzz) packages+=(clang clang-tidy llvm libclang-rt-14-dev) ;;
     --cluster) packages+=(slurm-wlm slurm-wlm-basic-plugins munge snakemake) ;;
     -h | --help)
-      sed -n '2,7s/^# \{0,1\}//p' "$0"
+      sed -n '2,9s/^# \{0,1\}//p' "$0"
       exit 0
       ;;
     *)

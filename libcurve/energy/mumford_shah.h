@@ -58,14 +58,13 @@ class MumfordShah : public energy::ShapeEnergy<2> {
   void accept() override;
   void remesh(const fem::Geometry<2>& shape) override { reset(shape); }
   /// @throws InvalidMesh  the current curves meet one another
-  void differentiate(const fem::Curvature& curvature, double weight,
-                     energy::ShapeTerms<2>& terms) const override;
+  void differentiate(const fem::Curvature&, double, energy::ShapeTerms<2>&) const override;
   /// @throws UsageError  always: Theorem 2.2.11 has u' of every velocity, no sparse matrix
-  void differentiate_twice(const fem::Curvature& curvature, double weight,
-                           energy::SecondDerivative<2>& second) const override;
+  void differentiate_twice(const fem::Curvature&, double,
+                           energy::SecondDerivative<2>&) const override;
   /// With the mean of u_2 in place of what u would be in the hole:
   /// F = 1/2 ((I - u_1)^2 - (I - mean)^2).
-  void add_density(const Points<2>& points, double weight, Eigen::VectorXd& density) const override;
+  void add_density(const Points<2>&, double, Eigen::VectorXd&) const override;
 
   /// What is on both sides of each vertex of the curves.
   struct Traces {

@@ -8,17 +8,17 @@
 #include "libsurf/base/affine.h"
 #include "libsurf/base/error.h"
 #include "libsurf/base/memory.h"
+#include "libsurf/base/values.h"
 
 namespace surf::curve {
 namespace {
 
 void check_values(const std::vector<float>& values, int n_columns, const std::string& path) {
-  const auto bad =
-      std::find_if(values.begin(), values.end(), [](float value) { return !std::isfinite(value); });
+  const auto bad = std::find_if_not(values.begin(), values.end(), is_usable_value);
   if (bad == values.end()) return;
   const auto at = bad - values.begin();
-  throw InputError(fmt::format("{}: pixel ({}, {}) is {}; replace NaN and Inf first", path,
-                               at % n_columns, at / n_columns, std::isnan(*bad) ? "NaN" : "Inf"));
+  throw InputError(fmt::format("{}: pixel ({}, {}) is {}", path, at % n_columns, at / n_columns,
+                               fault_of_value(*bad)));
 }
 
 }  // namespace
@@ -28,8 +28,8 @@ void check_image_size(const std::array<long long, 2>& size, const std::string& p
     throw InputError(fmt::format("{}: {} x {} pixels; an image needs at least 2 along both axes",
                                  path, size[0], size[1]));
   if (!fits_in_memory(double(size[0]) * double(size[1])))
-    throw InputError(fmt::format("{}: {} x {} pixels are more than this machine's {:.1f} GiB hold",
-                                 path, size[0], size[1], machine_memory() / (1 << 30)));
+    throw InputError(fmt::format("{}: {} x {} pixels are more than can be held: {}", path, size[0],
+                                 size[1], usable_memory_text()));
 }
 
 Image::Image(const std::array<int, 2>& size, const Eigen::Affine2d& pixel_to_plane,

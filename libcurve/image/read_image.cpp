@@ -4,10 +4,12 @@
 
 #include <cerrno>
 #include <cstring>
+#include <filesystem>
 #include <fstream>
 
 #include "libcurve/image/detail/raster.h"
 #include "libsurf/base/error.h"
+#include "libsurf/base/memory.h"
 
 namespace surf::curve {
 namespace {
@@ -73,6 +75,15 @@ std::vector<std::string> notes_of(const Raster& raster, int page) {
 InputError damaged(const std::string& path, const char* format, const std::string& why) {
   return InputError(fmt::format("{}: {} is truncated or damaged{}{}; get the file again", path,
                                 format, why.empty() ? "" : ": ", why));
+}
+
+void check_promised(const std::string& path, const char* format, double n_bytes) {
+  std::error_code status;
+  const auto n_stored = double(std::filesystem::file_size(path, status));
+  if (!status && !is_borne_out(n_bytes, n_stored))
+    throw damaged(path, format,
+                  fmt::format("its header promises {:.0f} bytes of pixels, the file has {:.0f}",
+                              n_bytes, n_stored));
 }
 
 bool is_image_file(const std::string& path) {

@@ -1,5 +1,5 @@
 // Random numbers that are functions of a seed and a counter: the same in any order, with any number
-// of threads and, unlike those of <random>, with any standard library.
+// of threads and, unlike the standard's distributions, with any standard library.
 #pragma once
 
 #include <cstdint>

@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "libsurf/energy/detail/derivative_rows.h"
+
 namespace surf::energy {
 namespace {
 
@@ -123,14 +125,13 @@ class AlignmentDensity : public AnisotropicDensity<Dim> {
 
 template <int Dim>
 void DensitySamples<Dim>::resize(Eigen::Index n, Derivatives order) {
-  const Eigen::Index n_first = order >= Derivatives::kFirst ? n : 0;
-  const Eigen::Index n_second = order >= Derivatives::kSecond ? n : 0;
+  const DerivativeRows n_rows(n, order);
   value.setZero(n);
-  dx.setZero(n_first, Dim);
-  dy.setZero(n_first, Dim);
-  dxx.setZero(n_second, Dim * Dim);
-  dxy.setZero(n_second, Dim * Dim);
-  dyy.setZero(n_second, Dim * Dim);
+  dx.setZero(n_rows.first, Dim);
+  dy.setZero(n_rows.first, Dim);
+  dxx.setZero(n_rows.second, Dim * Dim);
+  dxy.setZero(n_rows.second, Dim * Dim);
+  dyy.setZero(n_rows.second, Dim * Dim);
 }
 
 template <int Dim>

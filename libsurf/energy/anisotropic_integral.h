@@ -18,10 +18,8 @@ class AnisotropicIntegral : public BoundaryEnergy<Dim> {
   explicit AnisotropicIntegral(DensityPointer<Dim> H, int quadrature_order = 2);
 
   std::string name() const override { return "anisotropic-integral"; }
-  void differentiate(const fem::Curvature& curvature, double weight,
-                     ShapeTerms<Dim>& terms) const override;
-  void differentiate_twice(const fem::Curvature& curvature, double weight,
-                           SecondDerivative<Dim>& second) const override;
+  void differentiate(const fem::Curvature&, double, ShapeTerms<Dim>&) const override;
+  void differentiate_twice(const fem::Curvature&, double, SecondDerivative<Dim>&) const override;
 
  private:
   double evaluate(const fem::Geometry<Dim>& shape) const override;

@@ -11,12 +11,9 @@ template <int Dim>
 class Content : public BoundaryEnergy<Dim> {
  public:
   std::string name() const override { return "content"; }
-  void differentiate(const fem::Curvature& curvature, double weight,
-                     ShapeTerms<Dim>& terms) const override;
-  void differentiate_twice(const fem::Curvature& curvature, double weight,
-                           SecondDerivative<Dim>& second) const override;
-  void add_density(const Points<Dim>& points, double weight,
-                   Eigen::VectorXd& density) const override;
+  void differentiate(const fem::Curvature&, double, ShapeTerms<Dim>&) const override;
+  void differentiate_twice(const fem::Curvature&, double, SecondDerivative<Dim>&) const override;
+  void add_density(const Points<Dim>&, double, Eigen::VectorXd&) const override;
 
  private:
   double evaluate(const fem::Geometry<Dim>& shape) const override { return shape.enclosed(); }

@@ -1,5 +1,7 @@
 #include "libsurf/energy/curvature_density.h"
 
+#include "libsurf/energy/detail/derivative_rows.h"
+
 namespace surf::energy {
 namespace {
 
@@ -34,14 +36,13 @@ class SquaredCurvature : public CurvatureDensity<Dim> {
 
 template <int Dim>
 void CurvatureSamples<Dim>::resize(Eigen::Index n, Derivatives order) {
-  const Eigen::Index n_first = order >= Derivatives::kFirst ? n : 0;
-  const Eigen::Index n_second = order >= Derivatives::kSecond ? n : 0;
+  const DerivativeRows n_rows(n, order);
   value.setZero(n);
-  dz.setZero(n_first);
-  dx.setZero(n_first, Dim);
-  dzz.setZero(n_second);
-  dxz.setZero(n_second, Dim);
-  dxx.setZero(n_second, Dim * Dim);
+  dz.setZero(n_rows.first);
+  dx.setZero(n_rows.first, Dim);
+  dzz.setZero(n_rows.second);
+  dxz.setZero(n_rows.second, Dim);
+  dxx.setZero(n_rows.second, Dim * Dim);
 }
 
 template <int Dim>

@@ -20,10 +20,8 @@ class CurvatureIntegral : public BoundaryEnergy<Dim> {
   explicit CurvatureIntegral(std::shared_ptr<const CurvatureDensity<Dim>> H);
 
   std::string name() const override { return "curvature-integral"; }
-  void differentiate(const fem::Curvature& curvature, double weight,
-                     ShapeTerms<Dim>& terms) const override;
-  void differentiate_twice(const fem::Curvature& curvature, double weight,
-                           SecondDerivative<Dim>& second) const override;
+  void differentiate(const fem::Curvature&, double, ShapeTerms<Dim>&) const override;
+  void differentiate_twice(const fem::Curvature&, double, SecondDerivative<Dim>&) const override;
 
  private:
   struct Form;

@@ -45,12 +45,9 @@ class DomainFunctional : public ShapeEnergy<Dim> {
   double try_move(const fem::Geometry<Dim>& moved) override;
   void accept() override;
   void remesh(const fem::Geometry<Dim>& shape) override;
-  void differentiate(const fem::Curvature& curvature, double weight,
-                     ShapeTerms<Dim>& terms) const override;
-  void differentiate_twice(const fem::Curvature& curvature, double weight,
-                           SecondDerivative<Dim>& second) const override;
-  void add_density(const Points<Dim>& points, double weight,
-                   Eigen::VectorXd& density) const override;
+  void differentiate(const fem::Curvature&, double, ShapeTerms<Dim>&) const override;
+  void differentiate_twice(const fem::Curvature&, double, SecondDerivative<Dim>&) const override;
+  void add_density(const Points<Dim>&, double, Eigen::VectorXd&) const override;
 
  private:
   using Pointer = typename FieldFamily<Dim>::Pointer;

@@ -24,12 +24,9 @@ class EnergySum : public ShapeEnergy<Dim> {
   void accept() override;
   void remesh(const fem::Geometry<Dim>& shape) override;
   void rebuild(const fem::Geometry<Dim>& shape) override;
-  void differentiate(const fem::Curvature& curvature, double weight,
-                     ShapeTerms<Dim>& terms) const override;
-  void differentiate_twice(const fem::Curvature& curvature, double weight,
-                           SecondDerivative<Dim>& second) const override;
-  void add_density(const Points<Dim>& points, double weight,
-                   Eigen::VectorXd& density) const override;
+  void differentiate(const fem::Curvature&, double, ShapeTerms<Dim>&) const override;
+  void differentiate_twice(const fem::Curvature&, double, SecondDerivative<Dim>&) const override;
+  void add_density(const Points<Dim>&, double, Eigen::VectorXd&) const override;
 
  private:
   struct Term {

@@ -52,14 +52,12 @@ class MumfordShah : public ShapeEnergy<3> {
   void accept() override;
   void remesh(const fem::Geometry<3>& shape) override;
   void rebuild(const fem::Geometry<3>& shape) override { remesh(shape); }
-  void differentiate(const fem::Curvature& curvature, double weight,
-                     ShapeTerms<3>& terms) const override;
+  void differentiate(const fem::Curvature&, double, ShapeTerms<3>&) const override;
   /// @throws UsageError  always: Theorem 2.2.11 has u' of every velocity, no sparse matrix
-  void differentiate_twice(const fem::Curvature& curvature, double weight,
-                           SecondDerivative<3>& second) const override;
+  void differentiate_twice(const fem::Curvature&, double, SecondDerivative<3>&) const override;
   /// With the mean of u_2 in place of what u would be in the hole:
   /// F = 1/2 ((I - u_1)^2 - (I - mean)^2).
-  void add_density(const Points<3>& points, double weight, Eigen::VectorXd& density) const override;
+  void add_density(const Points<3>&, double, Eigen::VectorXd&) const override;
 
  private:
   struct Box;

@@ -7,18 +7,21 @@
 #include <vtkPointData.h>
 #include <vtkPolyData.h>
 
-#include <Eigen/Geometry>
 #include <bit>
 #include <cerrno>
-#include <charconv>
 #include <cstdint>
 #include <cstring>
+#include <filesystem>
 #include <fstream>
 
 #include "libsurf/base/error.h"
 #include "libsurf/base/file.h"
+#include "libsurf/io/detail/dicom_stl.h"
 #include "libsurf/io/detail/gifti_file.h"
 #include "libsurf/io/detail/glb_file.h"
+#include "libsurf/io/detail/numbers.h"
+#include "libsurf/io/detail/stl_file.h"
+#include "libsurf/io/detail/threemf_file.h"
 #include "libsurf/io/detail/vtp_file.h"
 
 namespace surf::io {
@@ -33,31 +36,9 @@ void append(std::string& bytes, const T* values, std::size_t n) {
   bytes.append(reinterpret_cast<const char*>(values), n * sizeof(T));
 }
 
-// STL and PLY are so simple that writing their bytes here is shorter than handing the surface
-// to VTK, and a full disk is then noticed in one place for all formats.
-std::string stl_bytes(const Triangles& surface, const WriteOptions& options) {
-  const Floats points = surface.points.cast<float>();
-  std::string header = fmt::format("surfseg SPACE={} UNIT=mm", name(options.space));
-  header.resize(80, ' ');
-  std::string bytes;
-  bytes.reserve(84 + 50 * surface.elements.rows());
-  bytes += header;
-  const auto n = static_cast<std::uint32_t>(surface.elements.rows());
-  append(bytes, &n, 1);
-  for (const auto element : surface.elements.rowwise()) {
-    const Eigen::Vector3f a = points.row(element[0]), b = points.row(element[1]),
-                          c = points.row(element[2]);
-    // In double, so that the cross product of short edges does not underflow.
-    const Eigen::Vector3d area = (b - a).cast<double>().cross((c - a).cast<double>());
-    const Eigen::Vector3f normal = area.stableNormalized().cast<float>();
-    for (const Eigen::Vector3f& vector : {normal, a, b, c}) append(bytes, vector.data(), 3);
-    const std::uint16_t attribute = 0;
-    append(bytes, &attribute, 1);
-  }
-  return bytes;
-}
-
-std::string ply_bytes(const Triangles& surface, const WriteOptions& options) {
+// PLY is so simple that writing its bytes here is shorter than handing the surface to VTK, and a
+// full disk is then noticed in one place for all formats.
+std::string ply_bytes(const std::string&, const Triangles& surface, const WriteOptions& options) {
   const Eigen::Index n_arrays = Eigen::Index(options.arrays.size());
   Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> rows(surface.points.rows(),
                                                                              3 + n_arrays);
@@ -80,16 +61,29 @@ std::string ply_bytes(const Triangles& surface, const WriteOptions& options) {
   return bytes;
 }
 
-/// All digits of the float: whether a reader keeps floats or doubles, it gets the same number.
-void append_number(std::string& text, double value) {
-  char digits[32];
-  const auto [end, status] = std::to_chars(digits, digits + sizeof digits, value);
-  text.append(digits, end);
+/// A word for names in OBJ and MTL files, which end at a blank.
+std::string word_of(std::string name) {
+  for (char& c : name)
+    if (static_cast<unsigned char>(c) <= ' ') c = '_';
+  return name.empty() ? "surface" : name;
 }
 
-std::string obj_bytes(const Triangles& surface, const WriteOptions& options) {
+constexpr const char* kOwnMtl = "# surfseg\n";
+
+std::string mtl_bytes(const WriteOptions& options) {
+  const auto& colour = *options.colour;
+  return fmt::format("{}newmtl {}\nKd {:.6g} {:.6g} {:.6g}\n", kOwnMtl, word_of(options.name),
+                     colour[0] / 255.0, colour[1] / 255.0, colour[2] / 255.0);
+}
+
+std::string obj_bytes(const std::string& path, const Triangles& surface,
+                      const WriteOptions& options) {
   const Floats points = surface.points.cast<float>();
   std::string text = fmt::format("# surfseg\n# SPACE={}\n", name(options.space));
+  if (options.colour)
+    text +=
+        fmt::format("mtllib {}\n", std::filesystem::path(file_beside(path)).filename().string());
+  if (!options.name.empty()) text += fmt::format("o {}\n", word_of(options.name));
   for (const auto point : points.rowwise()) {
     text += 'v';
     for (int axis = 0; axis < 3; ++axis) {
@@ -98,12 +92,13 @@ std::string obj_bytes(const Triangles& surface, const WriteOptions& options) {
     }
     text += '\n';
   }
+  if (options.colour) text += fmt::format("usemtl {}\n", word_of(options.name));
   for (const auto element : surface.elements.rowwise())
     text += fmt::format("f {} {} {}\n", element[0] + 1, element[1] + 1, element[2] + 1);
   return text;
 }
 
-std::string vtp_bytes(const Triangles& surface, const WriteOptions& options) {
+std::string vtp_bytes(const std::string&, const Triangles& surface, const WriteOptions& options) {
   vtkNew<vtkCellArray> cells;
   cells->AllocateExact(surface.elements.rows(), surface.elements.size());
   for (const auto element : surface.elements.rowwise())
@@ -120,27 +115,58 @@ std::string vtp_bytes(const Triangles& surface, const WriteOptions& options) {
   return vtp_file(*data, options.space);
 }
 
-std::string gifti_bytes(const Triangles& surface, const WriteOptions& options) {
+std::string gifti_bytes(const std::string&, const Triangles& surface, const WriteOptions& options) {
   return gifti_surface_bytes({converted(surface.points, options.space), surface.elements});
 }
 
 /// NAME.shape.gii of NAME.surf.gii or NAME.gii: programs that read surfaces want just the two
 /// arrays of one in a file.
-std::string shape_path(const std::string& path) {
-  std::string stem = path.substr(0, path.size() - std::strlen(".gii"));
+std::string shape_path(std::string stem) {
   if (extension(stem) == ".surf") stem.resize(stem.size() - std::strlen(".surf"));
   return stem + ".shape.gii";
 }
 
-using Encoder = std::string (*)(const Triangles&, const WriteOptions&);
+std::string mtl_path(std::string stem) { return stem + ".mtl"; }
+
+/// What stands in a file beside the surface; "" if nothing.
+std::string shape_content(const WriteOptions& options) {
+  return options.arrays.empty() ? "" : gifti_shape_bytes(options.arrays);
+}
+std::string mtl_content(const WriteOptions& options) {
+  return options.colour ? mtl_bytes(options) : "";
+}
+
+struct Beside {
+  std::string (*path)(std::string stem) = nullptr;
+  std::string (*content)(const WriteOptions&) = nullptr;
+  const char* own = "";  ///< what a file of ours has among its first bytes
+};
+constexpr Beside kShape = {shape_path, shape_content, "<Name>Generator</Name><Value>surfseg<"};
+constexpr Beside kMtl = {mtl_path, mtl_content, kOwnMtl};
+
+/// Those of formats that need no name of the file.
+template <std::string (*kEncode)(const Triangles&, const WriteOptions&)>
+std::string nameless(const std::string&, const Triangles& surface, const WriteOptions& options) {
+  return kEncode(surface, options);
+}
+
+/// @param path  of the file, for messages and for names in it
+using Encoder = std::string (*)(const std::string& path, const Triangles&, const WriteOptions&);
 struct Format {
   std::string_view extension;
+  std::string_view ending;  ///< of a name that is easy to know again
   Encoder encode;
-  bool is_float32;
+  bool is_float32 = true;
+  Beside beside = {};
 };
-constexpr Format kFormats[] = {{".stl", stl_bytes, true},   {".obj", obj_bytes, true},
-                               {".ply", ply_bytes, true},   {".vtp", vtp_bytes, false},
-                               {".gii", gifti_bytes, true}, {".glb", glb_bytes, true}};
+constexpr Format kFormats[] = {{".stl", ".stl", nameless<stl_bytes>},
+                               {".obj", ".obj", obj_bytes, true, kMtl},
+                               {".ply", ".ply", ply_bytes},
+                               {".vtp", ".vtp", vtp_bytes, false},
+                               {".gii", ".surf.gii", gifti_bytes, true, kShape},
+                               {".glb", ".glb", nameless<glb_bytes>},
+                               {".3mf", ".3mf", nameless<threemf_bytes>},
+                               {".dcm", ".stl.dcm", dicom_stl_bytes}};
 
 const Format* find_format(const std::string& ending) {
   for (const Format& format : kFormats)
@@ -167,10 +193,33 @@ void check(const Triangles& surface, const std::string& path) {
     throw InvalidMesh(fmt::format("{}: not written: a triangle names a missing point", path));
 }
 
+void remove_if_own(const std::string& path, const Beside& beside) {
+  constexpr std::size_t kEnough = 1024;
+  std::string begin(kEnough, '\0');
+  std::ifstream stream(path, std::ios::binary);
+  if (!stream) return;
+  stream.read(begin.data(), std::streamsize(begin.size()));
+  if (begin.find(beside.own) == std::string::npos) return;  // somebody else's
+  std::error_code status;
+  std::filesystem::remove(path, status);
+}
+
 }  // namespace
 
 bool is_writable_surface(const std::string& path) {
   return find_format(extension(path)) != nullptr;
+}
+
+std::vector<std::string> surface_endings() {
+  std::vector<std::string> out;
+  for (const Format& format : kFormats) out.emplace_back(format.ending);
+  return out;
+}
+
+std::string file_beside(const std::string& path) {
+  const Format* format = find_format(extension(path));
+  if (!format || !format->beside.path) return {};
+  return format->beside.path(path.substr(0, path.size() - format->extension.size()));
 }
 
 std::string writable_surfaces() {
@@ -195,9 +244,11 @@ void write_surface(const std::string& path, const Triangles& surface, const Writ
       throw InvalidMesh(fmt::format("{}: not written: array {} has {} values for {} points", path,
                                     array.name, array.values.size(), in_file.points.rows()));
   in_file.points = converted(in_file.points, options.space);
-  write_bytes(path, format.encode(in_file, options));
-  if (format.extension == ".gii" && !options.arrays.empty())
-    write_bytes(shape_path(path), gifti_shape_bytes(options.arrays));
+  write_bytes(path, format.encode(path, in_file, options));
+  const std::string beside = file_beside(path);
+  if (beside.empty()) return;
+  const std::string content = format.beside.content(options);
+  content.empty() ? remove_if_own(beside, format.beside) : write_bytes(beside, content);
 }
 
 }  // namespace surf::io

@@ -1,9 +1,8 @@
 #include "libsurf/mesh/clip.h"
 
-#include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
-#include <CGAL/Polygon_mesh_processing/clip.h>
 #include <CGAL/Polygon_mesh_processing/repair_degeneracies.h>
-#include <CGAL/Surface_mesh.h>
+#include <CGAL/Polygon_mesh_processing/triangulate_faces.h>
+#include <CGAL/boost/graph/generators.h>
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -12,13 +11,13 @@
 #include <vector>
 
 #include "libsurf/base/error.h"
+#include "libsurf/mesh/detail/corefined.h"
 
 namespace surf::mesh {
 namespace {
 
 namespace PMP = CGAL::Polygon_mesh_processing;
-using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
-using Mesh = CGAL::Surface_mesh<Kernel::Point_3>;
+using Mesh = CutMesh;
 
 // Cells: vertices as near to a face as this are put on it, or the cut would leave triangles as
 // thin.
@@ -46,6 +45,7 @@ Mesh to_cgal(const Triangles& surface, const ImageBox<3>& box, double snap) {
     if (mesh.add_face(a, is_mirrored ? c : b, is_mirrored ? b : c) == Mesh::null_face())
       throw InvalidMesh("a surface that reaches out of the volume is not manifold");
   }
+  if (!CGAL::is_closed(mesh)) throw InvalidMesh("a surface that reaches out of the volume is open");
   return mesh;
 }
 
@@ -69,17 +69,22 @@ Triangles from_cgal(Mesh mesh, const ImageBox<3>& box) {
   return out;
 }
 
+Mesh cuboid(const ImageBox<3>& box) {
+  const auto first = box.first(), last = box.last();
+  const CutKernel::Iso_cuboid_3 of({first[0], first[1], first[2]}, {last[0], last[1], last[2]});
+  Mesh out;
+  CGAL::make_hexahedron(of[0], of[1], of[2], of[3], of[4], of[5], of[6], of[7], out);
+  PMP::triangulate_faces(out);
+  return out;
+}
+
 /// What of the surface lies in the box, closed along its faces; nothing if that has no clear
 /// answer.
 std::optional<Mesh> cut(const Triangles& surface, const ImageBox<3>& box, double snap) {
-  Mesh mesh = to_cgal(surface, box, snap);
-  const auto first = box.first(), last = box.last();
-  const Kernel::Iso_cuboid_3 cuboid({first[0], first[1], first[2]}, {last[0], last[1], last[2]});
+  Mesh mesh = to_cgal(surface, box, snap), cells = cuboid(box);
   try {
-    if (!PMP::clip(mesh, cuboid,
-                   PMP::parameters::clip_volume(true).throw_on_self_intersection(true)))
-      return std::nullopt;
-  } catch (const PMP::Corefinement::Self_intersection_exception&) {
+    if (!intersect(mesh, cells, mesh)) return std::nullopt;
+  } catch (const InvalidMesh&) {
     return std::nullopt;
   }
   PMP::experimental::remove_almost_degenerate_faces(mesh, kCap, kNeedle, kSnap);

@@ -1,8 +1,5 @@
 #include "libsurf/mesh/difference.h"
 
-#include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
-#include <CGAL/Polygon_mesh_processing/corefinement.h>
-#include <CGAL/Surface_mesh.h>
 #include <fmt/format.h>
 
 #include <Eigen/Geometry>
@@ -13,6 +10,7 @@
 #include <set>
 
 #include "libsurf/base/error.h"
+#include "libsurf/mesh/detail/corefined.h"
 #include "libsurf/mesh/hierarchy.h"
 #include "libsurf/mesh/improve.h"
 #include "libsurf/mesh/measure.h"
@@ -25,26 +23,22 @@
 namespace surf::mesh {
 namespace {
 
-using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
-using CgalMesh = CGAL::Surface_mesh<Kernel::Point_3>;
-namespace Pmp = CGAL::Polygon_mesh_processing;
-
 // Tries: shares of the wanted gap.
 constexpr std::array kGaps = {1.0, 0.8, 1.25, 0.6, 1.5, 0.5};
 constexpr double kToleranceOfMending = 0.5;  // of the gap
 constexpr double kShortEdge = 0.1;           // of the mean edge: collapsed along the cut
 constexpr int kRingsAtCut = 2;
 
-CgalMesh to_cgal(const Triangles& surface) {
-  CgalMesh out;
+CutMesh to_cgal(const Triangles& surface) {
+  CutMesh out;
   for (const auto& x : surface.points.rowwise()) out.add_vertex({x[0], x[1], x[2]});
   for (const auto& t : surface.elements.rowwise())
-    out.add_face(CgalMesh::Vertex_index(t[0]), CgalMesh::Vertex_index(t[1]),
-                 CgalMesh::Vertex_index(t[2]));
+    out.add_face(CutMesh::Vertex_index(t[0]), CutMesh::Vertex_index(t[1]),
+                 CutMesh::Vertex_index(t[2]));
   return out;
 }
 
-Triangles to_triangles(CgalMesh& mesh) {
+Triangles to_triangles(CutMesh& mesh) {
   mesh.collect_garbage();
   Triangles out;
   out.points.resize(Eigen::Index(mesh.number_of_vertices()), 3);
@@ -193,11 +187,10 @@ Triangles moved_along_normals(const Triangles& surface, double distance_mm) {
 }
 
 Triangles difference(const Triangles& surface, const Triangles& other) {
-  CgalMesh first = to_cgal(surface), second = to_cgal(other), out;
+  CutMesh first = to_cgal(surface), second = to_cgal(other), out;
   bool is_manifold = false;
   try {
-    is_manifold = Pmp::corefine_and_compute_difference(
-        first, second, out, Pmp::parameters::throw_on_self_intersection(true));
+    is_manifold = subtract(first, second, out);
   } catch (const std::exception& error) {
     throw InvalidMesh(fmt::format("difference of two surfaces: {}", error.what()));
   }

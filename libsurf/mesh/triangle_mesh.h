@@ -11,11 +11,13 @@
 
 #include "libsurf/base/types.h"
 
-/// New points are zero: the general template copies an uninitialised one, of which g++ warns.
+/// @cond
+// New points are zero: the general template copies an uninitialised one, of which g++ warns.
 template <>
 inline void OpenMesh::PropertyT<Eigen::Vector3d>::push_back() {
   data_.push_back(Eigen::Vector3d::Zero());
 }
+/// @endcond
 
 namespace surf::mesh {
 

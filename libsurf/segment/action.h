@@ -40,6 +40,8 @@ struct Evolve {
   /// The call of the progress that asked it to stop, from 1: repeated there. None = to its end.
   std::optional<int> stopped_at = {};
   std::vector<Click<Dim>> others = {};  ///< as in Propose
+  /// It went on from nothing before it: clicks, options and others say all of it.
+  bool is_anew = false;
 };
 struct Rename {
   std::string name;

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "libsurf/base/error.h"
+#include "libsurf/fem/stiffness.h"
 
 namespace surf::segment {
 namespace {
@@ -50,7 +51,13 @@ Finished<Dim> finish(const Setting<Dim>& setting, const Proposal<Dim>& proposal,
   return checked<Dim>(setting, proposal.shape, extension);
 }
 
+Eigen::VectorXd curvature(const Finished<3>& surface) {
+  const fem::Geometry<3> shape(surface.shape.points, surface.shape.elements);
+  return fem::mean_curvature<3>(shape, fem::stiffness<3>(shape));
+}
+
 void write(const std::string& path, const Finished<3>& surface, io::WriteOptions options) {
+  options.arrays.push_back({"curvature_per_mm", curvature(surface)});
   if (surface.certainty) {
     const Certainty<3>& certainty = *surface.certainty;
     const std::vector<char>& flags = certainty.has_edge;

@@ -30,9 +30,13 @@ template <int Dim>
 Finished<Dim> finish(const Setting<Dim>& setting, const Proposal<Dim>& proposal,
                      const std::string& extension);
 
+/// kappa of each vertex [1/mm]: the sum of the principal curvatures, positive on a ball
+/// (fem::mean_curvature).
+Eigen::VectorXd curvature(const Finished<3>& surface);
+
 /// io::write_surface(), for results only: what was not finished cannot be written by mistake. To
-/// the arrays of the options it adds those of the certainty: deviation_mm, edge_strength and
-/// has_edge.
+/// the arrays of the options it adds curvature_per_mm, and those of the certainty: deviation_mm,
+/// edge_strength and has_edge.
 void write(const std::string& path, const Finished<3>& surface, io::WriteOptions options);
 
 /// What happened, as JSON text: outcome, measures, components, what was removed, events, notes,

@@ -1,8 +1,67 @@
 #include "libsurf/segment/history.h"
 
+#include <algorithm>
+
 #include "libsurf/segment/clicks.h"
 
 namespace surf::segment {
+namespace {
+
+template <int Dim>
+std::size_t bytes_of(const Simplices<Dim>& shape) {
+  return std::size_t(shape.points.size()) * sizeof(double) +
+         std::size_t(shape.elements.size()) * sizeof(int);
+}
+
+template <int Dim>
+std::size_t bytes_of(const NodeSet<Dim>& nodes) {
+  constexpr std::size_t kBits = 64;
+  const NodeBox<Dim>& box = nodes.box();
+  if (box.n() == 0) return 0;
+  const std::size_t row = std::size_t(box.size[0]);
+  return box.n() / row * ((row + kBits - 1) / kBits) * sizeof(std::uint64_t);
+}
+
+}  // namespace
+
+template <int Dim>
+const std::shared_ptr<const Result<Dim>>& result_to_be_made() {
+  static const auto result = [] {
+    auto out = std::make_shared<Result<Dim>>();
+    out->message = "it has to be made again";
+    return std::shared_ptr<const Result<Dim>>(std::move(out));
+  }();
+  return result;
+}
+
+template <int Dim>
+std::size_t memory_bytes(const Result<Dim>& result) {
+  std::size_t out = sizeof result + bytes_of<Dim>(result.shape) + bytes_of<Dim>(result.start);
+  for (const Proposal<Dim>& proposal : result.proposals)
+    out += sizeof proposal + bytes_of<Dim>(proposal.shape);
+  for (const StageReport& stage : result.stages)
+    out += sizeof stage + stage.flow.steps.size() * sizeof(flow::StepRecord);
+  if (result.certainty)
+    out += std::size_t(result.certainty->deviation_mm.size()) * (2 * sizeof(double) + 1);
+  if (!result.search) return out;
+  for (const Rung<Dim>& rung : result.search->found)
+    out += sizeof rung + bytes_of<Dim>(rung.inside);
+  return out + result.search->clicks.size() * (sizeof(Click<Dim>) + sizeof(GridClick<Dim>));
+}
+
+template <int Dim>
+std::size_t History<Dim>::n_before_repeated() const {
+  // What was chosen is in the search of all clicks after it.
+  const bool has_choice = std::any_of(
+      moments.begin(), moments.begin() + std::ptrdiff_t(n_done),
+      [](const Moment& moment) { return std::holds_alternative<Choose>(moment.action); });
+  for (std::size_t n = n_done; n > 0; --n) {
+    if (moments[n - 1].after.is_made() && has_settled(n)) return n;
+    const auto* evolved = std::get_if<Evolve<Dim>>(&moments[n - 1].action);
+    if (evolved && evolved->is_anew && !has_choice) return n - 1;
+  }
+  return 0;
+}
 
 template <int Dim>
 bool History<Dim>::is_at_rest(const std::vector<Click<Dim>>& others,
@@ -22,11 +81,10 @@ bool History<Dim>::is_at_rest(const std::vector<Click<Dim>>& others,
 }
 
 template <int Dim>
-std::shared_ptr<const Result<Dim>> History<Dim>::settled() const {
-  for (std::size_t n = n_done; n-- > 0;) {
+const typename History<Dim>::Moment* History<Dim>::last_evolution(std::size_t n) const {
+  while (n-- > 0) {
     const Action<Dim>& action = moments[n].action;
-    if (std::holds_alternative<Evolve<Dim>>(action))
-      return moments[n].after.state() == Outcome::kConverged ? moments[n].after.result : nullptr;
+    if (std::holds_alternative<Evolve<Dim>>(action)) return &moments[n];
     if (std::holds_alternative<TakeBackClick>(action) ||
         std::holds_alternative<SetOptions<Dim>>(action))
       return nullptr;
@@ -34,6 +92,16 @@ std::shared_ptr<const Result<Dim>> History<Dim>::settled() const {
   return nullptr;
 }
 
+template <int Dim>
+std::shared_ptr<const Result<Dim>> History<Dim>::settled() const {
+  const Moment* moment = last_evolution(n_done);
+  return moment && moment->after.state() == Outcome::kConverged ? moment->after.result : nullptr;
+}
+
+template const std::shared_ptr<const Result<2>>& result_to_be_made<2>();
+template const std::shared_ptr<const Result<3>>& result_to_be_made<3>();
+template std::size_t memory_bytes<2>(const Result<2>&);
+template std::size_t memory_bytes<3>(const Result<3>&);
 template struct History<2>;
 template struct History<3>;
 

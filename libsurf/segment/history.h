@@ -10,6 +10,15 @@
 
 namespace surf::segment {
 
+/// Stands for a result that has been dropped, or not been made yet: a state of kEmpty with a
+/// message that says so.
+template <int Dim>
+const std::shared_ptr<const Result<Dim>>& result_to_be_made();
+
+/// Of its shapes and of what its last click has found.
+template <int Dim>
+std::size_t memory_bytes(const Result<Dim>& result);
+
 /// An object at one moment.
 template <int Dim>
 struct Object {
@@ -21,6 +30,7 @@ struct Object {
   std::shared_ptr<const Result<Dim>> result;
 
   Outcome state() const { return result->outcome; }
+  bool is_made() const { return result != result_to_be_made<Dim>(); }
 };
 
 /// The moments of an object; those behind n_done have been undone.
@@ -49,8 +59,19 @@ struct History {
   /// @param others  inside clicks of other objects, as outside clicks
   bool is_at_rest(const std::vector<Click<Dim>>& others, const ImageExtent<Dim>& extent) const;
   /// What an evolution has come to rest at, if nothing has been done since then but to click, to
-  /// propose and to choose; else null.
+  /// propose and to choose; else null. @pre  has_settled()
   std::shared_ptr<const Result<Dim>> settled() const;
+  /// Whether the result of settled() is there, if there is one.
+  bool has_settled() const { return has_settled(n_done); }
+  /// How many moments there are before the first action that has to be repeated to make the present
+  /// result, and settled(): up to one where both are there, or before an evolution that needs none.
+  std::size_t n_before_repeated() const;
+  /// The last evolution among the first n moments, if settled() may be its result; else null.
+  const Moment* last_evolution(std::size_t n) const;
+  bool has_settled(std::size_t n) const {
+    const Moment* moment = last_evolution(n);
+    return !moment || moment->after.is_made();
+  }
   /// What has been undone is gone.
   void add(Action<Dim> action, Object<Dim> after) {
     moments.resize(n_done);

@@ -87,7 +87,11 @@ class NodeSet {
   /// Words from one row to the next one along an axis that is not the first.
   std::size_t row_stride(int axis) const { return box_.stride(axis) / box_.size[0]; }
   /// Those of a row's word that are nodes.
-  Word valid(std::size_t word) const;
+  Word valid(std::size_t word) const {
+    const int n = box_.size[0] - int(word % words_per_row_) * kBits;
+    return n >= kBits ? ~Word(0) : (Word(1) << n) - 1;
+  }
+  NodeSet rows_beside(int axis, int step) const;
   NodeSet reached_from(std::vector<std::size_t> rows, NodeSet reached) const;
   void spread_along_row(std::size_t row, NodeSet& reached) const;
   NodeSet widened(int by) const;

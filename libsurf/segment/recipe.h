@@ -30,4 +30,10 @@ template <int Dim>
 void replay(const std::string& recipe, Segmentation<Dim>& segmentation,
             const ProgressOf<Dim>& progress = {}, const std::stop_token& stop = {});
 
+/// The same, but nothing is computed: Segmentation::make() makes the results, of each object often
+/// by its last evolution alone.
+/// @throws InputError  as above, but for proposals that are not there
+template <int Dim>
+void load(const std::string& recipe, Segmentation<Dim>& segmentation);
+
 }  // namespace surf::segment

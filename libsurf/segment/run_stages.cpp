@@ -4,9 +4,12 @@
 
 #include <algorithm>
 #include <map>
+#include <optional>
 #include <vector>
 
+#include "libsurf/base/error.h"
 #include "libsurf/segment/detail/point_text.h"
+#include "libsurf/segment/detail/work_json.h"
 #include "libsurf/segment/stages/stages.h"
 
 namespace surf::segment {
@@ -88,6 +91,35 @@ bool run_measured(const Stage<Dim>& stage, Work<Dim>& work) {
   return goes_on;
 }
 
+/// The same; a correction that makes the shape intersect itself is taken back.
+template <int Dim>
+bool run_checked(const Stage<Dim>& stage, Work<Dim>& work) {
+  const Simplices<Dim> before = work.shape;
+  const bool goes_on = run_measured(stage, work);
+  if (!work.reports.empty() && work.reports.back().kind == StageKind::kCorrects &&
+      !work.setting().is_embedded(work.shape)) {
+    work.shape = before;
+    work.certainty.reset();
+    work.notes.push_back(fmt::format("{}: made the {} intersect itself and is taken back",
+                                     work.reports.back().name, work.setting().noun()));
+  }
+  return goes_on;
+}
+
+/// Goes on from a checkpoint: none of the stages that are done is run again but the search, which
+/// is not in it.
+/// @return  the stage to begin with; none: nothing comes after those that are done
+template <int Dim>
+std::optional<std::size_t> resumed(const std::vector<StagePointer<Dim>>& stages,
+                                   const std::string& state, bool searches, Work<Dim>& work) {
+  if (state.empty()) return 0;
+  const StagesDone done = stages_done(state);
+  if (done.n_stages > stages.size()) throw InputError("checkpoint: it has stages of another run");
+  if (searches && !run_checked(*stages.front(), work)) return std::nullopt;
+  restore(state, work);
+  return done.goes_on ? std::optional(done.n_stages) : std::nullopt;
+}
+
 }  // namespace
 
 template <int Dim>
@@ -96,17 +128,18 @@ void run_proposal(Work<Dim>& work) {
 }
 
 template <int Dim>
-void run_stages(Work<Dim>& work) {
-  for (const StagePointer<Dim>& stage : plan(work.options, work.start_is_given, work.settled != nullptr)) {
-    const Simplices<Dim> before = work.shape;
-    const bool goes_on = run_measured(*stage, work);
-    if (!work.reports.empty() && work.reports.back().kind == StageKind::kCorrects &&
-        !work.setting().is_embedded(work.shape)) {
-      work.shape = before;
-      work.certainty.reset();
-      work.notes.push_back(fmt::format("{}: made the {} intersect itself and is taken back",
-                                       work.reports.back().name, work.setting().noun()));
-    }
+void run_stages(Work<Dim>& work, const Checkpointing& checkpointing) {
+  // What is amended begins anew: a state does not hold the region that it moves in.
+  const bool is_amended = work.settled != nullptr;
+  const bool searches = work.options.energies.empty() && !work.start_is_given;
+  const std::vector<StagePointer<Dim>> stages = plan(work.options, work.start_is_given, is_amended);
+  const std::optional<std::size_t> first =
+      resumed(stages, is_amended ? std::string() : checkpointing.state, searches, work);
+  for (std::size_t n = first.value_or(stages.size()); n < stages.size(); ++n) {
+    const bool goes_on = run_checked(*stages[n], work);
+    const bool is_search = searches && n == 0;
+    if (checkpointing.keep && !is_amended && !is_search && !work.is_stopped())
+      checkpointing.keep(state_of(work, n + 1, goes_on));
     if (!goes_on) break;
   }
 }
@@ -150,8 +183,8 @@ Result<Dim> to_result(Work<Dim> work) {
 
 template void run_proposal<2>(Work<2>&);
 template void run_proposal<3>(Work<3>&);
-template void run_stages<2>(Work<2>&);
-template void run_stages<3>(Work<3>&);
+template void run_stages<2>(Work<2>&, const Checkpointing&);
+template void run_stages<3>(Work<3>&, const Checkpointing&);
 template Result<2> to_result<2>(Work<2>);
 template Result<3> to_result<3>(Work<3>);
 

@@ -7,6 +7,7 @@
 
 #include "libsurf/base/error.h"
 #include "libsurf/segment/clicks.h"
+#include "libsurf/segment/detail/work_json.h"
 #include "libsurf/segment/energy_assembly.h"
 #include "libsurf/segment/run_stages.h"
 #include "libsurf/segment/stages/stages.h"
@@ -26,8 +27,9 @@ constexpr std::array<Colour, 7> kColours = {{{230, 159, 0},
 }  // namespace
 
 template <int Dim>
-Segmentation<Dim>::Segmentation(std::shared_ptr<const Setting<Dim>> setting, std::size_t max_bytes)
-    : fields_(std::move(setting), max_bytes) {}
+Segmentation<Dim>::Segmentation(std::shared_ptr<const Setting<Dim>> setting, std::size_t max_bytes,
+                                std::size_t max_past_bytes)
+    : fields_(std::move(setting), max_bytes), max_past_bytes_(max_past_bytes) {}
 
 template <int Dim>
 History<Dim>& Segmentation<Dim>::find(Id id) {
@@ -184,6 +186,8 @@ template <int Dim>
 const Result<Dim>& Segmentation<Dim>::propose_beside(Id id, const std::vector<Click<Dim>>& others,
                                                      const ProgressOf<Dim>& progress,
                                                      const std::stop_token& stop) {
+  make(id, progress, stop);
+  if (!is_made(id)) return *object(id).result;  // after a stop
   Object<Dim> after = object(id);
   Work<Dim> work = work_for(after, others, progress, stop);
   if (work.seeds_mm.empty())
@@ -192,6 +196,7 @@ const Result<Dim>& Segmentation<Dim>::propose_beside(Id id, const std::vector<Cl
   if (!work.is_stopped()) {
     after.result = std::make_shared<const Result<Dim>>(to_result(std::move(work)));
     find(id).add(Propose<Dim>{others}, std::move(after));
+    drop_past();
   }
   return *object(id).result;
 }
@@ -226,14 +231,15 @@ const Result<Dim>& Segmentation<Dim>::choose(Id id, std::size_t proposal) {
   chosen.message = to_string(chosen.proposals[proposal]);
   after.result = std::make_shared<const Result<Dim>>(std::move(chosen));
   find(id).add(Choose{proposal}, std::move(after));
+  drop_past();
   return *object(id).result;
 }
 
 template <int Dim>
 Result<Dim> Segmentation<Dim>::evolved(const History<Dim>& history,
                                        const std::vector<Click<Dim>>& others,
-                                       const ProgressOf<Dim>& progress,
-                                       const std::stop_token& stop) {
+                                       const ProgressOf<Dim>& progress, const std::stop_token& stop,
+                                       bool& is_anew) {
   const Object<Dim>& object = history.now();
   const Result<Dim>& before = *object.result;
   Work<Dim> work = work_for(object, others, progress, stop);
@@ -265,7 +271,9 @@ Result<Dim> Segmentation<Dim>::evolved(const History<Dim>& history,
   const auto settled = history.settled();
   if (object.options.energies.empty() && settled && settled->search && (is_answer || !goes_on))
     work.settled = settled;
-  run_stages(work);
+  run_stages(work, checkpointing_);
+  // What was found earlier and is handed on is not of these clicks.
+  is_anew = !goes_on && !work.settled && (!work.search || work.search != before.search);
   return to_result(std::move(work));
 }
 
@@ -273,68 +281,25 @@ template <int Dim>
 const Result<Dim>& Segmentation<Dim>::evolve_beside(Id id, const std::vector<Click<Dim>>& others,
                                                     const ProgressOf<Dim>& progress,
                                                     const std::stop_token& stop) {
+  make(id, progress, stop);
+  if (!is_made(id)) return *object(id).result;  // after a stop
   Object<Dim> after = object(id);
+  Evolve<Dim> action{.others = others};
   if (find(id).is_at_rest(others, setting().extent())) {
-    find(id).add(Evolve<Dim>{.others = others}, std::move(after));
+    find(id).add(action, std::move(after));
     return *object(id).result;
   }
-  int n_calls = 0;
+  int n_calls = checkpointing_.state.empty() ? 0 : stages_done(checkpointing_.state).n_steps;
   const ProgressOf<Dim> counted = [&](const auto& stage, const auto& record, const auto& shape) {
     n_calls += record.n_elements > 0;
     return !progress || progress(stage, record, shape);
   };
-  Result<Dim> result = evolved(find(id), others, counted, stop);
-  Evolve<Dim> action{.others = others};
+  Result<Dim> result = evolved(find(id), others, counted, stop, action.is_anew);
   if (result.outcome == Outcome::kStopped) action.stopped_at = n_calls;
   after.result = std::make_shared<const Result<Dim>>(std::move(result));
   find(id).add(action, std::move(after));
+  drop_past();
   return *object(id).result;
-}
-
-template <int Dim>
-bool Segmentation<Dim>::undo(Id id) {
-  return find(id).undo();
-}
-
-template <int Dim>
-bool Segmentation<Dim>::redo(Id id) {
-  return find(id).redo();
-}
-
-template <int Dim>
-std::vector<Action<Dim>> Segmentation<Dim>::history(Id id) const {
-  return find(id).actions();
-}
-
-template <int Dim>
-void Segmentation<Dim>::apply(Id id, const Action<Dim>& action, const ProgressOf<Dim>& progress,
-                              const std::stop_token& stop) {
-  struct Visitor {
-    Segmentation& s;
-    Id id;
-    const ProgressOf<Dim>& progress;
-    const std::stop_token& stop;
-
-    void operator()(const AddClick<Dim>& a) { s.add_click_unchecked_beside(id, a.click); }
-    void operator()(const TakeBackClick& a) { s.take_back_click(id, a.index); }
-    void operator()(const SetOptions<Dim>& a) { s.set_options(id, a.options); }
-    void operator()(const Propose<Dim>& a) { s.propose_beside(id, a.others, progress, stop); }
-    void operator()(const Choose& a) { s.choose(id, a.proposal); }
-    void operator()(const Rename& a) { s.rename(id, a.name); }
-    void operator()(const Recolour& a) { s.recolour(id, a.colour); }
-    void operator()(const Evolve<Dim>& a) {
-      int n_calls = 0;
-      s.evolve_beside(
-          id, a.others,
-          [&](const auto& stage, const auto& record, const auto& shape) {
-            n_calls += record.n_elements > 0;
-            const bool goes_on = !a.stopped_at || n_calls < *a.stopped_at;
-            return (!progress || progress(stage, record, shape)) && goes_on;
-          },
-          stop);
-    }
-  };
-  std::visit(Visitor{*this, id, progress, stop}, action);
 }
 
 template <int Dim>

@@ -2,6 +2,7 @@
 // docs/developer.md for the stages behind it.
 #pragma once
 
+#include <limits>
 #include <map>
 #include <memory>
 #include <optional>
@@ -10,6 +11,7 @@
 #include <vector>
 
 #include "libsurf/segment/candidate.h"
+#include "libsurf/segment/checkpointing.h"
 #include "libsurf/segment/fields.h"
 #include "libsurf/segment/history.h"
 
@@ -19,7 +21,8 @@ namespace surf::segment {
 /// image are kept for further clicks, within a bound of memory.
 ///
 /// Everything that is done to an object is an entry of its history: it can be undone and redone,
-/// and a recipe repeats it, to the byte.
+/// and a recipe repeats it, to the byte. Results of the past may be bounded in memory: those
+/// furthest from the present are dropped first, and make() makes one again that is wanted.
 ///
 /// Objects know of each other: the inside clicks that the others have when one is proposed or
 /// evolved are outside clicks to it, heeded right after its first inside click. Its own clicks come
@@ -39,10 +42,12 @@ class Segmentation {
   /// is a stroke (marks.h), which is one click.
   static constexpr std::size_t kMostClicks = 1000;
 
-  /// @param setting    the image, from make_setting() or curve::make_setting()
-  /// @param max_bytes  of fields that are kept though nobody uses them now
+  /// @param setting         the image, from make_setting() or curve::make_setting()
+  /// @param max_bytes       of fields that are kept though nobody uses them now
+  /// @param max_past_bytes  of results; those of the present stay in any case
   explicit Segmentation(std::shared_ptr<const Setting<Dim>> setting,
-                        std::size_t max_bytes = std::size_t(1) << 30);
+                        std::size_t max_bytes = std::size_t(1) << 30,
+                        std::size_t max_past_bytes = std::numeric_limits<std::size_t>::max());
 
   const Setting<Dim>& setting() const { return fields_.setting(); }
 
@@ -101,15 +106,28 @@ class Segmentation {
     return evolve_beside(id, others_of(id), progress, stop);
   }
 
+  /// Of each further evolve(): where it leaves its state between the stages, and the state that it
+  /// goes on from. An evolution that only finds itself at rest leaves none.
+  void set_checkpointing(Checkpointing checkpointing) { checkpointing_ = std::move(checkpointing); }
+
   /// Takes back the last entry of the history; false if there is none. redo() repeats it, from
-  /// memory.
+  /// memory. With a bound of the past's memory the result may have to be made afterwards.
   bool undo(Id id);
   bool redo(Id id);
+  /// Whether the object's result is there.
+  bool is_made(Id id) const { return object(id).is_made(); }
+  /// Makes it again if it is not, the same to the bit: from the nearest moment before it whose
+  /// result is there, or the last evolution that began anew. propose() and evolve() do so by
+  /// themselves. Nothing changes after a stop.
+  const Result<Dim>& make(Id id, const ProgressOf<Dim>& progress = {},
+                          const std::stop_token& stop = {});
   /// What has been done so far and is not undone.
   std::vector<Action<Dim>> history(Id id) const;
   /// Does what an entry says.
   void apply(Id id, const Action<Dim>& action, const ProgressOf<Dim>& progress = {},
              const std::stop_token& stop = {});
+  /// Adds the entry, but computes nothing: the result is left to make().
+  void note(Id id, const Action<Dim>& action);
 
   /// The final check and the measures of the present shape.
   Measures<Dim> measures(Id id) const;
@@ -128,12 +146,18 @@ class Segmentation {
                                     const ProgressOf<Dim>& progress, const std::stop_token& stop);
   const Result<Dim>& evolve_beside(Id id, const std::vector<Click<Dim>>& others,
                                    const ProgressOf<Dim>& progress, const std::stop_token& stop);
+  /// @param is_anew  set: whether it went on from nothing before it
   Result<Dim> evolved(const History<Dim>& history, const std::vector<Click<Dim>>& others,
-                      const ProgressOf<Dim>& progress, const std::stop_token& stop);
+                      const ProgressOf<Dim>& progress, const std::stop_token& stop, bool& is_anew);
+  bool repeat(Id id, const History<Dim>& whole, const ProgressOf<Dim>& progress,
+              const std::stop_token& stop);
+  void drop_past();
 
   Fields<Dim> fields_;
+  std::size_t max_past_bytes_;
   std::map<Id, History<Dim>> objects_;
   Id next_ = 1;
+  Checkpointing checkpointing_;
 };
 
 }  // namespace surf::segment

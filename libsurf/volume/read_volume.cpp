@@ -87,7 +87,11 @@ Reader reader_of(const std::string& path) {
 }  // namespace
 
 Volume read_volume(const std::string& path, const ReadOptions& options) {
-  return reader_of(path)(path, options);
+  const Reader reader = reader_of(path);
+  if (options.series_uid && reader != read_dicom)
+    throw UsageError(
+        fmt::format("ReadOptions::series_uid: {} is no DICOM image, which alone has series", path));
+  return reader(path, options);
 }
 
 }  // namespace surf::volume

@@ -12,7 +12,8 @@ namespace surf::volume {
 struct ReadOptions {
   /// Frame of a 4-D file, from 0.
   int frame_index = 0;
-  /// Which series of a DICOM folder, by its SeriesInstanceUID; needed if it holds several.
+  /// Which series of a DICOM folder, by its SeriesInstanceUID; needed if it holds several. Other
+  /// formats have none: a UsageError.
   std::optional<std::string> series_uid;
 };
 

@@ -11,6 +11,7 @@
 #include "libsurf/base/affine.h"
 #include "libsurf/base/error.h"
 #include "libsurf/base/memory.h"
+#include "libsurf/base/values.h"
 #include "libsurf/volume/detail/openvdb_grid.h"
 
 namespace surf::volume {
@@ -29,10 +30,10 @@ void check_size(const std::array<int, 3>& size, const std::string& path) {
                       size[0], size[1], size[2]));
   const double n = double(size[0]) * size[1] * size[2];
   if (!fits_in_memory(n))
-    throw InputError(fmt::format(
-        "{}: {} x {} x {} voxels need {:.1f} GiB as 32-bit floats, this machine has {:.1f} GiB; "
-        "crop or resample the volume first",
-        path, size[0], size[1], size[2], 4 * n / (1 << 30), machine_memory() / (1 << 30)));
+    throw InputError(
+        fmt::format("{}: {} x {} x {} voxels need {:.1f} GiB as 32-bit floats, {}; "
+                    "crop or resample the volume first",
+                    path, size[0], size[1], size[2], 4 * n / (1 << 30), usable_memory_text()));
 }
 
 /// OpenVDB takes matrices with entries that are far from 1 for singular.
@@ -144,6 +145,7 @@ double Volume::voxel_size() const {
   return std::cbrt(std::abs(impl_->index_to_world.linear().determinant()));
 }
 const Source& Volume::source() const { return impl_->source; }
+const std::shared_ptr<const DicomOrigin>& Volume::dicom() const { return impl_->dicom; }
 std::array<float, 2> Volume::range() const { return impl_->range; }
 
 Volume Volume::in_ras_order() const {
@@ -159,6 +161,7 @@ Volume Volume::in_ras_order() const {
     to_old.linear()(old, n) = order.are_reversed[n] ? -1 : 1;
     if (order.are_reversed[n]) to_old.translation()[old] = impl_->size[old] - 1;
   }
+  if (!is_stored_order(order)) out->dicom = nullptr;
   out->index_to_world = with_rounded_origin(impl_->index_to_world * to_old);
   out->world_to_index = out->index_to_world.inverse();
   return Volume(std::move(out));
@@ -222,10 +225,9 @@ void Volume::Builder::append_slice(std::span<const float> values) {
   auto& [lowest, highest] = impl_->range;
   for (std::size_t at = 0; at < n; ++at) {
     const float value = values[at];
-    if (!std::isfinite(value))
-      throw InputError(fmt::format("{}: voxel ({}, {}, {}) is {}; replace NaN and Inf first",
-                                   impl_->source.path, at % size[0], at / size[0], n_slices_,
-                                   std::isnan(value) ? "NaN" : "Inf"));
+    if (!is_usable_value(value))
+      throw InputError(fmt::format("{}: voxel ({}, {}, {}) is {}", impl_->source.path, at % size[0],
+                                   at / size[0], n_slices_, fault_of_value(value)));
     lowest = std::min(lowest, value);
     highest = std::max(highest, value);
   }
@@ -238,6 +240,10 @@ void Volume::Builder::append_slice(std::span<const float> values) {
   const ConstDense dense(box, slab_.data());
   openvdb::tools::copyFromDense(dense, *impl_->grid, /*tolerance=*/0.0f);
   slab_.clear();
+}
+
+void Volume::Builder::set_dicom(DicomOrigin origin) {
+  impl_->dicom = std::make_shared<const DicomOrigin>(std::move(origin));
 }
 
 Volume Volume::Builder::finish() {

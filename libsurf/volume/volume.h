@@ -9,6 +9,8 @@
 #include <string>
 #include <vector>
 
+#include "libsurf/volume/dicom_origin.h"
+
 namespace surf::volume {
 
 /// Where a volume came from; for `surfseg info` and reports. Nothing computes with it.
@@ -47,6 +49,9 @@ class Volume {
   /// Cube root of the voxel's volume [mm]: the "vox" of lengths.
   double voxel_size() const;
   const Source& source() const;
+  /// What DICOM objects that refer to this volume have to know; null if it did not come from DICOM,
+  /// or its axes are not in the order of the slices.
+  const std::shared_ptr<const DicomOrigin>& dicom() const;
   /// Smallest and largest value.
   std::array<float, 2> range() const;
 
@@ -82,6 +87,8 @@ class Volume::Builder {
   /// Appends slice k = 0, 1, ...: size[0] * size[1] values, i fastest.
   /// @throws InputError  NaN or Inf, with place and count
   void append_slice(std::span<const float> values);
+
+  void set_dicom(DicomOrigin origin);
 
   /// @throws InputError  fewer slices came than size[2]
   Volume finish();

@@ -1,6 +1,7 @@
 #include "libsurf/volume/write_volume.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <nifti/nifti1.h>
 #include <zlib.h>
 
@@ -15,7 +16,9 @@
 #include <vector>
 
 #include "libsurf/base/error.h"
+#include "libsurf/base/escaped.h"
 #include "libsurf/base/file.h"
+#include "libsurf/volume/detail/dicom_segmentation.h"
 
 namespace surf::volume {
 namespace {
@@ -170,17 +173,8 @@ std::string nrrd_bytes(const Image& image, const std::string&) {
 }
 
 /// A value of a key as NRRD wants it.
-std::string escaped(const std::string& text) {
-  std::string out;
-  for (const char c : text) {
-    if (c == '\\')
-      out += "\\\\";
-    else if (c == '\n')
-      out += "\\n";
-    else
-      out += c;
-  }
-  return out;
+std::string as_value(const std::string& text) {
+  return escaped(text, {{'\\', "\\\\"}, {'\n', "\\n"}});
 }
 
 /// First and last index of a label along each axis; 0 -1 where there is none, as Slicer has it.
@@ -212,7 +206,7 @@ std::string slicer_keys(const std::array<int, 3>& size, std::span<const std::uin
   for (std::size_t n = 0; n < names.size(); ++n) {
     const LabelName& name = names[n];
     const auto key = [&](const char* field, const std::string& value) {
-      out += fmt::format("Segment{}_{}:={}\n", n, field, escaped(value));
+      out += fmt::format("Segment{}_{}:={}\n", n, field, as_value(value));
     };
     const auto& c = name.colour;
     key("ID", fmt::format("Segment_{}", n + 1));
@@ -246,13 +240,26 @@ void write_image(const std::string& path, const Image& image, const std::string&
   });
 }
 
+struct Format {
+  const char* extension;
+  HeaderWriter header;
+};
+constexpr Format kFormats[] = {{".nii.gz", nifti_bytes},
+                               {".nii", nifti_bytes},
+                               {".mha", metaimage_bytes},
+                               {".nrrd", nrrd_bytes}};
+// What label maps can be besides: of a kind that has names for them.
+constexpr const char* kSlicer = ".seg.nrrd";
+constexpr const char* kDicom = ".seg.dcm";
+
 /// Null if the ending names no format.
 HeaderWriter find_writer(const std::string& ending) {
-  if (ending == ".nii" || ending == ".nii.gz") return nifti_bytes;
-  if (ending == ".mha") return metaimage_bytes;
-  if (ending == ".nrrd") return nrrd_bytes;
+  for (const Format& format : kFormats)
+    if (ending == format.extension) return format.header;
   return nullptr;
 }
+
+bool is_dicom(const std::string& path) { return extension(path) == ".dcm"; }
 
 HeaderWriter writer_of(const std::string& path) {
   const std::string ending = extension(path);
@@ -260,6 +267,13 @@ HeaderWriter writer_of(const std::string& path) {
   throw UsageError(
       fmt::format("{}: the ending '{}' names no volume format; use .nii.gz, .nii, .mha or .nrrd",
                   path, ending));
+}
+
+void check_size(const std::string& path, const std::array<int, 3>& size,
+                std::span<const std::uint8_t> labels) {
+  if (labels.size() != std::size_t(size[0]) * size[1] * size[2])
+    throw OutputError(fmt::format("{}: {} labels for {} x {} x {} voxels", path, labels.size(),
+                                  size[0], size[1], size[2]));
 }
 
 Image image_of(const Volume& volume) {
@@ -278,6 +292,23 @@ Image image_of(const Volume& volume) {
 
 bool is_writable_volume(const std::string& path) { return find_writer(extension(path)) != nullptr; }
 
+std::vector<std::string> label_map_endings() {
+  std::vector<std::string> out = {kFormats[0].extension, kSlicer, kDicom};
+  for (const Format& format : kFormats)
+    if (format.extension != out[0]) out.emplace_back(format.extension);
+  return out;
+}
+
+bool is_writable_label_map(const std::string& path) {
+  return is_writable_volume(path) || is_dicom(path);
+}
+
+std::string writable_label_maps() {
+  const std::vector<std::string> endings = label_map_endings();
+  return fmt::format("{} or {}", fmt::join(endings.begin(), endings.end() - 1, ", "),
+                     endings.back());
+}
+
 void write_volume(const std::string& path, const Volume& volume) {
   const Image image = image_of(volume);
   write_image(path, image, writer_of(path)(image, path));
@@ -291,9 +322,12 @@ void write_nifti(const std::string& path, const Volume& volume) {
 void write_label_map(const std::string& path, const std::array<int, 3>& size,
                      const Eigen::Affine3d& index_to_world, std::span<const std::uint8_t> labels,
                      std::span<const LabelName> names) {
-  if (labels.size() != std::size_t(size[0]) * size[1] * size[2])
-    throw OutputError(fmt::format("{}: {} labels for {} x {} x {} voxels", path, labels.size(),
-                                  size[0], size[1], size[2]));
+  check_size(path, size, labels);
+  if (is_dicom(path))
+    throw InputError(
+        fmt::format("{}: a DICOM object refers to the images it was made of; there are none, "
+                    "write another format",
+                    path));
   const Image image = {size, index_to_world, Scalar::kUint8,
                        [labels](const auto& sink) { sink(labels.data(), labels.size()); }};
   std::string header = writer_of(path)(image, path);
@@ -303,6 +337,19 @@ void write_label_map(const std::string& path, const std::array<int, 3>& size,
                   slicer_keys(size, labels, names.empty() ? std::span(&alone, 1) : names));
   }
   write_image(path, image, header);
+}
+
+void write_label_map(const std::string& path, const Volume& grid,
+                     std::span<const std::uint8_t> labels, std::span<const LabelName> names) {
+  if (!is_dicom(path)) {
+    write_label_map(path, grid.size(), grid.index_to_world(), labels, names);
+    return;
+  }
+  check_size(path, grid.size(), labels);
+  check_dicom_output(path, grid);
+  const LabelName alone;
+  write_bytes(path, dicom_segmentation_bytes(path, grid.size(), *grid.dicom(), labels,
+                                             names.empty() ? std::span(&alone, 1) : names));
 }
 
 }  // namespace surf::volume

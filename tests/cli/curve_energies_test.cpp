@@ -1,13 +1,7 @@
 #include "tests/cli/energies.h"
 
 namespace surfseg::test {
-namespace {
 
-using CurveEnergies = EnergyProgram;
+ENERGY_PROGRAM_TESTS(CurveEnergies);
 
-TEST_F(CurveEnergies, ListsTheEnergiesInPlaceOfARun) { expect_list_in_place_of_a_run(); }
-TEST_F(CurveEnergies, NamesTheEnergiesInTheHelp) { expect_names_in_the_help(); }
-TEST_F(CurveEnergies, SuggestsTheEnergyThatWasMeant) { expect_suggestion(); }
-
-}  // namespace
 }  // namespace surfseg::test

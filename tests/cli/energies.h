@@ -45,4 +45,12 @@ class EnergyProgram : public Program {
   }
 };
 
+/// The tests of one program.
+#define ENERGY_PROGRAM_TESTS(Suite)                                                 \
+  using Suite = EnergyProgram;                                                      \
+  TEST_F(Suite, ListsTheEnergiesInPlaceOfARun) { expect_list_in_place_of_a_run(); } \
+  TEST_F(Suite, NamesTheEnergiesInTheHelp) { expect_names_in_the_help(); }          \
+  TEST_F(Suite, SuggestsTheEnergyThatWasMeant) { expect_suggestion(); }             \
+  static_assert(true, "for the semicolon")
+
 }  // namespace surfseg::test

@@ -41,5 +41,72 @@ TEST_F(Limits, AClickBesideAnObjectEndsWithAnEnergyToo) {
   EXPECT_EQ(outcome.exit_code, 8) << outcome.err;  // a ball of 2 mm that area alone shrinks
 }
 
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+// OpenVDB's libraries start threads before main() does, and end the process where they cannot.
+TEST_F(Limits, FewAddressesAreToldInOneLine) {
+  must({"phantom", "ball", "--size", "32", "--spacing", "1", "-o", "v.nii"});
+  rlimit before{};
+  ASSERT_EQ(::getrlimit(RLIMIT_AS, &before), 0);
+  for (const rlim_t n_kilobytes : {190'000, 200'000, 220'000, 250'000}) {
+    rlimit small = before;
+    small.rlim_cur = n_kilobytes << 10;
+    ASSERT_EQ(::setrlimit(RLIMIT_AS, &small), 0);
+    const Outcome outcome = run({"segment", "v.nii", "--seed", "0,0,0", "-q", "-o", "s.stl"});
+    ::setrlimit(RLIMIT_AS, &before);
+    EXPECT_EQ(outcome.exit_code, 3) << n_kilobytes << ": " << outcome.err;
+    EXPECT_TRUE(outcome.err.starts_with("surfseg: error: ")) << outcome.err;
+    EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
+  }
+}
+#endif
+
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+TEST_F(Limits, MemoryThatIsAllowedIsKeptOrToldInOneLine) {
+  must({"phantom", "ball", "--size", "32", "--spacing", "1", "-o", "v.nii"});
+  const std::vector<std::string> words = {"segment", "v.nii", "--seed", "0,0,0", "-q", "-o"};
+  const auto with = [&](std::vector<std::string> more) {
+    more.insert(more.begin(), words.begin(), words.end());
+    return run(more);
+  };
+  EXPECT_EQ(with({"a.stl"}).exit_code, 0);
+  const Outcome limited = with({"b.stl", "--memory", "1GB"});
+  EXPECT_EQ(limited.exit_code, 0) << limited.err;
+  EXPECT_EQ(bytes("a.stl"), bytes("b.stl"));
+  EXPECT_EQ(with({"c.stl", "--memory", "12"}).exit_code, 2);
+  EXPECT_EQ(with({"c.stl", "--memory", "100MB"}).exit_code, 2);
+
+  // 400^3 bytes that are not on the disk: 0.24 GiB as floats.
+  std::string header = bytes("v.nii").substr(0, 352);
+  const auto put = [&](std::size_t at, std::int16_t value) {
+    header.replace(at, 2, reinterpret_cast<const char*>(&value), 2);
+  };
+  for (const std::size_t axis : {1, 2, 3}) put(40 + 2 * axis, 400);
+  put(70, 2);  // unsigned bytes
+  put(72, 8);
+  std::ofstream(file("large.nii"), std::ios::binary) << header;
+  std::filesystem::resize_file(file("large.nii"), 352 + 400 * 400 * 400);
+  const Outcome large =
+      run({"segment", "large.nii", "--seed", "0,0,0", "-o", "c.stl", "--memory", "300MB"});
+  EXPECT_EQ(large.exit_code, 3) << large.err;
+  EXPECT_NE(large.err.find("need 0.2 GiB as 32-bit floats, 0.3 GiB are allowed"), std::string::npos)
+      << large.err;
+}
+#endif
+
+TEST_F(Limits, EdgesThatWouldMakeMillionsOfTrianglesAreRefusedAtOnce) {
+  must({"phantom", "ball", "--size", "32", "--spacing", "1", "-o", "v.nii"});
+  for (const std::vector<std::string>& start :
+       {std::vector<std::string>{}, {"--energy", "area", "--radius", "5mm"}}) {
+    std::vector<std::string> words = {"segment",       "v.nii",  "--seed", "0,0,0",
+                                      "--edge-length", "0.01mm", "-o",     "s.stl"};
+    words.insert(words.end(), start.begin(), start.end());
+    const Outcome outcome = run(words);
+    EXPECT_EQ(outcome.exit_code, 2) << outcome.err;
+    EXPECT_NE(outcome.err.find("--edge-length: edges of 0.01 mm"), std::string::npos)
+        << outcome.err;
+    EXPECT_NE(outcome.err.find("mm or more"), std::string::npos) << outcome.err;
+  }
+}
+
 }  // namespace
 }  // namespace surfseg::test

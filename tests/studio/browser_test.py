@@ -13,7 +13,7 @@ import sys
 import time
 
 from browser import SHIFT, run_tests
-from studio import Studio, folder_with, phantom
+from studio import Studio, can_mount, folder_with, mounted, phantom
 
 DEMO_SCAN = "/usr/share/mricron/templates/ch2.nii.gz"
 # Columns of direction matrices: where the indices run to.
@@ -192,7 +192,34 @@ def a_session_from_the_first_click_to_the_files(browser):
     shutil.rmtree(top)
 
 
-TESTS = [clicks_land_in_the_voxel_that_is_seen, a_session_from_the_first_click_to_the_files]
+def a_full_disk_is_told_where_one_exports(browser):
+    if not can_mount():
+        print("    skipped: no mounts of one's own here")
+        return
+    source, folder = folder_with(("balls.nii.gz", "separate-balls", "--size", "40", "--noise", "0.05")), folder_with()
+    with Studio(folder, "balls.nii.gz", before=mounted(source, room=5 * 4096)) as studio:
+        open_page(browser, studio)
+        browser.js("studio.lookAt([-0.5, 0, 0])")
+        browser.frame()
+        browser.click(*browser.js("studio.position('axial', [-0.5, 0, 0])"))
+        done(browser)
+        browser.key("e")
+        browser.until("document.getElementById('export').open")
+        before = studio.listed()
+        browser.press("#export-go")
+        browser.until("document.querySelector('.result.bad')")
+        told = browser.js("document.querySelector('.result').textContent")
+        check("No space left on device" in told and ".stl" in told, told)
+        check(studio.listed() == before, "nothing is left of it")
+        browser.picture("disk-full")
+        browser.key("Escape")
+        browser.until("!document.getElementById('export').open")
+        check(browser.js("studio.state.objects[0].has_surface"), "the surface is still there")
+    shutil.rmtree(source)
+    shutil.rmtree(folder)
+
+
+TESTS = [clicks_land_in_the_voxel_that_is_seen, a_session_from_the_first_click_to_the_files, a_full_disk_is_told_where_one_exports]
 
 
 if __name__ == "__main__":

@@ -1,14 +1,11 @@
 #!/usr/bin/python3
 """surfseg studio's server: what it does, and whom it refuses. No browser."""
 import array
-import base64
-import gzip
 import http.client
 import json
 import math
 import os
 import shutil
-import signal
 import socket
 import struct
 import subprocess
@@ -16,20 +13,12 @@ import threading
 import time
 import unittest
 
-from studio import Studio, folder_with
-
-BALLS = ("balls.nii.gz", "separate-balls", "--size", "40", "--noise", "0.05")
-LEFT, RIGHT = (-0.5, 0, 0), (0.5, 0, 0)
+from studio import BALLS, LEFT, RIGHT, Studio, can_mount, content, folder_with, mounted
 
 
 def replay(folder, recipe, *words):
     subprocess.run([os.environ["SURFSEG_PROGRAM"], "replay", recipe, *words], cwd=folder, check=True,
                    capture_output=True)
-
-
-def content(folder, name):
-    with open(os.path.join(folder, name), "rb") as file:
-        return file.read()
 
 
 def write_dicom(path, series, slice_number, n=32):
@@ -232,6 +221,50 @@ class Dialogue(WithStudio):
         self.studio.do("remove_object", object=1)
         self.assertEqual([o["name"] for o in self.studio.state()["objects"]], ["right"])
 
+    def test_a_name_and_a_colour_end_no_evolution(self):
+        self.studio.click(LEFT)
+        job = self.studio.until(lambda s: s["job"])["job"]["id"]
+        self.studio.do("rename", object=1, name="left")
+        self.studio.do("recolour", object=1, colour="#00ff80")
+        during = self.studio.state()
+        self.assertEqual((during["objects"][0]["name"], during["objects"][0]["colour"]), ("left", "#00ff80"))
+        self.studio.do("rename", 400, object=1, name="")
+        self.studio.do("rename", 400, object=7, name="x")
+        jobs = set()
+
+        def is_done(state):
+            if state["job"]:
+                jobs.add(state["job"]["id"])
+            return state["job"] is None and state["objects"][0]["has_surface"] and state["objects"][0]["name"] == "left"
+
+        self.studio.until(is_done)
+        self.assertLessEqual(jobs, {job}, "no other evolution was begun")
+        self.studio.do("undo", object=1)  # the colour
+        self.studio.do("undo", object=1)  # the name
+        undone = self.studio.idle()["objects"][0]
+        self.assertEqual((undone["name"], undone["has_surface"]), ("object 1", True))
+
+    def test_a_report_is_that_of_the_command_line(self):
+        self.studio.click(LEFT)
+        self.studio.idle()
+        self.studio.do("add_object", name="it's right")
+        self.studio.click(RIGHT, object=2)
+        self.studio.idle()
+        self.studio.export(400, what="report", object=1, name="report.pdf")
+        for number, name in ((2, "one.html"), (0, "all.html")):
+            self.studio.export(what="report", object=number, name=name)
+            ours = content(self.folder, name)
+            command = json.loads(self.studio.get(f"/api/command?object={number}"))["text"]
+            os.remove(os.path.join(self.folder, name))
+            subprocess.run(f"{command} --report {name}", shell=True, check=True, cwd=self.folder, capture_output=True,
+                           env={**os.environ, "PATH": os.path.dirname(os.environ["SURFSEG_PROGRAM"]) + ":" + os.environ["PATH"]})
+
+            def without_command(page):
+                return [line for line in page.splitlines() if b"surfseg replay" not in line]
+
+            self.assertEqual(without_command(ours), without_command(content(self.folder, name)), name)
+            self.assertIn(b"surfseg replay", ours)
+
     def test_surfaces_are_bytes(self):
         self.studio.click(LEFT)
         measures = self.studio.idle()["objects"][0]["measures"]
@@ -292,6 +325,56 @@ class Refusals(WithStudio):
         os.mkdir(os.path.join(self.folder, "folder.stl")) if os.geteuid() == 0 else None
         if os.geteuid() == 0:
             self.assertIn("error", self.studio.export(400, what="surface", object=1, name="folder.stl"))
+
+
+@unittest.skipUnless(can_mount(), "skipped: no mounts of one's own here")
+class LittleRoom(unittest.TestCase):
+    def setUp(self):
+        self.source, self.folder = folder_with(BALLS), folder_with()
+        self.addCleanup(shutil.rmtree, self.source)
+        self.addCleanup(shutil.rmtree, self.folder)
+
+    def begin(self, room):
+        studio = Studio(self.folder, "balls.nii.gz", before=mounted(self.source, room))
+        studio.until(lambda s: s["volume"] and s["job"] is None)
+        studio.click(LEFT)
+        return studio, studio.idle()
+
+    def test_a_full_disk_is_told_and_nothing_is_left(self):
+        studio, state = self.begin(room=5 * 4096)  # for the recipe twice, as it is written whole; not for a surface
+        self.assertIsNone(state["error"])
+        for what, name in (("surface", "a.stl"), ("picture", "a.png"), ("report", "a.html")):
+            before = studio.listed()
+            answer = studio.export(500, what=what, object=1, name=name)
+            self.assertIn("No space left on device", answer["error"])
+            self.assertIn(name, answer["error"])
+            self.assertNotIn("\n", answer["error"])
+            self.assertEqual(studio.listed(), before)
+        kept = json.loads(studio.get("/api/command?object=1"))
+        # Full to the last page: the state of this moment is not kept, the one before stays whole.
+        n = 0
+        while studio.request("POST", "/api/export", {"what": "measures", "name": f"{n}.csv"})[0] == 200:
+            n += 1
+        self.assertGreater(n, 0)
+        studio.click(RIGHT)
+        state = studio.until(lambda s: s["error"] and s["job"] is None and s["objects"][0]["has_surface"])
+        self.assertIn("the state is not kept", state["error"]["text"])
+        self.assertEqual(len(state["objects"][0]["clicks"]), 2)
+        with open(f"/proc/{studio.process.pid}/cwd/balls.nii.gz.surfseg.json") as file:
+            self.assertEqual(json.load(file)["kind"], "surfseg recipe")
+        self.assertEqual(json.loads(studio.get("/api/command?object=1")), kept)
+        said = studio.end()
+        self.assertIn("a.stl", said)
+        self.assertIn("the state is not kept", said)
+
+    def test_a_read_only_folder_is_told_and_looked_at(self):
+        studio, state = self.begin(room=None)
+        self.assertIn("the state is not kept", state["error"]["text"])
+        self.assertIn("Read-only", state["error"]["text"])
+        self.assertTrue(state["objects"][0]["measures"]["passed"])
+        self.assertIn("Read-only", studio.export(500, what="surface", object=1, name="a.stl")["error"])
+        self.assertEqual(studio.listed(), ["balls.nii.gz"])
+        self.assertIn("Read-only", studio.end())
 
 
 class Access(WithStudio):
@@ -378,163 +461,6 @@ class Access(WithStudio):
             self.assertFalse(thread.is_alive())
         self.assertEqual(first[-1]["objects"], second[-1]["objects"])
         self.assertTrue(any("stage" in event for event in first), "progress is told")
-
-
-class KeptState(unittest.TestCase):
-    def test_after_a_kill_it_opens_where_it_was(self):
-        folder = folder_with(BALLS)
-        studio = Studio(folder, "balls.nii.gz")
-        studio.until(lambda s: s["volume"] and s["job"] is None)
-        studio.click(LEFT)
-        one = studio.idle()["objects"][0]
-        studio.click(RIGHT)  # killed amid its evolution
-        studio.process.send_signal(signal.SIGKILL)
-        studio.process.wait()
-        with Studio(folder, "balls.nii.gz") as again:
-            again.until(lambda s: s["volume"] and s["job"] is None)
-            state = again.state()["objects"][0]
-            self.assertEqual([c["point"] for c in state["clicks"]], [list(LEFT), list(RIGHT)])
-            again.do("undo", object=1)
-            self.assertEqual(again.idle()["objects"][0]["measures"], one["measures"])
-        studio.process.stdout.close()
-        studio.process.stderr.close()
-        shutil.rmtree(folder)
-
-    def test_a_broken_or_foreign_state_is_moved_aside(self):
-        folder = folder_with(BALLS, ("other.nii.gz", "ball", "--size", "24"))
-        with Studio(folder, "other.nii.gz") as studio:
-            studio.until(lambda s: s["volume"] and s["job"] is None)
-            studio.click((0, 0, 0))
-            studio.idle()
-        kept = os.path.join(folder, "balls.nii.gz.surfseg.json")
-        for text in (content(folder, "other.nii.gz.surfseg.json"), b"{ no JSON", b""):
-            with open(kept, "wb") as file:
-                file.write(text)
-            with Studio(folder, "balls.nii.gz") as studio:
-                state = studio.until(lambda s: s["volume"] and s["job"] is None and s["error"])
-                aside = state["error"]["text"].split()[-1]
-                self.assertEqual(content(folder, aside), text)
-                self.assertEqual(len(state["objects"]), 1)
-        shutil.rmtree(folder)
-
-    def test_a_folder_lists_what_can_be_opened(self):
-        folder = folder_with(BALLS, ("ball.nrrd", "ball", "--size", "16"))
-        with open(os.path.join(folder, "notes.txt"), "w") as file:
-            file.write("no volume")
-        with open(os.path.join(folder, "broken.nii"), "w") as file:
-            file.write("no volume")
-        with Studio(folder) as studio:
-            self.assertEqual([f["path"] for f in studio.state()["files"]], ["ball.nrrd", "balls.nii.gz", "broken.nii"])
-            studio.click(LEFT, expect=400)
-            studio.do("open", path="broken.nii")
-            state = studio.until(lambda s: s["error"] and s["job"] is None)
-            self.assertIn("broken.nii", state["error"]["text"])
-            studio.do("open", path="ball.nrrd")
-            self.assertEqual(studio.until(lambda s: s["volume"] and s["job"] is None)["volume"]["path"], "ball.nrrd")
-            studio.click((0, 0, 0))
-            studio.idle()
-            studio.do("open", path="balls.nii.gz")
-            studio.until(lambda s: s["volume"] and s["volume"]["path"] == "balls.nii.gz" and s["job"] is None)
-            studio.do("open", path="ball.nrrd.surfseg.json")
-            state = studio.until(lambda s: s["volume"] and s["volume"]["path"] == "ball.nrrd" and s["job"] is None)
-            self.assertEqual(len(state["objects"][0]["clicks"]), 1)
-        shutil.rmtree(folder)
-
-
-class ItkSnap(unittest.TestCase):
-    """What ITK-SNAP 4.4's client sends, sent here: no ITK-SNAP is needed."""
-
-    SIZE, SPACING, ORIGIN = (32, 28, 24), (1.0, 1.2, 1.5), (-10.0, 5.0, 3.0)
-    DIRECTION = (0.8, -0.6, 0.0, 0.6, 0.8, 0.0, 0.0, 0.0, 1.0)  # row-major, LPS
-
-    def image(self):
-        """A ball of radius 8 mm about the voxel (16, 14, 12)."""
-        values = array.array("f")
-        for k in range(self.SIZE[2]):
-            for j in range(self.SIZE[1]):
-                for i in range(self.SIZE[0]):
-                    d = math.dist((i * 1.0, j * 1.2, k * 1.5), (16.0, 14 * 1.2, 12 * 1.5)) - 8
-                    values.append(100 / (1 + math.exp(min(4 * d, 50))))
-        return values
-
-    def upload(self, studio, path, values):
-        metadata = {"dimensions": self.SIZE, "spacing": self.SPACING, "origin": self.ORIGIN, "direction": self.DIRECTION,
-                    "components_per_pixel": 1, "component_type": "float32"}
-        parts = [(b'name="file"; filename="upload.nii.gz"', gzip.compress(values.tobytes())),
-                 (b'name="metadata"', json.dumps(metadata).encode())]
-        body = b"".join(b"--x\r\nContent-Disposition: form-data; " + head + b"\r\n\r\n" + data + b"\r\n" for head, data in parts) + b"--x--\r\n"
-        return studio.request("POST", path, body, {"Content-Type": "multipart/form-data; boundary=x"}, token=False)
-
-    def test_its_clicks_give_our_object(self):
-        folder = folder_with(BALLS)
-        with Studio(folder, "--itksnap") as studio:
-            def get(path, expect=200):
-                status, body, _ = studio.request("GET", path, token=False)
-                self.assertEqual(status, expect, (path, body))
-                return json.loads(body)
-
-            self.assertEqual(get("/status"), {"status": "ok", "version": "0.1.2"})
-            self.assertEqual(get("/v2/models")["models"][0]["id"], "surfseg")
-            session = get("/v2/start_session/surfseg")["session_id"]
-            get(f"/v2/process_point_interaction/{session}?point=16&point=14&point=12&foreground=true", 400)
-            self.assertEqual(self.upload(studio, f"/upload_raw/{session}?filename=upload.nii.gz", self.image())[0], 200)
-            answer = get(f"/v2/process_point_interaction/{session}?point=16&point=14&point=12&foreground=true")
-            mask = gzip.decompress(base64.b64decode(answer["result"]))
-            self.assertEqual(len(mask), 32 * 28 * 24)
-            inside = [value > 50 for value in self.image()]
-            common = sum(1 for m, t in zip(mask, inside) if m and t)
-            self.assertGreater(2 * common / (sum(mask) + sum(inside)), 0.98)
-            get(f"/v2/process_point_interaction/{session}?point=99&point=14&point=12&foreground=true", 400)
-            stroke = array.array("f", bytes(4 * len(mask)))
-            stroke[16 + 32 * (14 + 28 * 12)] = stroke[17 + 32 * (14 + 28 * 12)] = 1
-            get(f"/reset_interactions/{session}")
-            status, body, _ = self.upload(studio, f"/process_scribble_interaction/{session}?foreground=true", stroke)
-            self.assertEqual(gzip.decompress(base64.b64decode(json.loads(body)["result"])), mask)
-            self.assertEqual(self.upload(studio, f"/process_scribble_interaction/{session}?foreground=true", stroke[:100])[0], 400)
-            get(f"/v2/end_session/{session}")
-            get(f"/reset_interactions/{session}", 400)
-            # Still for programs of this machine alone, and nothing else without the token.
-            self.assertEqual(studio.request("GET", "/status", headers={"Host": "evil.example"}, token=False)[0], 421)
-            self.assertEqual(studio.request("GET", "/status", headers={"Origin": "null"}, token=False)[0], 403)
-            self.assertEqual(studio.request("GET", "/api/state", token=False)[0], 401)
-        with Studio(folder) as studio:
-            self.assertEqual(studio.request("GET", "/status", token=False)[0], 401)
-        shutil.rmtree(folder)
-
-
-class Program(unittest.TestCase):
-    def run_studio(self, *words):
-        return subprocess.run([os.environ["SURFSEG_PROGRAM"], "studio", "--no-open", *words], capture_output=True, text=True, timeout=60)
-
-    def test_what_cannot_be_opened(self):
-        folder = folder_with()
-        for words, code in ((["no-such.nii"], 3), ([folder], 3), (["--port", "0", folder], 2), (["--fast"], 2)):
-            done = self.run_studio(*words)
-            self.assertEqual(done.returncode, code, done.stderr)
-            self.assertEqual(done.stderr.count("\n"), 1, done.stderr)
-        shutil.rmtree(folder)
-
-    def test_a_port_that_is_taken(self):
-        folder = folder_with(BALLS)
-        with Studio(folder) as studio:
-            done = self.run_studio("--port", str(studio.port), folder)
-            self.assertEqual(done.returncode, 2)
-            self.assertIn("taken", done.stderr)
-        shutil.rmtree(folder)
-
-    def test_ctrl_c_and_quit_end_it(self):
-        folder = folder_with(BALLS)
-        studio = Studio(folder, "balls.nii.gz")
-        studio.until(lambda s: s["volume"] and s["job"] is None)
-        studio.click(LEFT)
-        studio.process.send_signal(signal.SIGINT)
-        self.assertEqual(studio.process.wait(30), 130)
-        studio.end()
-        studio = Studio(folder)
-        studio.do("quit")
-        self.assertEqual(studio.process.wait(30), 0)
-        studio.end()
-        shutil.rmtree(folder)
 
 
 if __name__ == "__main__":

@@ -6,13 +6,24 @@ import subprocess
 import tempfile
 import time
 
+# A phantom, and a point in each of its balls.
+BALLS = ("balls.nii.gz", "separate-balls", "--size", "40", "--noise", "0.05")
+LEFT, RIGHT = (-0.5, 0, 0), (0.5, 0, 0)
+
+
+def content(folder, name):
+    with open(os.path.join(folder, name), "rb") as file:
+        return file.read()
+
 
 class Studio:
-    def __init__(self, folder, *words, environment=None):
+    def __init__(self, folder, *words, environment=None, before=(), opens_browser=False):
+        """before: words before the program's name, such as those of mounted()."""
         self.folder = folder
         self.process = subprocess.Popen(
-            [os.environ["SURFSEG_PROGRAM"], "studio", "--no-open", *words], cwd=folder, text=True,
-            stdout=subprocess.PIPE, stderr=subprocess.PIPE, env={**os.environ, **(environment or {})})
+            [*before, os.environ["SURFSEG_PROGRAM"], "studio", *([] if opens_browser else ["--no-open"]), *words],
+            cwd=folder, text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+            env={**os.environ, **(environment or {})})
         self.address = self.process.stdout.readline().strip()
         if not self.address:
             raise RuntimeError(self.process.communicate()[1])
@@ -26,10 +37,22 @@ class Studio:
         self.end()
 
     def end(self):
+        """Returns what it said on the terminal."""
         self.process.terminate()
         self.process.wait(20)
+        said = self.process.stderr.read()
         self.process.stdout.close()
         self.process.stderr.close()
+        return said
+
+    def listed(self):
+        """Names in its folder as the program sees it."""
+        return sorted(os.listdir(f"/proc/{self.process.pid}/cwd"))
+
+    def memory_mb(self):
+        """Of the program: what is resident."""
+        with open(f"/proc/{self.process.pid}/status") as file:
+            return next(int(line.split()[1]) / 1024 for line in file if line.startswith("VmRSS"))
 
     def request(self, method, path, body=None, headers=None, token=True):
         """(status, body, headers); headers of None are left out."""
@@ -80,6 +103,25 @@ class Studio:
         """The state when nothing is computed any more."""
         return self.until(lambda s: s["job"] is None and s["volume"] is not None
                           and all(o["has_surface"] or not o["clicks"] for o in s["objects"]))
+
+
+def can_mount():
+    """Whether a user may have mounts of his own here."""
+    try:
+        return subprocess.run(["unshare", "--map-root-user", "--mount", "mount", "-t", "tmpfs", "none", "/mnt"],
+                              capture_output=True).returncode == 0
+    except FileNotFoundError:
+        return False
+
+
+def mounted(source, room=None):
+    """Words before a program's name: its folder becomes a disk of its own that holds the files of `source`, with `room`
+    bytes to spare, or, without them, read-only."""
+    pages = sum(-(-os.path.getsize(os.path.join(source, name)) // 4096) for name in os.listdir(source)) + (room or 0) // 4096
+    size = f"size={4 * pages}k" if room else "size=64m"
+    then = "true" if room else 'mount -o remount,ro "$PWD"'
+    return ["unshare", "--map-root-user", "--mount", "sh", "-c",
+            f'mount -t tmpfs -o {size} none "$PWD" && cd "$PWD" && cp "$0"/* . && {then} && exec "$@"', source]
 
 
 def phantom(folder, name, *words):

@@ -25,11 +25,14 @@ using surf::UsageError;
 const std::vector<std::string> kOwn = {"name",   "scan",      "clicks",         "outside",
                                        "recipe", "reference", "reference-label"};
 /// Options of segment that a list has no say in, or columns of its own.
-constexpr std::array kNotInLists = {
-    "help",   "output",    "seed",           "object",     "mask",    "picture",
-    "start",  "denoised",  "thumbnail",      "candidates", "json",    "config",
-    "recipe", "threads",   "quiet",          "profile",    "verbose", "output-space",
-    "report", "reference", "reference-label"};
+constexpr std::array kNotInLists = {"help",       "output",    "seed",
+                                    "object",     "mask",      "picture",
+                                    "start",      "denoised",  "thumbnail",
+                                    "candidates", "json",      "config",
+                                    "recipe",     "threads",   "quiet",
+                                    "profile",    "verbose",   "output-space",
+                                    "report",     "reference", "reference-label",
+                                    "checkpoint", "resume",    "memory"};
 constexpr std::array kFileOptions = {"marks", "initial", "landmarks"};
 
 /// `surfseg segment`, to be asked for its options.

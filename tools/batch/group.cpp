@@ -117,13 +117,13 @@ std::string plain_rows(const std::vector<Entry>& entries) {
 }  // namespace
 
 std::string group_page(const std::vector<Entry>& entries) {
-  std::string page(page_html());
-  put(page, "/*style*/", std::string(page_style()));
+  std::string page(page_files().html);
+  put(page, "/*style*/", std::string(page_files().style));
   put(page, "<!--rows-->", plain_rows(entries));
   put(page, "{/*data*/}",
       json_in_script(
           data_of(entries).dump(-1, ' ', false, ordered_json::error_handler_t::replace)));
-  put(page, "/*script*/", std::string(page_script()));
+  put(page, "/*script*/", std::string(page_files().script));
   return page;
 }
 

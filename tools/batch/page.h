@@ -1,12 +1,10 @@
-// The parts of group.html, built into the program from tools/batch/page.
+// The page of group.html, built into the program from tools/batch/page.
 #pragma once
 
-#include <string_view>
+#include "tools/common/page.h"
 
 namespace surfseg::batch {
 
-std::string_view page_html();
-std::string_view page_style();
-std::string_view page_script();
+PageFiles page_files();
 
 }  // namespace surfseg::batch

@@ -40,7 +40,7 @@ class ImageCommand : public SegmentCommand<Dim> {
   std::string labels_path() const override { return files_.mask; }
   void write(const surf::segment::Object<Dim>& object,
              const surf::segment::Finished<Dim>& finished) const override {
-    this->write_shape(object_path(files_.output, object.name), finished, object.colour);
+    this->write_shape(object_path(files_.output, object.name), finished, object);
   }
 
  private:

@@ -70,6 +70,12 @@ void check_volume_name(const std::string& option, const std::string& path) {
         "{}: {}: expected a name that ends in .nii.gz, .nii, .mha or .nrrd", option, path));
 }
 
+void check_label_map_name(const std::string& option, const std::string& path) {
+  if (!path.empty() && !surf::volume::is_writable_label_map(path))
+    throw surf::UsageError(fmt::format("{}: {}: expected a name that ends in {}", option, path,
+                                       surf::volume::writable_label_maps()));
+}
+
 void check_picture(const std::string& option, const std::string& path) {
   if (!path.empty() && surf::extension(path) != ".png")
     throw surf::UsageError(fmt::format("{}: {}: expected a name that ends in .png", option, path));

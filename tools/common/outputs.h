@@ -21,6 +21,8 @@ void check_outputs(const std::vector<Output>& outputs, const std::string& input 
 
 /// @throws surf::UsageError  a name that does not end as a volume's; an empty one is no output
 void check_volume_name(const std::string& option, const std::string& path);
+/// @throws surf::UsageError  a name that does not end as a label map's; an empty one is no output
+void check_label_map_name(const std::string& option, const std::string& path);
 /// @throws surf::UsageError  a name that does not end in .png; an empty one is no output
 void check_picture(const std::string& option, const std::string& path);
 

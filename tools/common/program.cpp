@@ -3,9 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cstdio>
 #include <exception>
 #include <string>
+#include <system_error>
 #include <vector>
 
 #include "libsurf/base/error.h"
@@ -18,19 +20,21 @@
 namespace surfseg {
 namespace {
 
-/// The first option that the verb does not know and what it may have been meant to be; that is why
-/// others are missing.
+/// An option that the verb does not know and what it may have been meant to be; that is why others
+/// are missing. Of several the first that is nearly one, or the first.
 std::string mistyped_option(const CLI::App& verb) {
   const std::vector<std::string> known = option_names(verb);
+  std::string first;
   for (const std::string& word : verb.remaining()) {
     const std::size_t begin = word.find_first_not_of('-');
-    if (begin == 0 || begin == std::string::npos) continue;
-    const std::string name = word.substr(begin, word.find('=') - begin);
-    if (const auto nearest = surf::nearest_name(name, known))
-      return fmt::format("{} is not an option; did you mean '--{}'?",
-                         word.substr(0, word.find('=')), *nearest);
+    if (begin == 0 || begin == std::string::npos || !std::isalpha((unsigned char)word[begin]))
+      continue;
+    const std::string option = word.substr(0, word.find('='));
+    if (const auto nearest = surf::nearest_name(option.substr(begin), known))
+      return fmt::format("{} is not an option; did you mean '--{}'?", option, *nearest);
+    if (first.empty()) first = fmt::format("{} is not an option", option);
   }
-  return "";
+  return first;
 }
 
 /// The parser says of an unknown verb only that one is missing.
@@ -100,6 +104,11 @@ Failure failure_of(const std::exception_ptr& error, const std::string& program) 
     return failure(kBatchFailed, part.what());
   } catch (const std::bad_alloc&) {
     return failure(kInput, "out of memory; crop the input or use a larger edge length");
+  } catch (const std::system_error& none) {
+    if (none.code() != std::errc::resource_unavailable_try_again)
+      return failure(kInternal, none.what());
+    return failure(
+        kInput, "no thread can be started: out of memory or at a limit on processes (ulimit -a)");
   } catch (const std::exception& other) {
     return failure(kInternal, other.what());
   }

@@ -290,6 +290,17 @@ void add_running_options(CLI::App& command, RunArguments& a) {
   group.add("--recipe", a.recipe,
             "What was done, as a file that repeats it (segment::replay), with a hash of the "
             "image");
+  group.add("--checkpoint", a.checkpoint,
+            "FILE or FILE,SECONDS: the state of the run after each of its stages, no oftener than "
+            "that; removed at the end");
+  group.add_flag(
+      "--resume", a.resume,
+      "Go on from the --checkpoint of the same command that was killed, if there is one: "
+      "the result is the same to the byte");
+  group.add(
+      "--memory", a.memory,
+      "Memory that may be used, such as 2GB: fields are dropped and made again within it; what "
+      "needs more ends in one line (code 3); the result is the same");
   group.add("--threads", a.threads, "Threads [all]; the result is the same");
   group.add_flag("--profile", a.profile,
                  "At the end where time and memory went: stage by stage, wall and CPU seconds, "

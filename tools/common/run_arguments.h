@@ -27,6 +27,8 @@ struct RunWords {
 
 inline const RunWords kVolumeWords = {"surface", "vox",   "volume", "volume",   "area",
                                       "3",       "X,Y,Z", "balls",  "cavities", true};
+inline const RunWords kImageWords = {"curve", "px",  "image",   "area",  "length",
+                                     "2",     "X,Y", "circles", "holes", false};
 
 /// The options as they were typed; lengths and the like are parsed when the image is known.
 struct RunArguments {
@@ -50,7 +52,8 @@ struct RunArguments {
   bool fill_cavities = false;
   std::string keep = "all";
   int threads = 0;
-  std::string json, config, preset, recipe;
+  std::string json, config, preset, recipe, checkpoint, memory;
+  bool resume = false;
   bool candidates = false, profile = false;
   bool quiet = false, verbose = false;
 

@@ -13,6 +13,7 @@
 #include "libsurf/segment/recipe.h"
 #include "libsurf/segment/segment.h"
 #include "tools/common/config.h"
+#include "tools/common/memory_limit.h"
 #include "tools/common/profile.h"
 #include "tools/common/program.h"
 #include "tools/common/report.h"
@@ -85,7 +86,10 @@ std::string conclusion_of(const surf::segment::Result<Dim>& result) {
 
 template <int Dim>
 SegmentCommand<Dim>::SegmentCommand(const CLI::App& command, const RunArguments& arguments)
-    : command_(command), arguments_(arguments), progress_(arguments.verbosity()) {}
+    : command_(command),
+      arguments_(arguments),
+      progress_(arguments.verbosity()),
+      checkpoint_(arguments.checkpoint, arguments.resume) {}
 
 template <int Dim>
 surf::segment::ProgressOf<Dim> SegmentCommand<Dim>::on_step() {
@@ -100,7 +104,7 @@ surf::segment::ProgressOf<Dim> SegmentCommand<Dim>::on_step() {
 
 template <int Dim>
 typename SegmentCommand<Dim>::Objects SegmentCommand<Dim>::segment(const Input& input) {
-  surf::segment::Segmentation<Dim> segmentation(input.setting);
+  surf::segment::Segmentation<Dim> segmentation(input.setting, max_kept_bytes_);
   for (const ObjectInput<Dim>& object : input.objects) {
     const int id = segmentation.add_object(object.name);
     segmentation.set_options(id, object.options);
@@ -108,8 +112,10 @@ typename SegmentCommand<Dim>::Objects SegmentCommand<Dim>::segment(const Input& 
       segmentation.add_click(id, click);
     for (const auto& stroke : object.strokes) segmentation.add_click(id, stroke);
   }
+  checkpoint_.begin(surf::segment::to_recipe<Dim>(segmentation));
   Objects out;
   for (const int id : segmentation.objects()) {
+    segmentation.set_checkpointing(checkpoint_.of(out.size()));
     if (input.objects.size() > 1 && signal_exit_code() == kDone)
       progress_.note(fmt::format("{}:", segmentation.object(id).name));
     if (signal_exit_code() == kDone) segmentation.evolve(id, on_step());
@@ -142,7 +148,7 @@ ordered_json SegmentCommand<Dim>::write_candidates(const surf::segment::Setting<
       write_shape(
           path,
           surf::segment::finish<Dim>(setting, candidate.proposal, surf::extension(output_path)),
-          object.object.colour);
+          object.object);
       entry["file"] = path;
       words += ": " + path;
     } catch (const surf::InvalidMesh& error) {
@@ -158,6 +164,7 @@ ordered_json SegmentCommand<Dim>::write_candidates(const surf::segment::Setting<
 template <int Dim>
 ExitCode SegmentCommand<Dim>::run() {
   check();
+  max_kept_bytes_ = limit_memory(arguments_.memory);
   std::unique_ptr<surf::ThreadLimit> limit;
   if (arguments_.threads > 0) limit = std::make_unique<surf::ThreadLimit>(arguments_.threads);
   clock_.begin("read");
@@ -179,6 +186,7 @@ ExitCode SegmentCommand<Dim>::run() {
       are_several ? run_several(input, objects, finished)
                   : run_one(input, objects, finished, std::size_t(one - objects.begin()));
   if (arguments_.profile) note_profile(objects);
+  if (signal_exit_code() == kDone) checkpoint_.remove();
   return exit_code;
 }
 
@@ -378,7 +386,8 @@ void SegmentCommand<Dim>::summarise(ExitCode exit_code, const ordered_json& entr
   if (arguments_.json.empty()) return;
   ordered_json out;
   out[program()] = SURFSEG_VERSION;
-  out["config"] = dump_config(command_, {"help", "config", "json"});
+  out["config"] =
+      dump_config(command_, {"help", "config", "json", "checkpoint", "resume", "memory"});
   out["exit_code"] = int(exit_code);
   out.update(entries);
   out["stages"] = clock_.to_json();

@@ -10,6 +10,7 @@
 #include "libsurf/segment/finish_objects.h"
 #include "libsurf/segment/segment.h"
 #include "libsurf/volume/write_volume.h"
+#include "tools/common/checkpoint.h"
 #include "tools/common/exit_codes.h"
 #include "tools/common/objects.h"
 #include "tools/common/progress.h"
@@ -83,9 +84,9 @@ class SegmentCommand {
   /// Writes the map of labels.
   virtual void write_labels(const std::vector<std::uint8_t>& labels,
                             const std::vector<surf::volume::LabelName>& names) const = 0;
-  /// The file of a shape alone, in the format that its name says.
+  /// The file of a shape of an object, in the format that its name says.
   virtual void write_shape(const std::string& path, const surf::segment::Finished<Dim>& shape,
-                           const surf::segment::Colour& colour) const = 0;
+                           const surf::segment::Object<Dim>& object) const = 0;
   /// Adds further measures of a finished shape to its entry of the summary.
   /// @param label  its number among the objects, 0 if it is the only one
   virtual void measure([[maybe_unused]] const surf::segment::Object<Dim>& object,
@@ -105,6 +106,8 @@ class SegmentCommand {
 
   const CLI::App& command() const { return command_; }
   ProgressLine& progress() { return progress_; }
+  /// The file of --checkpoint; empty if there is none.
+  const std::string& checkpoint_path() const { return checkpoint_.path(); }
   /// Shows every step, and stops after a signal.
   surf::segment::ProgressOf<Dim> on_step();
 
@@ -128,6 +131,8 @@ class SegmentCommand {
   const RunArguments& arguments_;
   ProgressLine progress_;
   StageClock clock_;
+  Checkpoint checkpoint_;
+  std::size_t max_kept_bytes_ = 0;
 };
 
 /// "evolve  step 12  J ...  tau ...  triangles ...  volume ... mm^3"

@@ -28,12 +28,14 @@ void check_names(const CLI::App& command, const std::vector<std::string>& words)
 
 }  // namespace
 
-surf::segment::Options<3> typed_options(std::vector<std::string> words, double cell_mm) {
+template <int Dim>
+surf::segment::Options<Dim> typed_options(std::vector<std::string> words, double cell_mm) {
+  const RunWords& of_image = Dim == 3 ? kVolumeWords : kImageWords;
   RunArguments arguments;
   CLI::App command{"", "segment"};
   command.set_help_flag();
-  add_start_options(command, arguments, kVolumeWords);
-  add_run_options(command, arguments, kVolumeWords);
+  add_start_options(command, arguments, of_image);
+  add_run_options(command, arguments, of_image);
   add_preset_option(command, arguments.preset, "");
   check_names(command, words);
   std::reverse(words.begin(), words.end());  // as the parser wants them
@@ -50,10 +52,13 @@ surf::segment::Options<3> typed_options(std::vector<std::string> words, double c
   if (!arguments.seeds.empty() || !arguments.outside.empty() || !arguments.boxes.empty())
     throw surf::UsageError(
         "--seed, --outside, --box: clicks and boxes are given apart from options");
-  check_run_arguments(command, arguments, kVolumeWords);
-  surf::segment::Options<3> out;
-  set_run_options<3>(command, arguments, cell_mm, out);
+  check_run_arguments(command, arguments, of_image);
+  surf::segment::Options<Dim> out;
+  set_run_options<Dim>(command, arguments, cell_mm, out);
   return out;
 }
+
+template surf::segment::Options<2> typed_options<2>(std::vector<std::string>, double);
+template surf::segment::Options<3> typed_options<3>(std::vector<std::string>, double);
 
 }  // namespace surfseg

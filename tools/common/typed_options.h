@@ -1,4 +1,5 @@
-// Options of a segmentation from words as one types them after `surfseg segment`.
+// Options of a segmentation from words as one types them after `surfseg segment` (Dim = 3) or
+// `curveseg segment` (2).
 #pragma once
 
 #include <string>
@@ -10,9 +11,11 @@ namespace surfseg {
 
 /// Everything but clicks and initial surface: lengths such as "--edge-length", "2mm"; "--energy",
 /// "chan-vese"; "--preset", "kidney-ct"; "--fill-cavities".
-/// @param cell_mm  side of a cube of a voxel's volume, for lengths in voxels
+/// @param cell_mm  side of a cube of a voxel's volume or a square of a pixel's area, for lengths in
+///                 voxels or pixels
 /// @throws surf::UsageError  an option that there is not, or a value that it cannot have
 /// @throws surf::InputError  the preset's file cannot be read
-surf::segment::Options<3> typed_options(std::vector<std::string> words, double cell_mm);
+template <int Dim>
+surf::segment::Options<Dim> typed_options(std::vector<std::string> words, double cell_mm);
 
 }  // namespace surfseg

@@ -35,7 +35,7 @@ void CurveCommand::write_labels(const std::vector<std::uint8_t>& labels,
 }
 
 void CurveCommand::write_shape(const std::string& path, const surf::segment::Finished<2>& shape,
-                               const surf::segment::Colour& /*colour*/) const {
+                               const surf::segment::Object<2>& /*object*/) const {
   surf::curve::write_contours(path, shape.shape, image(), file_space(files().output_space));
 }
 

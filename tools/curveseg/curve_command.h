@@ -40,7 +40,7 @@ class CurveCommand : public ImageCommand<2, CurveFiles> {
   void write_labels(const std::vector<std::uint8_t>& labels,
                     const std::vector<surf::volume::LabelName>& names) const override;
   void write_shape(const std::string& path, const surf::segment::Finished<2>& shape,
-                   const surf::segment::Colour& colour) const override;
+                   const surf::segment::Object<2>& object) const override;
   std::string describe(const surf::segment::Measures<2>& measures) const override;
 };
 

@@ -82,11 +82,8 @@ Segments initial_curves(const CurveArguments& a, const Image& image, double edge
 
 }  // namespace
 
-const RunWords kWords = {"curve", "px",  "image",   "area",  "length",
-                         "2",     "X,Y", "circles", "holes", false};
-
 void add_curve_options(CLI::App& command, CurveArguments& a) {
-  add_start_options(command, a, kWords);
+  add_start_options(command, a, kImageWords);
   const OptionGroup start(command, "Where to start");
   start.add_choice("--space", a.space,
                    "Space of the points: px (column, row) or mm of the image; ras or lps, X,Y,Z in "
@@ -102,7 +99,7 @@ void add_curve_options(CLI::App& command, CurveArguments& a) {
   start.add("--landmarks", a.landmarks,
             "Or the ellipse next to points on the object: X Y a line in --space, or, on a "
             "slice, Slicer's .mrk.json or .fcsv");
-  add_run_options(command, a, kWords);
+  add_run_options(command, a, kImageWords);
   OptionGroup(command, "Image")
       .add_choice("--sampling", a.sampling,
                   "Values between pixels: spline (C^2, the default) or linear",
@@ -118,7 +115,7 @@ void check_contour_output(const std::string& output) {
 }
 
 void check_curve_arguments(const CLI::App& command, const CurveArguments& a) {
-  check_run_arguments(command, a, kWords);
+  check_run_arguments(command, a, kImageWords);
   for (const std::string& text : a.circles)
     parse_positive_length("--circle", split_circle(text).second);
   if (!a.seeds_grid.empty()) parse_positive_length("--seeds-grid", a.seeds_grid);

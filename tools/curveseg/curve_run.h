@@ -7,8 +7,6 @@
 
 namespace surfseg::curve_program {
 
-extern const RunWords kWords;
-
 /// The options as they were typed.
 struct CurveArguments : RunArguments {
   std::string space = "px";

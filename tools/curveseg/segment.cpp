@@ -71,6 +71,7 @@ class SegmentCurves : public CurveCommand {
                                   {"--picture", arguments_.overlay},
                                   {"--denoised", arguments_.denoised},
                                   {"--recipe", arguments_.recipe},
+                                  {"--checkpoint", checkpoint_path()},
                                   {"--json", arguments_.json}},
                                  arguments_.objects),
                   arguments_.image.path);
@@ -126,6 +127,7 @@ class SegmentCurves : public CurveCommand {
                            ImageArguments which = arguments_.image;
                            which.path = path;
                            if (surf::curve::is_image_file(path)) which.slice = which.plane = "";
+                           if (!std::filesystem::is_directory(path)) which.which.series_uid = "";
                            const Image marks = which.read();
                            return Marks<2>{box(marks.size()), marks.values()};
                          });
@@ -142,7 +144,7 @@ void add_options(CLI::App& command, Arguments& a) {
       "Contours to write: .svg, .json, .vtp or .csv; of several objects {object}.json");
   add_curve_options(command, a);
   add_object_option(command, a);
-  add_marks_option(command, a, kWords);
+  add_marks_option(command, a, kImageWords);
   const OptionGroup output(command, "Output and running");
   add_output_space(command, a.output_space, "a slice's .vtp", output.name());
   output.add("--mask", a.mask,

@@ -105,8 +105,7 @@ class StackCommand {
     surf::curve::write_stack(arguments_.output, result_.slices,
                              file_space(arguments_.output_space));
     if (!arguments_.mask.empty())
-      surf::volume::write_label_map(arguments_.mask, slices.volume().size(),
-                                    slices.volume().index_to_world(),
+      surf::volume::write_label_map(arguments_.mask, slices.volume(),
                                     surf::curve::rasterized(result_.slices, slices));
   }
 

@@ -18,6 +18,15 @@ Eigen::Matrix4d matrix_of(const py::array& affine) {
   return Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>>(numbers.data());
 }
 
+constexpr py::ssize_t kMostAlongAnAxis = 1 << 20;
+
+void check_type(const py::array& values) {
+  const char kind = values.dtype().kind();
+  if (std::string("biuf").find(kind) == std::string::npos)
+    throw surf::UsageError(fmt::format("image: expected real numbers; got the type '{}'",
+                                       std::string(py::str(values.dtype()))));
+}
+
 }  // namespace
 
 surf::volume::Volume volume_of(const py::array& values, const py::array& affine,
@@ -25,13 +34,10 @@ surf::volume::Volume volume_of(const py::array& values, const py::array& affine,
   if (values.ndim() != 3)
     throw surf::UsageError(fmt::format(
         "image: expected an array of three dimensions, indexed [i, j, k]; got {}", values.ndim()));
-  const char kind = values.dtype().kind();
-  if (std::string("biuf").find(kind) == std::string::npos)
-    throw surf::UsageError(fmt::format("image: expected real numbers; got the type '{}'",
-                                       std::string(py::str(values.dtype()))));
+  check_type(values);
   std::array<int, 3> size;
   for (int axis = 0; axis < 3; ++axis) {
-    if (values.shape(axis) > 1 << 20)
+    if (values.shape(axis) > kMostAlongAnAxis)
       throw surf::UsageError(fmt::format("image: {} voxels along an axis", values.shape(axis)));
     size[axis] = int(values.shape(axis));
   }
@@ -63,12 +69,47 @@ py::array_t<double> affine_of(const surf::volume::Volume& volume) {
   return out;
 }
 
-surf::Vector<3> point_of(const std::vector<double>& point, const std::string& what) {
-  if (point.size() != 3 ||
-      !std::all_of(point.begin(), point.end(), [](double x) { return std::isfinite(x); }))
+surf::curve::Image image_of(const py::array& values, const std::array<double, 2>& spacing_mm,
+                            const std::string& name) {
+  if (values.ndim() != 2)
     throw surf::UsageError(
-        fmt::format("{}: expected points of three finite numbers (x, y, z)", what));
-  return {point[0], point[1], point[2]};
+        fmt::format("image: expected an array of two dimensions, indexed [row, column]; got {}",
+                    values.ndim()));
+  check_type(values);
+  if (!(spacing_mm[0] > 0 && spacing_mm[1] > 0))
+    throw surf::InputError("spacing: expected positive lengths of a pixel [mm]");
+  for (int axis = 0; axis < 2; ++axis)
+    if (values.shape(axis) > kMostAlongAnAxis)
+      throw surf::UsageError(fmt::format("image: {} pixels along an axis", values.shape(axis)));
+  const py::array_t<float, py::array::c_style | py::array::forcecast> rows(values);
+  surf::curve::ImageSource source;
+  source.path = name;
+  source.format = "array";
+  source.scalar_type = py::str(values.dtype());
+  source.spacing_source = "options";
+  return {{int(values.shape(1)), int(values.shape(0))},
+          surf::curve::pixel_to_plane({spacing_mm[0], spacing_mm[1]}),
+          std::vector<float>(rows.data(), rows.data() + rows.size()),
+          source};
 }
+
+py::array_t<float> values_of(const surf::curve::Image& image) {
+  py::array_t<float> out({image.size()[1], image.size()[0]});
+  std::copy(image.values().begin(), image.values().end(), out.mutable_data());
+  return out;
+}
+
+template <int Dim>
+surf::Vector<Dim> point_of(const std::vector<double>& point, const std::string& what) {
+  if (point.size() != Dim ||
+      !std::all_of(point.begin(), point.end(), [](double x) { return std::isfinite(x); }))
+    throw surf::UsageError(fmt::format("{}: expected points of {} finite numbers {}", what,
+                                       Dim == 3 ? "three" : "two",
+                                       Dim == 3 ? "(x, y, z)" : "(x, y)"));
+  return Eigen::Map<const surf::Vector<Dim>>(point.data());
+}
+
+template surf::Vector<2> point_of<2>(const std::vector<double>&, const std::string&);
+template surf::Vector<3> point_of<3>(const std::vector<double>&, const std::string&);
 
 }  // namespace surfseg::python

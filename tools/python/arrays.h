@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "libcurve/image/image.h"
 #include "libsurf/base/types.h"
 #include "libsurf/volume/volume.h"
 
@@ -30,9 +31,19 @@ py::array_t<float> values_of(const surf::volume::Volume& volume);
 /// (4, 4), voxel index -> RAS mm.
 py::array_t<double> affine_of(const surf::volume::Volume& volume);
 
-/// A point (x, y, z).
-/// @throws surf::UsageError  not three finite numbers
-surf::Vector<3> point_of(const std::vector<double>& point, const std::string& what);
+/// An image of an array indexed [row, column] of any real type, row 0 on top.
+/// @throws surf::UsageError  the array has no two dimensions or holds no real numbers
+/// @throws surf::InputError  as curve::Image, a spacing that is not positive
+surf::curve::Image image_of(const py::array& values, const std::array<double, 2>& spacing_mm,
+                            const std::string& name);
+
+/// The values indexed [row, column], float32, a copy.
+py::array_t<float> values_of(const surf::curve::Image& image);
+
+/// A point (x, y, z), or (x, y) in an image.
+/// @throws surf::UsageError  not Dim finite numbers
+template <int Dim>
+surf::Vector<Dim> point_of(const std::vector<double>& point, const std::string& what);
 
 /// The rows of a matrix as an array that shares its memory, read-only, and keeps `owner` alive.
 template <class Matrix>

@@ -2,6 +2,7 @@
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 
+#include "libcurve/image/read_image.h"
 #include "libsurf/base/error.h"
 #include "libsurf/base/threads.h"
 #include "libsurf/volume/phantom.h"
@@ -9,6 +10,7 @@
 #include "libsurf/volume/write_volume.h"
 #include "tools/common/field_names.h"
 #include "tools/python/arrays.h"
+#include "tools/python/curve.h"
 #include "tools/python/segmentation.h"
 #include "tools/python/surface.h"
 
@@ -50,13 +52,40 @@ void add_volume(py::module_& module) {
                              })
       .def_property_readonly("name", [](const Volume& self) { return self.source().path; })
       .def_property_readonly("notes", [](const Volume& self) { return self.source().notes; })
-      .def("array", &values_of)
+      .def("array", [](const Volume& self) { return values_of(self); })
       .def(
           "save",
           [](const Volume& self, const std::string& path) {
             surf::volume::write_volume(path, self);
           },
           py::call_guard<py::gil_scoped_release>());
+}
+
+surf::curve::Image read_image(const std::string& path,
+                              const std::optional<std::array<double, 2>>& spacing_mm) {
+  surf::curve::ReadImageOptions options;
+  if (spacing_mm) options.spacing_mm = {(*spacing_mm)[0], (*spacing_mm)[1]};
+  return surf::curve::read_image(path, options);
+}
+
+void add_image(py::module_& module) {
+  using surf::curve::Image;
+  py::class_<Image>(module, "Image")
+      .def(py::init(&image_of), py::arg("values"), py::arg("spacing_mm"), py::arg("name"))
+      .def_static("read", &read_image, py::arg("path"), py::arg("spacing_mm"),
+                  py::call_guard<py::gil_scoped_release>())
+      .def_property_readonly("shape",
+                             [](const Image& self) {
+                               return std::array{self.size()[1], self.size()[0]};
+                             })
+      .def_property_readonly("spacing_mm",
+                             [](const Image& self) {
+                               const Eigen::Vector2d s = self.spacing();
+                               return std::array{s[0], s[1]};
+                             })
+      .def_property_readonly("name", [](const Image& self) { return self.source().path; })
+      .def_property_readonly("notes", [](const Image& self) { return self.source().notes; })
+      .def("array", [](const Image& self) { return values_of(self); });
 }
 
 /// One Python class for each of the library's, below surfseg.Error.
@@ -105,25 +134,16 @@ void add_exceptions(py::module_& module) {
 PYBIND11_MODULE(_surfseg, module) {
   add_exceptions(module);
   add_volume(module);
+  add_image(module);
   add_surface(module);
+  add_curve(module);
   add_segmentation(module);
   module.attr("__version__") = SURFSEG_VERSION;
   module.def("read", &read, py::arg("path"), py::arg("frame"), py::arg("series_uid"),
              py::call_guard<py::gil_scoped_release>());
   module.def("phantom", &phantom, py::arg("kind"), py::arg("size"), py::arg("noise"),
              py::arg("random_seed"), py::call_guard<py::gil_scoped_release>());
-  module.def(
-      "write_label_map",
-      [](const std::string& path, const Volume& volume,
-         const py::array_t<std::uint8_t, py::array::f_style | py::array::forcecast>& labels) {
-        const auto& size = volume.size();
-        if (labels.ndim() != 3 || labels.shape(0) != size[0] || labels.shape(1) != size[1] ||
-            labels.shape(2) != size[2])
-          throw surf::UsageError("labels: expected an array of the volume's shape");
-        const std::vector<std::uint8_t> values(labels.data(), labels.data() + labels.size());
-        surf::volume::write_label_map(path, size, volume.index_to_world(), values);
-      },
-      py::arg("path"), py::arg("volume"), py::arg("labels"));
+  module.def("is_image_file", &surf::curve::is_image_file, py::arg("path"));
   py::class_<surf::ThreadLimit>(module, "ThreadLimit").def(py::init<int>(), py::arg("threads"));
 }
 

@@ -4,65 +4,66 @@
 
 #include <chrono>
 
+#include "libcurve/segment/segment.h"
 #include "libsurf/base/error.h"
 #include "libsurf/segment/recipe.h"
 #include "libsurf/segment/segment.h"
 #include "tools/common/typed_options.h"
+#include "tools/python/watched_work.h"
 
 namespace surfseg::python {
 namespace {
 
-// Between two calls of a progress function, and two looks for Ctrl-C.
-constexpr std::chrono::milliseconds kPause(50);
+std::shared_ptr<const surf::segment::Setting<2>> setting_of(const surf::curve::Image& image) {
+  return surf::curve::make_setting(image);
+}
+std::shared_ptr<const surf::segment::Setting<3>> setting_of(const surf::volume::Volume& volume) {
+  return surf::segment::make_setting(volume);
+}
 
 }  // namespace
 
-Segmentation::Segmentation(surf::volume::Volume volume)
-    : volume_(std::move(volume)),
-      setting_(surf::segment::make_setting(volume_)),
-      segmentation_(setting_) {}
+template <int Dim>
+Segmentation<Dim>::Segmentation(Image image)
+    : image_(std::move(image)), setting_(setting_of(image_)), segmentation_(setting_) {}
 
 /// One thread at a time, none of them with the interpreter's lock while it waits or works.
+template <int Dim>
 template <class Work>
-auto Segmentation::alone(Work&& work) {
+auto Segmentation<Dim>::alone(Work&& work) {
   py::gil_scoped_release released;
   std::lock_guard lock(mutex_);
   return work();
 }
 
-surf::segment::ProgressOf<3> Segmentation::progress_of(const py::object& progress,
-                                                       std::exception_ptr& raised) {
-  return [&progress, &raised, last = std::chrono::steady_clock::time_point(),
-          begin = std::chrono::steady_clock::now()](
-             const std::string& stage, const surf::flow::StepRecord& record,
-             const std::function<surf::Triangles()>&) mutable {
-    const auto now = std::chrono::steady_clock::now();
-    if (now - last < kPause) return true;
-    last = now;
-    py::gil_scoped_acquire held;
-    try {
-      if (PyErr_CheckSignals() != 0) throw py::error_already_set();
-      if (progress.is_none()) return true;
-      const std::chrono::duration<double> seconds = now - begin;
-      const py::object answer = progress(stage, record.k, record.n_elements, record.enclosed,
-                                         record.energy, seconds.count());
-      return answer.is_none() || answer.cast<bool>();
-    } catch (...) {
-      raised = std::current_exception();
-      return false;
-    }
-  };
+/// The same for work that takes its time, with the turn waited for on the thread that works.
+template <int Dim>
+void Segmentation<Dim>::compute(
+    const py::object& progress,
+    const std::function<void(const Told&, const std::stop_token&)>& work) {
+  do_watched(progress, [&](const Watch& watch, const std::stop_token& stop) {
+    constexpr std::chrono::milliseconds kLook(20);
+    std::unique_lock lock(mutex_, std::defer_lock);
+    while (!lock.try_lock_for(kLook))
+      if (stop.stop_requested()) return;
+    work([&watch](const std::string& stage, const surf::flow::StepRecord& record,
+                  const std::function<surf::Simplices<Dim>()>&) { return watch(stage, record); },
+         stop);
+  });
 }
 
-Segmentation::Id Segmentation::add_object(const std::string& name) {
+template <int Dim>
+int Segmentation<Dim>::add_object(const std::string& name) {
   return alone([&] { return segmentation_.add_object(name); });
 }
 
-void Segmentation::remove_object(Id id) {
+template <int Dim>
+void Segmentation<Dim>::remove_object(Id id) {
   alone([&] { segmentation_.remove_object(id); });
 }
 
-std::vector<std::pair<Segmentation::Id, std::string>> Segmentation::objects() {
+template <int Dim>
+std::vector<std::pair<int, std::string>> Segmentation<Dim>::objects() {
   return alone([&] {
     std::vector<std::pair<Id, std::string>> out;
     for (const Id id : segmentation_.objects()) out.emplace_back(id, segmentation_.object(id).name);
@@ -70,111 +71,126 @@ std::vector<std::pair<Segmentation::Id, std::string>> Segmentation::objects() {
   });
 }
 
-void Segmentation::add_click(Id id, const std::vector<double>& point_ras_mm, bool is_inside) {
+template <int Dim>
+void Segmentation<Dim>::add_click(Id id, const std::vector<double>& point_mm, bool is_inside) {
   using surf::segment::Side;
-  const auto point = point_of(point_ras_mm, is_inside ? "seeds" : "outside");
+  const auto point = point_of<Dim>(point_mm, is_inside ? "seeds" : "outside");
   alone([&] { segmentation_.add_click(id, {point, is_inside ? Side::kInside : Side::kOutside}); });
 }
 
-void Segmentation::take_back_click(Id id, std::size_t index) {
+template <int Dim>
+void Segmentation<Dim>::take_back_click(Id id, std::size_t index) {
   alone([&] { segmentation_.take_back_click(id, index); });
 }
 
-std::vector<std::pair<std::array<double, 3>, bool>> Segmentation::clicks(Id id) {
+template <int Dim>
+std::vector<typename Segmentation<Dim>::Click> Segmentation<Dim>::clicks(Id id) {
   return alone([&] {
-    std::vector<std::pair<std::array<double, 3>, bool>> out;
-    for (const auto& click : segmentation_.object(id).clicks)
-      out.push_back({{click.point_mm[0], click.point_mm[1], click.point_mm[2]},
-                     click.side == surf::segment::Side::kInside});
+    std::vector<Click> out;
+    for (const auto& click : segmentation_.object(id).clicks) {
+      std::array<double, Dim> point;
+      std::copy_n(click.point_mm.data(), Dim, point.begin());
+      out.push_back({point, click.side == surf::segment::Side::kInside});
+    }
     return out;
   });
 }
 
-void Segmentation::set_options(Id id, const std::vector<std::string>& words,
-                               const std::optional<std::vector<std::vector<double>>>& box_ras_mm) {
-  surf::segment::Options<3> options = typed_options(words, volume_.voxel_size());
-  if (box_ras_mm) {
-    if (box_ras_mm->size() != 2)
-      throw surf::UsageError("box: expected two opposite corners (x, y, z)");
-    options.box_mm = {point_of((*box_ras_mm)[0], "box"), point_of((*box_ras_mm)[1], "box")};
+template <int Dim>
+void Segmentation<Dim>::set_options(Id id, const std::vector<std::string>& words,
+                                    const std::optional<std::vector<std::vector<double>>>& box_mm) {
+  auto options = typed_options<Dim>(words, setting_->extent().cell_mm());
+  if (box_mm) {
+    if (box_mm->size() != 2) throw surf::UsageError("box: expected two opposite corners");
+    options.box_mm = {point_of<Dim>((*box_mm)[0], "box"), point_of<Dim>((*box_mm)[1], "box")};
   }
   alone([&] { segmentation_.set_options(id, options); });
 }
 
-std::vector<std::string> Segmentation::propose(Id id, const py::object& progress) {
-  std::exception_ptr raised;
-  const auto told = progress_of(progress, raised);
-  std::vector<std::string> out = alone([&] {
-    std::vector<std::string> lines;
-    for (const auto& proposal : segmentation_.propose(id, told).proposals)
-      lines.push_back(to_string(proposal));
-    return lines;
+template <int Dim>
+std::vector<std::string> Segmentation<Dim>::propose(Id id, const py::object& progress) {
+  std::vector<std::string> out;
+  compute(progress, [&](const Told& told, const std::stop_token& stop) {
+    for (const auto& proposal : segmentation_.propose(id, told, stop).proposals)
+      out.push_back(to_string(proposal));
   });
-  if (raised) std::rethrow_exception(raised);
   return out;
 }
 
-void Segmentation::choose(Id id, std::size_t proposal) {
+template <int Dim>
+void Segmentation<Dim>::choose(Id id, std::size_t proposal) {
   alone([&] { segmentation_.choose(id, proposal); });
 }
 
-void Segmentation::evolve(Id id, const py::object& progress) {
-  std::exception_ptr raised;
-  const auto told = progress_of(progress, raised);
-  alone([&] { segmentation_.evolve(id, told); });
-  if (raised) std::rethrow_exception(raised);
-}
-
-bool Segmentation::undo(Id id) {
-  return alone([&] { return segmentation_.undo(id); });
-}
-
-bool Segmentation::redo(Id id) {
-  return alone([&] { return segmentation_.redo(id); });
-}
-
-std::string Segmentation::outcome(Id id) {
-  return alone([&] { return to_string(segmentation_.object(id).state()); });
-}
-
-std::shared_ptr<Surface> Segmentation::surface(Id id) {
-  return alone([&] {
-    return std::make_shared<Surface>(volume_, setting_, segmentation_.object(id).result);
+template <int Dim>
+void Segmentation<Dim>::evolve(Id id, const py::object& progress) {
+  compute(progress, [&](const Told& told, const std::stop_token& stop) {
+    segmentation_.evolve(id, told, stop);
   });
 }
 
-std::string Segmentation::recipe(const std::string& image_path) {
-  return alone([&] { return surf::segment::to_recipe<3>(segmentation_, image_path); });
+template <int Dim>
+bool Segmentation<Dim>::undo(Id id) {
+  return alone([&] { return segmentation_.undo(id); });
 }
 
-void Segmentation::replay(const std::string& recipe, const py::object& progress) {
-  std::exception_ptr raised;
-  const auto told = progress_of(progress, raised);
-  alone([&] { surf::segment::replay<3>(recipe, segmentation_, told); });
-  if (raised) std::rethrow_exception(raised);
+template <int Dim>
+bool Segmentation<Dim>::redo(Id id) {
+  return alone([&] { return segmentation_.redo(id); });
 }
+
+template <int Dim>
+std::string Segmentation<Dim>::outcome(Id id) {
+  return alone([&] { return to_string(segmentation_.object(id).state()); });
+}
+
+template <int Dim>
+std::shared_ptr<typename Segmentation<Dim>::Shape> Segmentation<Dim>::shape(Id id) {
+  return alone([&] { return std::make_shared<Shape>(image_, setting_, segmentation_.object(id)); });
+}
+
+template <int Dim>
+std::string Segmentation<Dim>::recipe(const std::string& image_path) {
+  return alone([&] { return surf::segment::to_recipe<Dim>(segmentation_, image_path); });
+}
+
+template <int Dim>
+void Segmentation<Dim>::replay(const std::string& recipe, const py::object& progress) {
+  compute(progress, [&](const Told& told, const std::stop_token& stop) {
+    surf::segment::replay<Dim>(recipe, segmentation_, told, stop);
+  });
+}
+
+namespace {
+
+template <int Dim>
+void add_segmentation_of(py::module_& module, const char* name) {
+  using Of = Segmentation<Dim>;
+  py::class_<Of>(module, name)
+      .def(py::init<typename Of::Image>(), py::arg("image"))
+      .def("add_object", &Of::add_object, py::arg("name"))
+      .def("remove_object", &Of::remove_object, py::arg("object"))
+      .def("objects", &Of::objects)
+      .def("add_click", &Of::add_click, py::arg("object"), py::arg("point"), py::arg("inside"))
+      .def("take_back_click", &Of::take_back_click, py::arg("object"), py::arg("index"))
+      .def("clicks", &Of::clicks, py::arg("object"))
+      .def("set_options", &Of::set_options, py::arg("object"), py::arg("words"), py::arg("box"))
+      .def("propose", &Of::propose, py::arg("object"), py::arg("progress"))
+      .def("choose", &Of::choose, py::arg("object"), py::arg("proposal"))
+      .def("evolve", &Of::evolve, py::arg("object"), py::arg("progress"))
+      .def("undo", &Of::undo, py::arg("object"))
+      .def("redo", &Of::redo, py::arg("object"))
+      .def("outcome", &Of::outcome, py::arg("object"))
+      .def("shape", &Of::shape, py::arg("object"))
+      .def("recipe", &Of::recipe, py::arg("image_path"))
+      .def("replay", &Of::replay, py::arg("recipe"), py::arg("progress"));
+}
+
+}  // namespace
 
 void add_segmentation(py::module_& module) {
-  py::class_<Segmentation>(module, "Segmentation")
-      .def(py::init<surf::volume::Volume>(), py::arg("volume"))
-      .def("add_object", &Segmentation::add_object, py::arg("name"))
-      .def("remove_object", &Segmentation::remove_object, py::arg("object"))
-      .def("objects", &Segmentation::objects)
-      .def("add_click", &Segmentation::add_click, py::arg("object"), py::arg("point"),
-           py::arg("inside"))
-      .def("take_back_click", &Segmentation::take_back_click, py::arg("object"), py::arg("index"))
-      .def("clicks", &Segmentation::clicks, py::arg("object"))
-      .def("set_options", &Segmentation::set_options, py::arg("object"), py::arg("words"),
-           py::arg("box"))
-      .def("propose", &Segmentation::propose, py::arg("object"), py::arg("progress"))
-      .def("choose", &Segmentation::choose, py::arg("object"), py::arg("proposal"))
-      .def("evolve", &Segmentation::evolve, py::arg("object"), py::arg("progress"))
-      .def("undo", &Segmentation::undo, py::arg("object"))
-      .def("redo", &Segmentation::redo, py::arg("object"))
-      .def("outcome", &Segmentation::outcome, py::arg("object"))
-      .def("surface", &Segmentation::surface, py::arg("object"))
-      .def("recipe", &Segmentation::recipe, py::arg("image_path"))
-      .def("replay", &Segmentation::replay, py::arg("recipe"), py::arg("progress"));
+  add_segmentation_of<3>(module, "Segmentation");
+  add_segmentation_of<2>(module, "ImageSegmentation");
 }
 
 }  // namespace surfseg::python

@@ -9,6 +9,7 @@
 #include "libsurf/mesh/from_label_map.h"
 #include "libsurf/mesh/rasterize.h"
 #include "libsurf/volume/read_volume.h"
+#include "libsurf/volume/write_volume.h"
 #include "tools/common/outputs.h"
 #include "tools/common/surface_scores.h"
 
@@ -28,17 +29,24 @@ py::object certainty_array(const Surface& self, py::handle owner,
   return rows_of(values, owner).attr("reshape")(-1);
 }
 
+/// .dcm is a surface, but .seg.dcm.
+bool is_label_map(const std::string& path) {
+  return surf::volume::is_writable_volume(path) ||
+         (surf::extension(path) == ".dcm" &&
+          surf::extension(path.substr(0, path.size() - 4)) == ".seg");
+}
+
 }  // namespace
 
 Surface::Surface(surf::volume::Volume volume, std::shared_ptr<const Setting> setting,
-                 std::shared_ptr<const Result> result)
+                 const surf::segment::Object<3>& object)
     : volume_(std::move(volume)),
       setting_(std::move(setting)),
-      result_(std::move(result)),
-      finished_(surf::segment::finish<3>(*setting_, *result_, "")) {}
+      object_(object),
+      finished_(surf::segment::finish<3>(*setting_, *object_.result, "")) {}
 
 std::string Surface::summary() const {
-  return surf::segment::summary_json<3>(*result_, &finished_.measures);
+  return surf::segment::summary_json<3>(*object_.result, &finished_.measures);
 }
 
 py::array_t<std::uint8_t> Surface::mask() const {
@@ -51,12 +59,36 @@ py::array_t<std::uint8_t> Surface::mask() const {
   return out;
 }
 
+py::array_t<double> Surface::curvature() const {
+  const Eigen::VectorXd kappa = [&] {
+    py::gil_scoped_release released;
+    return surf::segment::curvature(finished_);
+  }();
+  return py::array_t<double>(kappa.size(), kappa.data());
+}
+
 void Surface::save(const std::string& path, const std::string& space) const {
+  if (is_label_map(path)) {
+    const auto flags =
+        surf::mesh::rasterize(finished_.shape, volume_.size(), volume_.index_to_world());
+    const std::vector<std::uint8_t> labels(flags.begin(), flags.end());
+    surf::volume::write_label_map(
+        path, volume_, labels,
+        std::array{surf::volume::LabelName{1, object_.name, object_.colour}});
+    return;
+  }
   if (!surf::io::is_writable_surface(path))
-    throw surf::UsageError(
-        fmt::format("{}: expected a name that ends in {}", path, surf::io::writable_surfaces()));
-  surf::segment::write(path, surf::segment::finish<3>(*setting_, *result_, surf::extension(path)),
-                       {space_of(space)});
+    throw surf::UsageError(fmt::format("{}: expected a name that ends in {}, or of a mask in {}",
+                                       path, surf::io::writable_surfaces(),
+                                       surf::volume::writable_label_maps()));
+  surf::io::WriteOptions options{space_of(space)};
+  options.colour = object_.colour;
+  options.name = object_.name;
+  options.dicom = volume_.dicom();
+  surf::volume::check_dicom_output(path, volume_);
+  surf::segment::write(path,
+                       surf::segment::finish<3>(*setting_, *object_.result, surf::extension(path)),
+                       std::move(options));
 }
 
 std::string Surface::scores(const std::string& path, std::optional<int> label) const {
@@ -94,6 +126,7 @@ void add_surface(py::module_& module) {
                                return certainty_array(self.cast<const Surface&>(), self,
                                                       &Certainty<3>::edge_strength);
                              })
+      .def("curvature", &Surface::curvature)
       .def_property_readonly("outcome", &Surface::outcome)
       .def_property_readonly("volume_mm3",
                              [](const Surface& self) { return self.finished().measures.content; })

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "libsurf/segment/finish.h"
+#include "libsurf/segment/history.h"
 #include "tools/python/arrays.h"
 
 namespace surfseg::python {
@@ -13,19 +14,21 @@ namespace surfseg::python {
 class Surface {
  public:
   using Setting = surf::segment::Setting<3>;
-  using Result = surf::segment::Result<3>;
 
   /// @throws surf::NoObject, surf::InvalidMesh  as segment::finish()
   Surface(surf::volume::Volume volume, std::shared_ptr<const Setting> setting,
-          std::shared_ptr<const Result> result);
+          const surf::segment::Object<3>& object);
 
   const surf::segment::Finished<3>& finished() const { return finished_; }
-  std::string outcome() const { return to_string(result_->outcome); }
+  std::string outcome() const { return to_string(object_.state()); }
+  /// kappa of each vertex [1/mm], see segment::curvature().
+  py::array_t<double> curvature() const;
   /// The summary that `surfseg segment --json` writes, without what it says of files.
   std::string summary() const;
   /// 1 for voxel centres inside, uint8, indexed [i, j, k].
   py::array_t<std::uint8_t> mask() const;
-  /// As the program writes it: the same bytes.
+  /// As the program writes it: the same bytes. A name that ends as a label map's, or in .seg.dcm,
+  /// is the mask.
   /// @param space  "lps", "ras"
   void save(const std::string& path, const std::string& space) const;
   /// Scores against a mesh or a label map.
@@ -34,7 +37,7 @@ class Surface {
  private:
   surf::volume::Volume volume_;
   std::shared_ptr<const Setting> setting_;
-  std::shared_ptr<const Result> result_;
+  surf::segment::Object<3> object_;
   surf::segment::Finished<3> finished_;
 };
 

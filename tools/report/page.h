@@ -1,12 +1,10 @@
-// The parts of a report, built into the program from tools/report/page.
+// The page of a report, built into the program from tools/report/page.
 #pragma once
 
-#include <string_view>
+#include "tools/common/page.h"
 
 namespace surfseg::report {
 
-std::string_view page_html();
-std::string_view page_style();
-std::string_view page_script();
+PageFiles page_files();
 
 }  // namespace surfseg::report

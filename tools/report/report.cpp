@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <stdexcept>
 
+#include "libsurf/base/base64.h"
 #include "libsurf/io/slices.h"
 #include "tools/common/html.h"
 #include "tools/report/page.h"
@@ -17,6 +18,8 @@ namespace {
 using surf::Vector;
 using surf::io::Picture;
 
+/// Of the page.
+constexpr std::size_t kMostBytes = 5'000'000;
 /// Of all pictures together, before base64.
 constexpr std::size_t kMostPictureBytes = 2'400'000;
 constexpr int kQuality = 85;
@@ -38,7 +41,8 @@ class Pictures {
       return fmt::format(
           "<figure><img src=\"data:image/jpeg;base64,{}\" width=\"{}\" height=\"{}\" alt=\"{}\">"
           "<figcaption>{}</figcaption></figure>\n",
-          base64(bytes), picture.width(), picture.height(), html_text(caption), html_text(caption));
+          surf::base64(bytes), picture.width(), picture.height(), html_text(caption),
+          html_text(caption));
     }
     return fmt::format("<p class=\"soft\">{}: left out to keep this page below 5 MB</p>\n",
                        html_text(caption));
@@ -108,30 +112,48 @@ std::string viewer(const Scene& scene) {
       html_text(scene.thinned));
 }
 
-}  // namespace
-
-std::string page(const Case& of) {
-  const Scene shown = scene(of.objects);
-  const std::size_t share = kMostPictureBytes / std::max<std::size_t>(1, of.objects.size());
+/// What of the page does not depend on the scene.
+struct Text {
   std::string verdicts, sections;
+};
+
+Text text_of(const Case& of) {
+  Text out;
+  const std::size_t share = kMostPictureBytes / std::max<std::size_t>(1, of.objects.size());
   for (const auto& object : of.objects) {
-    verdicts += verdict_section(object, of);
-    sections += fmt::format("<section><h2>{}</h2>\n{}{}{}</section>\n", html_text(name_of(object)),
-                            pictures_of(object, of, share), number_sections(object),
-                            making_section(object, of));
+    out.verdicts += verdict_section(object, of);
+    out.sections += fmt::format("<section><h2>{}</h2>\n{}{}{}</section>\n",
+                                html_text(name_of(object)), pictures_of(object, of, share),
+                                number_sections(object), making_section(object, of));
   }
-  std::string out(page_html());
+  out.sections += input_section(of) + methods_section(of);
+  return out;
+}
+
+std::string page_of(const Case& of, const Text& text, const Scene& shown) {
+  std::string out(page_files().html);
   const std::string file = std::filesystem::path(of.volume.source().path).filename().string();
-  put(out, "/*style*/", std::string(page_style()));
+  put(out, "/*style*/", std::string(page_files().style));
   put(out, "<!--title-->", html_text(file));
   put(out, "<!--heading-->", html_text(file));
-  put(out, "<!--body-->",
-      verdicts + viewer(shown) + sections + input_section(of) + methods_section(of));
+  put(out, "<!--body-->", text.verdicts + viewer(shown) + text.sections);
   put(out, "{/*scene*/}",
       json_in_script(
           shown.json.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace)));
-  put(out, "/*script*/", std::string(page_script()));
+  put(out, "/*script*/", std::string(page_files().script));
   return out;
+}
+
+}  // namespace
+
+/// Pictures and viewer have budgets that leave room for the text of a case; where the whole is too
+/// large nevertheless, the viewer shows the surfaces coarser.
+std::string page(const Case& of) {
+  const Text text = text_of(of);
+  for (Eigen::Index most = kMostTriangles;; most /= 2) {
+    std::string out = page_of(of, text, scene(of.objects, most));
+    if (out.size() < kMostBytes || most / 2 < kFewestTriangles) return out;
+  }
 }
 
 }  // namespace surfseg::report

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstdint>
 
+#include "libsurf/base/base64.h"
 #include "libsurf/io/thinned.h"
 
 namespace surfseg::report {
@@ -40,8 +41,8 @@ ordered_json certainty_json(const surf::segment::Certainty<3>& certainty,
   const auto at = sorted.begin() + std::ptrdiff_t(0.98 * double(sorted.size() - 1));
   std::nth_element(sorted.begin(), at, sorted.end());
   return {{"most_mm", *at},
-          {"deviation", base64(bytes_of(deviations, *at))},
-          {"edge", base64(has_edge)}};
+          {"deviation", surf::base64(bytes_of(deviations, *at))},
+          {"edge", surf::base64(has_edge)}};
 }
 
 ordered_json object_json(const ReportedObject<3>& object, const std::string& name,
@@ -69,9 +70,9 @@ ordered_json object_json(const ReportedObject<3>& object, const std::string& nam
                       {"colour", colour},
                       {"low", {low[0], low[1], low[2]}},
                       {"high", {high[0], high[1], high[2]}},
-                      {"points", base64(points)},
+                      {"points", surf::base64(points)},
                       {"bits", is_short ? 16 : 32},
-                      {"triangles", base64(triangles)},
+                      {"triangles", surf::base64(triangles)},
                       {"clicks", clicks}};
   if (object.finished->certainty)
     out["certainty"] = certainty_json(*object.finished->certainty, thinned.nearest);
@@ -80,29 +81,13 @@ ordered_json object_json(const ReportedObject<3>& object, const std::string& nam
 
 }  // namespace
 
-std::string base64(const std::string& bytes) {
-  static constexpr char kDigits[] =
-      "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string out;
-  out.reserve((bytes.size() + 2) / 3 * 4);
-  for (std::size_t n = 0; n < bytes.size(); n += 3) {
-    const std::size_t left = std::min<std::size_t>(3, bytes.size() - n);
-    std::uint32_t group = 0;
-    for (std::size_t k = 0; k < 3; ++k)
-      group = group << 8 | (k < left ? std::uint8_t(bytes[n + k]) : 0);
-    for (std::size_t k = 0; k < 4; ++k)
-      out += k <= left ? kDigits[group >> (18 - 6 * k) & 63] : '=';
-  }
-  return out;
-}
-
 std::string colour_of(std::size_t n) {
   static constexpr std::array kColours = {"#4e9ad4", "#e0853c", "#58a866", "#c95d63",
                                           "#9a7cc4", "#b39a3b", "#4fb3b0", "#d57ba6"};
   return kColours[n % kColours.size()];
 }
 
-Scene scene(const std::vector<ReportedObject<3>>& objects) {
+Scene scene(const std::vector<ReportedObject<3>>& objects, Eigen::Index most_triangles) {
   Eigen::Index n_all = 0, n_shown = 0;
   std::size_t n_shapes = 0;
   for (const auto& object : objects)
@@ -112,9 +97,9 @@ Scene scene(const std::vector<ReportedObject<3>>& objects) {
     if (!objects[n].finished) continue;
     const Eigen::Index own = objects[n].finished->shape.elements.rows();
     const Eigen::Index share =
-        n_all <= kMostTriangles
+        n_all <= most_triangles
             ? own
-            : Eigen::Index(double(kMostTriangles) * double(own) / double(n_all));
+            : Eigen::Index(double(most_triangles) * double(own) / double(n_all));
     const std::string& name = objects[n].object->name;
     out.json.push_back(
         object_json(objects[n], name.empty() ? "surface" : name, colour_of(n), share));

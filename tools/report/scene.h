@@ -9,8 +9,9 @@
 
 namespace surfseg::report {
 
-/// Of the surfaces together; with more they are thinned for the page.
-constexpr Eigen::Index kMostTriangles = 100'000;
+/// Of the surfaces together; with more they are thinned for the page, and further as far as it
+/// needs to be small.
+constexpr Eigen::Index kMostTriangles = 100'000, kFewestTriangles = 5'000;
 
 struct Scene {
   nlohmann::ordered_json json;  ///< null if there is nothing to see
@@ -18,9 +19,8 @@ struct Scene {
 };
 
 /// Points in steps of 1/65535 of the bounding box, arrays in base64 with the low byte first.
-Scene scene(const std::vector<ReportedObject<3>>& objects);
-
-std::string base64(const std::string& bytes);
+/// @param most_triangles  of the surfaces together
+Scene scene(const std::vector<ReportedObject<3>>& objects, Eigen::Index most_triangles);
 
 /// "#4e9ad4"
 std::string colour_of(std::size_t n);

@@ -10,6 +10,7 @@
 
 #include "libsurf/base/error.h"
 #include "libsurf/base/file.h"
+#include "libsurf/base/log.h"
 #include "libsurf/segment/recipe.h"
 #include "libsurf/segment/segment.h"
 #include "libsurf/volume/read_volume.h"
@@ -29,6 +30,8 @@ using surf::segment::SetOptions;
 using surf::segment::TakeBackClick;
 
 constexpr std::chrono::milliseconds kBetweenFrames(200);
+constexpr std::size_t kMostFieldBytes = std::size_t(1) << 30;
+constexpr std::size_t kLeastPastBytes = std::size_t(4) << 20, kVoxelsPerPastByte = 2;
 
 std::string words_of(const Action<3>& action) {
   struct Words {
@@ -66,6 +69,10 @@ std::filesystem::path moved_aside(const std::filesystem::path& path) {
 }
 
 }  // namespace
+
+std::size_t max_past_bytes(const surf::volume::Volume& volume) {
+  return kLeastPastBytes + volume.n_voxels() / kVoxelsPerPastByte;
+}
 
 bool is_consequence(const Action<3>& action) {
   return std::holds_alternative<Evolve<3>>(action) || std::holds_alternative<Propose<3>>(action);
@@ -105,14 +112,9 @@ void Dialogue::work() {
       lock.unlock();
       opening();
     } else {
-      const int id = wanted_.front();
+      const Wanted wanted = wanted_.front();
       lock.unlock();
-      if (!can_evolve(id)) {
-        unwant(id);
-        publish();
-      } else {
-        run_evolution(id);
-      }
+      run(wanted);
     }
     lock.lock();
   }
@@ -146,16 +148,49 @@ surf::segment::Segmentation<3>& Dialogue::segmentation() {
   return *segmentation_;
 }
 
+/// What only changes how objects look ends no evolution.
+/// @param show_now  changes the state that is seen; throws if it cannot be
+void Dialogue::do_beside(const Act& act, const std::function<void(State&)>& show_now) {
+  {
+    std::lock_guard lock(mutex_);
+    if (job_ && job_->what != "open" && !is_ending_) {
+      auto next = std::make_shared<State>(*state_);
+      show_now(*next);
+      ++next->revision;
+      state_ = std::move(next);
+      acts_.push_back([this, act] {
+        try {
+          act();
+        } catch (const surf::Error& error) {
+          publish_error(error.what());
+        }
+      });
+      ++tick_;
+      changed_.notify_all();
+      return;
+    }
+  }
+  do_now(act);
+}
+
 /// The object evolves next.
 void Dialogue::want(int id) {
+  unwant(id);
   std::lock_guard lock(mutex_);
-  std::erase(wanted_, id);
-  wanted_.push_front(id);
+  wanted_.push_front({id, true});
+}
+
+/// Next, its result is made again if it has been dropped.
+void Dialogue::want_made(int id) {
+  unwant(id);
+  if (segmentation_->is_made(id)) return;
+  std::lock_guard lock(mutex_);
+  wanted_.push_front({id, false});
 }
 
 void Dialogue::unwant(int id) {
   std::lock_guard lock(mutex_);
-  std::erase(wanted_, id);
+  std::erase_if(wanted_, [id](const Wanted& wanted) { return wanted.id == id; });
 }
 
 void Dialogue::open(const std::filesystem::path& path,
@@ -222,25 +257,29 @@ void Dialogue::read_volume(const std::filesystem::path& path,
                                                         volume, surf::segment::make_setting(volume),
                                                         recipe, volume.source().notes});
   volume_ = opened;
-  segmentation_ = std::make_unique<surf::segment::Segmentation<3>>(opened->setting);
-  if (std::filesystem::exists(recipe)) repeat_recipe(recipe);
+  segmentation_ = std::make_unique<surf::segment::Segmentation<3>>(opened->setting, kMostFieldBytes,
+                                                                   max_past_bytes(volume));
+  if (std::filesystem::exists(recipe)) load_recipe(recipe);
   end_job();
   if (segmentation_->objects().empty()) segmentation_->add_object();
+  {
+    std::lock_guard lock(mutex_);
+    for (const int id : segmentation_->objects())
+      if (awaits_evolution(id) || !segmentation_->is_made(id))
+        wanted_.push_back({id, awaits_evolution(id)});
+  }
   publish();
   // So that the first click need not wait for them.
   segmentation_->prepare();
-  opened->setting->content_hash();
+  const std::string text = surf::segment::to_recipe<3>(*segmentation_, volume_->name);
+  std::lock_guard lock(mutex_);
+  recipe_ = text;
 }
 
 /// One that cannot be repeated here is moved aside, so that nothing is lost.
-void Dialogue::repeat_recipe(const std::filesystem::path& recipe) {
+void Dialogue::load_recipe(const std::filesystem::path& recipe) {
   try {
-    surf::segment::replay<3>(
-        text_of_file(recipe), *segmentation_,
-        [this](const auto& stage, const auto& record, const auto& shape) {
-          return show(stage, record, shape);
-        },
-        stop_.get_token());
+    surf::segment::load<3>(text_of_file(recipe), *segmentation_);
   } catch (const surf::Error& error) {
     const std::filesystem::path aside = moved_aside(recipe);
     publish_error(fmt::format("{}; it is now {}", error.what(), aside.filename().string()));
@@ -255,33 +294,73 @@ bool Dialogue::can_evolve(int id) const {
                      [](const auto& click) { return click.side == Side::kInside; });
 }
 
-void Dialogue::run_evolution(int id) {
-  begin_job(id, "evolve");
+/// Whether it was left with a click, or whatever else, that no evolution has heeded.
+bool Dialogue::awaits_evolution(int id) const {
+  const auto history = segmentation_->history(id);
+  for (auto action = history.rbegin(); action != history.rend(); ++action)
+    if (!std::holds_alternative<Rename>(*action) && !std::holds_alternative<Recolour>(*action))
+      return !is_consequence(*action) && can_evolve(id);
+  return false;
+}
+
+/// What has been dropped is made again first.
+void Dialogue::run(const Wanted& wanted) {
+  const int id = wanted.id;
+  const auto objects = segmentation_ ? segmentation_->objects() : std::vector<int>();
+  const bool is_there = std::find(objects.begin(), objects.end(), id) != objects.end();
+  const bool is_made = is_there && segmentation_->is_made(id);
+  if (!is_there || (is_made && !(wanted.evolves && can_evolve(id)))) {
+    unwant(id);
+    return publish();
+  }
+  begin_job(id, is_made ? "evolve" : "repeat");
   std::string error;
+  bool is_done = true;
   try {
-    segmentation_->evolve(
-        id,
-        [this](const auto& stage, const auto& record, const auto& shape) {
-          return show(stage, record, shape);
-        },
-        stop_.get_token());
+    is_done = is_made ? evolve_now(id) : make_now(id);
   } catch (const std::exception& exception) {
     error = exception.what();
   }
-  bool is_superseded =
-      error.empty() && segmentation_->object(id).state() == surf::segment::Outcome::kStopped;
   {
     std::lock_guard lock(mutex_);
-    is_superseded = is_superseded && !is_kept_;
-    if (is_superseded) wanted_.push_back(id);
+    if (!is_done && !is_kept_)
+      wanted_.push_back(wanted);
+    else if (is_done && !is_made && wanted.evolves && error.empty())
+      wanted_.push_front(wanted);
   }
-  if (is_superseded) segmentation_->undo(id);
   end_job();
-  if (!is_superseded) save();
+  if (is_made && is_done) save();
   if (error.empty())
     publish();
   else
     publish_error(error);
+}
+
+/// False if something newer ended it; then there is no trace of it.
+bool Dialogue::evolve_now(int id) {
+  segmentation_->evolve(
+      id,
+      [this](const auto& stage, const auto& record, const auto& shape) {
+        return show(stage, record, shape);
+      },
+      stop_.get_token());
+  if (segmentation_->object(id).state() != surf::segment::Outcome::kStopped) return true;
+  {
+    std::lock_guard lock(mutex_);
+    if (is_kept_) return true;
+  }
+  segmentation_->undo(id);
+  return false;
+}
+
+bool Dialogue::make_now(int id) {
+  segmentation_->make(
+      id,
+      [this](const auto& stage, const auto& record, const auto& shape) {
+        return show(stage, record, shape);
+      },
+      stop_.get_token());
+  return segmentation_->is_made(id);
 }
 
 void Dialogue::begin_job(int object, const std::string& what) {
@@ -292,7 +371,7 @@ void Dialogue::begin_job(int object, const std::string& what) {
     job.object = object;
     job.what = what;
     job_ = job;
-    std::erase(wanted_, object);
+    std::erase_if(wanted_, [object](const Wanted& wanted) { return wanted.id == object; });
     frame_.reset();
     job_begin_ = std::chrono::steady_clock::now();
     last_frame_ = {};
@@ -345,7 +424,7 @@ std::optional<Job> Dialogue::present_job() const {
   if (job_ || wanted_.empty()) return job_;
   Job job;
   job.number = n_jobs_ + 1;
-  job.object = wanted_.front();
+  job.object = wanted_.front().id;
   job.what = "evolve";
   return job;
 }
@@ -397,7 +476,9 @@ void Dialogue::publish() {
   changed_.notify_all();
 }
 
+/// In the page and on the terminal.
 void Dialogue::publish_error(const std::string& text) {
+  surf::log(surf::LogLevel::kWarning, text);
   {
     std::lock_guard lock(mutex_);
     auto next = std::make_shared<State>(*state_);

@@ -73,6 +73,9 @@ struct State {
   std::string error;     ///< the last one: one line
 };
 
+/// How much memory the results of the past may take: the more, the larger the volume is.
+std::size_t max_past_bytes(const surf::volume::Volume& volume);
+
 /// Whether an entry of the history was set off by another, and is no act of a person.
 bool is_consequence(const surf::segment::Action<3>& action);
 
@@ -89,8 +92,8 @@ class Dialogue {
 
   const std::filesystem::path& folder() const { return folder_; }
 
-  /// Reads a volume, and repeats the recipe beside it if there is one; or a recipe and the volume
-  /// that it belongs to. Errors are in the state.
+  /// Reads a volume, and the recipe beside it if there is one; or a recipe and the volume that it
+  /// belongs to. Then the surfaces are made again, one after the other. Errors are in the state.
   /// @param path  in the folder, or as given on the command line
   void open(const std::filesystem::path& path, const std::optional<std::string>& series_uid = {});
   void close();
@@ -98,6 +101,7 @@ class Dialogue {
   // @throws surf::UsageError  there is no volume or no such object, or what Segmentation says
   int add_object(const std::string& name);
   void remove_object(int id);
+  /// Both end nothing: while something is computed they are shown at once, and done after it.
   void rename(int id, const std::string& name);
   void recolour(int id, const surf::segment::Colour& colour);
   void click(int id, const Vector<3>& point_mm, Side side);
@@ -129,14 +133,24 @@ class Dialogue {
  private:
   using Act = std::function<void()>;
 
+  /// An object that is to be computed.
+  struct Wanted {
+    int id;
+    bool evolves;  ///< else only its result is made again
+  };
+
   void work();
   void do_now(const Act& act, bool while_opening = false);
+  void do_beside(const Act& act, const std::function<void(State&)>& show_now);
   surf::volume::Volume volume_of(const std::filesystem::path& image,
                                  const std::optional<std::string>& series_uid);
   void read_volume(const std::filesystem::path& path, const std::optional<std::string>& series_uid);
-  void repeat_recipe(const std::filesystem::path& recipe);
+  void load_recipe(const std::filesystem::path& recipe);
   bool can_evolve(int id) const;
-  void run_evolution(int id);
+  bool awaits_evolution(int id) const;
+  void run(const Wanted& wanted);
+  bool evolve_now(int id);
+  bool make_now(int id);
   void begin_job(int object, const std::string& what);
   void end_job();
   bool show(const std::string& stage, const surf::flow::StepRecord& record,
@@ -147,6 +161,7 @@ class Dialogue {
   void save();
   surf::segment::Segmentation<3>& segmentation();
   void want(int id);
+  void want_made(int id);
   void unwant(int id);
 
   const std::filesystem::path folder_;
@@ -167,7 +182,7 @@ class Dialogue {
   mutable std::mutex mutex_;
   mutable std::condition_variable wake_, changed_;
   std::deque<Act> acts_;
-  std::deque<int> wanted_;  ///< objects to be evolved, the next one first
+  std::deque<Wanted> wanted_;  ///< the next one first
   std::optional<std::function<void()>> opening_;
   std::shared_ptr<const State> state_;
   std::optional<Job> job_;

@@ -12,6 +12,16 @@ using surf::segment::Action;
 using surf::segment::AddClick;
 using surf::segment::TakeBackClick;
 
+namespace {
+
+ObjectState& find(State& state, int id) {
+  for (ObjectState& object : state.objects)
+    if (object.id == id) return object;
+  throw surf::UsageError(fmt::format("there is no object {}", id));
+}
+
+}  // namespace
+
 int Dialogue::add_object(const std::string& name) {
   int id = 0;
   do_now([&] {
@@ -32,19 +42,27 @@ void Dialogue::remove_object(int id) {
 }
 
 void Dialogue::rename(int id, const std::string& name) {
-  do_now([&] {
+  const auto act = [this, id, name] {
     segmentation().rename(id, name);
     save();
     publish();
+  };
+  do_beside(act, [&](State& state) {
+    if (name.empty()) throw surf::UsageError("the name is empty");
+    for (const ObjectState& other : state.objects)
+      if (other.id != id && other.object.name == name)
+        throw surf::UsageError(fmt::format("there is an object '{}' already", name));
+    find(state, id).object.name = name;
   });
 }
 
 void Dialogue::recolour(int id, const surf::segment::Colour& colour) {
-  do_now([&] {
+  const auto act = [this, id, colour] {
     segmentation().recolour(id, colour);
     save();
     publish();
-  });
+  };
+  do_beside(act, [&](State& state) { find(state, id).object.colour = colour; });
 }
 
 void Dialogue::click(int id, const Vector<3>& point_mm, Side side) {
@@ -134,7 +152,7 @@ void Dialogue::undo(int id) {
                            std::holds_alternative<TakeBackClick>(history[history.size() - 2]);
     s.undo(id);
     if (was_moved) s.undo(id);
-    unwant(id);
+    want_made(id);
     save();
     publish();
   });
@@ -155,6 +173,7 @@ void Dialogue::redo(int id) {
       s.undo(id);
       break;
     }
+    want_made(id);
     save();
     publish();
   });

@@ -7,18 +7,19 @@
 #include "libsurf/base/file.h"
 #include "libsurf/io/picture.h"
 #include "libsurf/io/slices.h"
+#include "libsurf/mesh/form.h"
+#include "libsurf/mesh/region_intensities.h"
 #include "libsurf/segment/finish_objects.h"
 #include "libsurf/volume/write_volume.h"
 #include "tools/common/outputs.h"
+#include "tools/report/report.h"
 #include "tools/studio/folder.h"
 
 namespace surfseg::studio {
 namespace {
 
+using nlohmann::ordered_json;
 using Finished = std::vector<surf::segment::FinishedObject<3>>;
-
-const std::vector<std::string> kSurfaces = {"stl", "obj", "ply", "vtp", "gii", "glb"},
-                               kLabels = {"nii.gz", "nii", "nrrd", "mha"};
 
 Finished finished(const State& state, const std::string& extension) {
   std::vector<const surf::segment::Result<3>*> results;
@@ -38,10 +39,13 @@ const surf::segment::Finished<3>& sound(const surf::segment::FinishedObject<3>& 
 }
 
 void write_surface(const State& state, const Export& wanted, const std::string& path) {
+  surf::volume::check_dicom_output(path, state.volume->volume);
   const auto all = finished(state, surf::extension(path));
   const std::size_t n = index_of(state, wanted.object);
   surf::io::WriteOptions options{file_space(wanted.space)};
   options.colour = state.objects[n].object.colour;
+  options.name = state.objects[n].object.name;
+  options.dicom = state.volume->volume.dicom();
   surf::segment::write(path, sound(all[n]), std::move(options));
 }
 
@@ -62,8 +66,7 @@ void write_labels(const State& state, const Export& wanted, const std::string& p
     else if (id == wanted.object)
       names.push_back({1, object.name, object.colour});
   }
-  const auto& volume = state.volume->volume;
-  surf::volume::write_label_map(path, volume.size(), volume.index_to_world(), labels, names);
+  surf::volume::write_label_map(path, state.volume->volume, labels, names);
 }
 
 std::string quoted(std::string text) {
@@ -108,6 +111,43 @@ void write_picture(const State& state, const Export& wanted, const std::string& 
       path, surf::io::draw_slices(object.object.result->shape, state.volume->volume, options));
 }
 
+/// As one word of a shell.
+std::string shell_word(const std::string& text) {
+  std::string out = "'";
+  for (const char c : text) out += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return out + "'";
+}
+
+surfseg::ReportedObject<3> reported(const State& state, const ObjectState& object,
+                                    const surf::segment::FinishedObject<3>& finished) {
+  const auto* shape = finished.finished ? &*finished.finished : nullptr;
+  ordered_json entry = ordered_json::parse(
+      surf::segment::summary_json<3>(*object.object.result, shape ? &shape->measures : nullptr));
+  if (shape) {
+    entry["form"] = report::form_json(surf::mesh::form(shape->shape));
+    entry["intensities"] = report::intensities_json(
+        surf::mesh::region_intensities(shape->shape, state.volume->volume));
+  }
+  return {&object.object, shape, entry};
+}
+
+/// The page that `surfseg replay --report` makes.
+void write_report(const State& state, const Export& wanted, const std::string& path) {
+  const auto all = finished(state, ".stl");
+  std::vector<surfseg::ReportedObject<3>> objects;
+  int exit_code = 0;
+  for (std::size_t n = 0; n < state.objects.size(); ++n) {
+    const ObjectState& object = state.objects[n];
+    if (wanted.object != 0 && object.id != wanted.object) continue;
+    objects.push_back(reported(state, object, all[n]));
+    exit_code = std::max(exit_code, surf::segment::exit_code(object.object.state()));
+  }
+  const std::string command =
+      fmt::format("{} --report {}", replay_command(state, wanted.object), shell_word(wanted.name));
+  surf::write_bytes(path, report::page({command, exit_code, state.volume->volume,
+                                        state.volume->setting->content_hash(), objects}));
+}
+
 std::string default_name(const State& state, const Export& wanted) {
   std::string stem = wanted.object == 0 ? state.volume->name.substr(0, state.volume->name.find('.'))
                                         : state.objects[index_of(state, wanted.object)].object.name;
@@ -119,6 +159,7 @@ std::string default_name(const State& state, const Export& wanted) {
                              : wanted.what == "labels"   ? "nii.gz"
                              : wanted.what == "measures" ? "csv"
                              : wanted.what == "picture"  ? "png"
+                             : wanted.what == "report"   ? "html"
                                                          : "json";
   return stem + (wanted.what == "labels" ? "-labels." : ".") + ending;
 }
@@ -132,14 +173,20 @@ void check_ending(const Export& wanted, const std::string& name) {
     throw surf::UsageError(
         fmt::format("'{}': expected a name that ends in .{}", name, fmt::join(endings, ", .")));
   };
+  const auto expect_one = [&](bool is_one, const std::string& all) {
+    if (!is_one)
+      throw surf::UsageError(fmt::format("'{}': expected a name that ends in {}", name, all));
+  };
   if (wanted.what == "surface")
-    expect(kSurfaces);
+    expect_one(surf::io::is_writable_surface(name), surf::io::writable_surfaces());
   else if (wanted.what == "labels")
-    expect(kLabels);
+    expect_one(surf::volume::is_writable_label_map(name), surf::volume::writable_label_maps());
   else if (wanted.what == "measures")
     expect({"csv"});
   else if (wanted.what == "picture")
     expect({"png"});
+  else if (wanted.what == "report")
+    expect({"html"});
   else if (wanted.what == "recipe")
     expect({"json"});
   else
@@ -162,7 +209,17 @@ Exported export_file(const Dialogue& dialogue, const Export& wanted) {
     if (name == state->volume->name)
       throw surf::UsageError(fmt::format("'{}' is the volume that is open", name));
   }
+  if (wanted.what != "recipe")
+    for (const ObjectState& object : state->objects)
+      if (!object.object.is_made())
+        throw surf::UsageError(fmt::format("'{}' is still being made again: wait until it is there",
+                                           object.object.name));
   const std::string to = path.string();
+  if (wanted.what == "surface" && !wanted.may_overwrite)
+    if (const std::string beside = surf::io::file_beside(to);
+        !beside.empty() && std::filesystem::exists(beside))
+      throw FileExists(fmt::format("'{}', which is written too, is there already: overwrite it?",
+                                   std::filesystem::path(beside).filename().string()));
   if (wanted.what == "surface")
     write_surface(*state, wanted, to);
   else if (wanted.what == "labels")
@@ -171,9 +228,21 @@ Exported export_file(const Dialogue& dialogue, const Export& wanted) {
     write_measures(*state, to);
   else if (wanted.what == "picture")
     write_picture(*state, wanted, to);
+  else if (wanted.what == "report")
+    write_report(*state, wanted, to);
   else
     surf::write_bytes(to, dialogue.recipe());
   return {name, std::filesystem::file_size(path)};
+}
+
+std::string replay_command(const State& state, int id) {
+  if (!state.volume) throw surf::UsageError("no volume is open");
+  std::string out = "surfseg replay " + shell_word(state.volume->recipe.string());
+  if (id == 0) return out + (state.objects.size() > 1 ? " -o '{object}.stl'" : " -o object.stl");
+  std::string name = state.objects[index_of(state, id)].object.name;
+  out += " --object " + shell_word(name);
+  std::replace(name.begin(), name.end(), '/', '-');
+  return out + " -o " + shell_word(name + ".stl");
 }
 
 }  // namespace surfseg::studio

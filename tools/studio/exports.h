@@ -11,7 +11,7 @@
 namespace surfseg::studio {
 
 struct Export {
-  std::string what;    ///< "surface", "labels", "measures", "picture", "recipe"
+  std::string what;    ///< "surface", "labels", "measures", "picture", "report", "recipe"
   int object = 0;      ///< 0 = all, where that makes sense
   std::string format;  ///< "stl", ...; "" = as the name ends
   std::string space = "lps";
@@ -34,5 +34,10 @@ class FileExists : public surf::UsageError {
 /// objects before it, so that none overlaps another.
 /// @throws FileExists, surf::Error
 Exported export_file(const Dialogue& dialogue, const Export& wanted);
+
+/// "surfseg replay ... -o ...": what a shell takes to make the object's surface again.
+/// @param id  0 = all objects
+/// @throws surf::UsageError  there is no volume or no such object
+std::string replay_command(const State& state, int id);
 
 }  // namespace surfseg::studio

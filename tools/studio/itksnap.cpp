@@ -90,8 +90,7 @@ std::string ItkSnapSession::click(const std::array<int, 3>& index, bool is_insid
   std::lock_guard lock(mutex_);
   if (!segmentation_) throw surf::UsageError("no image has been sent");
   const Eigen::Vector3d voxel(index[0], index[1], index[2]);
-  return answer(
-      {volume_->index_to_world() * voxel, is_inside ? Side::kInside : Side::kOutside});
+  return answer({volume_->index_to_world() * voxel, is_inside ? Side::kInside : Side::kOutside});
 }
 
 std::string ItkSnapSession::stroke(const std::string& raw, const std::string& metadata,
@@ -100,7 +99,8 @@ std::string ItkSnapSession::stroke(const std::string& raw, const std::string& me
   const std::vector<float> mask = values_of(raw, header);
   std::lock_guard lock(mutex_);
   if (!segmentation_) throw surf::UsageError("no image has been sent");
-  if (header.size != volume_->size()) throw surf::InputError("the stroke is not on the image's grid");
+  if (header.size != volume_->size())
+    throw surf::InputError("the stroke is not on the image's grid");
   std::vector<surf::Vector<3>> points;
   std::size_t at = 0;
   for (int k = 0; k < header.size[2]; ++k)
@@ -138,21 +138,6 @@ std::shared_ptr<ItkSnapSession> ItkSnapSessions::find(const std::string& name) {
 void ItkSnapSessions::end(const std::string& name) {
   std::lock_guard lock(mutex_);
   std::erase_if(sessions_, [&](const auto& entry) { return entry.second.first == name; });
-}
-
-std::string base64(const std::string& bytes) {
-  constexpr const char* kDigits =
-      "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string out;
-  out.reserve((bytes.size() + 2) / 3 * 4);
-  for (std::size_t at = 0; at < bytes.size(); at += 3) {
-    const std::size_t n = std::min<std::size_t>(3, bytes.size() - at);
-    std::uint32_t word = 0;
-    for (std::size_t k = 0; k < 3; ++k)
-      word = word << 8 | (k < n ? (unsigned char)bytes[at + k] : 0u);
-    for (std::size_t k = 0; k < 4; ++k) out += k <= n ? kDigits[word >> (18 - 6 * k) & 63] : '=';
-  }
-  return out;
 }
 
 }  // namespace surfseg::studio

@@ -53,6 +53,4 @@ class ItkSnapSessions {
   std::map<int, std::pair<std::string, std::shared_ptr<ItkSnapSession>>> sessions_;
 };
 
-std::string base64(const std::string& bytes);
-
 }  // namespace surfseg::studio

@@ -5,8 +5,10 @@
 #include <algorithm>
 
 #include "libsurf/base/error.h"
+#include "libsurf/io/write_surface.h"
 #include "libsurf/segment/energy_description.h"
 #include "libsurf/segment/presets.h"
+#include "libsurf/volume/write_volume.h"
 
 namespace surfseg::studio {
 namespace {
@@ -143,6 +145,12 @@ std::vector<ObjectOption> all_options() {
   return out;
 }
 
+/// As the page has them.
+std::vector<std::string> without_dots(std::vector<std::string> endings) {
+  for (std::string& ending : endings) ending.erase(0, 1);
+  return endings;
+}
+
 }  // namespace
 
 const std::vector<ObjectOption>& object_options() {
@@ -210,10 +218,11 @@ ordered_json describe_options() {
           {"energies", energies},
           {"presets", presets},
           {"export",
-           {{"surface", {"stl", "obj", "ply", "vtp", "surf.gii", "glb"}},
-            {"labels", {"nii.gz", "seg.nrrd", "nrrd", "mha", "nii"}},
+           {{"surface", without_dots(surf::io::surface_endings())},
+            {"labels", without_dots(surf::volume::label_map_endings())},
             {"measures", {"csv"}},
             {"picture", {"png"}},
+            {"report", {"html"}},
             {"recipe", {"json"}}}}};
 }
 

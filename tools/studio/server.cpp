@@ -8,7 +8,9 @@
 #include <mutex>
 #include <nlohmann/json.hpp>
 
+#include "libsurf/base/base64.h"
 #include "libsurf/base/error.h"
+#include "libsurf/base/log.h"
 #include "libsurf/segment/presets.h"
 #include "tools/common/field_names.h"
 #include "tools/common/typed_options.h"
@@ -67,6 +69,7 @@ void answer(Response& response, Work&& work) {
   } catch (const FileExists& error) {
     refuse(response, {409, error.what(), true});
   } catch (const surf::OutputError& error) {
+    surf::log(surf::LogLevel::kWarning, error.what());
     refuse(response, {500, error.what()});
   } catch (const surf::Error& error) {
     refuse(response, {400, error.what()});
@@ -195,13 +198,11 @@ struct Server::Impl {
   }
 
   std::string command(int id) {
-    const auto state = dialogue.state();
-    if (!state->volume) throw Refusal{404, "no volume is open"};
-    for (const ObjectState& object : state->objects)
-      if (object.id == id)
-        return fmt::format("surfseg replay '{}' --object '{}' -o '{}.stl'",
-                           state->volume->recipe.string(), object.object.name, object.object.name);
-    throw Refusal{404, fmt::format("there is no object {}", id)};
+    try {
+      return replay_command(*dialogue.state(), id);
+    } catch (const surf::UsageError& error) {
+      throw Refusal{404, error.what()};
+    }
   }
 
   void events(const Request&, Response& response) {
@@ -287,7 +288,7 @@ struct Server::Impl {
       const auto state = dialogue.state();
       if (!state->volume) throw Refusal{409, "no volume is open"};
       const Options<3> preset =
-          typed_options({"--preset", name}, state->volume->volume.voxel_size());
+          typed_options<3>({"--preset", name}, state->volume->volume.voxel_size());
       dialogue.set_options(object(), [&](Options<3>& options) { options = preset; });
     } else if (action == "evolve") {
       dialogue.evolve(object());
@@ -324,7 +325,7 @@ struct Server::Impl {
       response.set_content(dumped(body), kJson);
     };
     const auto result = [json](Response& response, const std::string& mask) {
-      json(response, {{"status", "success"}, {"result", base64(mask)}});
+      json(response, {{"status", "success"}, {"result", surf::base64(mask)}});
     };
     const auto is_inside = [](const Request& request) {
       return request.get_param_value("foreground") != "false";

@@ -7,6 +7,7 @@
 
 #include "libsurf/base/error.h"
 #include "libsurf/base/file.h"
+#include "libsurf/io/write_surface.h"
 #include "libsurf/segment/denoised.h"
 #include "libsurf/segment/energy_assembly.h"
 #include "libsurf/volume/read_volume.h"
@@ -65,17 +66,13 @@ class SegmentSurface : public SurfaceCommand {
                   {{"-o", arguments_.output},
                    {"--denoised", arguments_.denoised},
                    {"--start", arguments_.start}});
-    check_outputs(object_outputs({{"-o", arguments_.output},
-                                  {"--mask", arguments_.mask},
-                                  {"--denoised", arguments_.denoised},
-                                  {"--picture", arguments_.picture},
-                                  {"--thumbnail", arguments_.thumbnail},
-                                  {"--report", arguments_.report},
-                                  {"--start", arguments_.start},
-                                  {"--recipe", arguments_.recipe},
-                                  {"--json", arguments_.json}},
-                                 arguments_.objects),
-                  arguments_.volume);
+    std::vector<Output> outputs = arguments_.outputs();
+    outputs.insert(outputs.end(), {{"--denoised", arguments_.denoised},
+                                   {"--start", arguments_.start},
+                                   {"--recipe", arguments_.recipe},
+                                   {"--checkpoint", checkpoint_path()},
+                                   {"--json", arguments_.json}});
+    check_outputs(object_outputs(outputs, arguments_.objects), arguments_.volume);
   }
 
   Input read() override {
@@ -178,8 +175,8 @@ void add_options(CLI::App& command, Arguments& a) {
       "VOLUME", a.volume,
       "NIfTI, MetaImage, NRRD, VTI or OpenVDB file, a DICOM folder or one of its files");
   command.add_option("-o,--output", a.output,
-                     "Surface to write: .stl, .obj, .ply, .vtp, .gii or .glb; of several objects "
-                     "organs/{object}.stl");
+                     fmt::format("Surface to write: {}; of several objects organs/{{object}}.stl",
+                                 surf::io::writable_surfaces()));
   a.which.add_to(command);
 
   add_start_options(command, a, kVolumeWords);
@@ -204,8 +201,8 @@ void add_options(CLI::App& command, Arguments& a) {
   const OptionGroup output(command, "Output and running");
   add_output_space(command, a.output_space, "the file", output.name());
   output.add("--mask", a.mask,
-             "Label map on the volume's grid, objects 1, 2, ... in their order: .nii.gz, .nii, "
-             ".mha, .nrrd");
+             fmt::format("Label map on the volume's grid, objects 1, 2, ... in their order: {}",
+                         surf::volume::writable_label_maps()));
   add_picture_option(command, a.picture, output.name());
   add_thumbnail_option(command, a.thumbnail, output.name());
   add_report_options(command, a, output.name());

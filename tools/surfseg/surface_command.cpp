@@ -24,6 +24,7 @@ using nlohmann::ordered_json;
 
 std::vector<Output> SurfaceFiles::outputs() const {
   return {{"-o", output},
+          {"-o", surf::io::file_beside(output)},
           {"--mask", mask},
           {"--picture", picture},
           {"--thumbnail", thumbnail},
@@ -35,7 +36,7 @@ void SurfaceFiles::check() const {
   if (!surf::io::is_writable_surface(output))
     throw surf::UsageError(fmt::format("-o: {}: expected a name that ends in {}", output,
                                        surf::io::writable_surfaces()));
-  check_volume_name("--mask", mask);
+  check_label_map_name("--mask", mask);
   check_picture("--picture", picture);
   check_picture("--thumbnail", thumbnail);
   if (!report.empty() && surf::extension(report) != ".html")
@@ -58,6 +59,13 @@ void add_report_options(CLI::App& command, SurfaceFiles& files, const std::strin
               "Mesh or label map that report and summary compare the surface with; several objects "
               "with the labels 1, 2, ... or {object}");
   options.add("--reference-label", files.reference_label, "Label of it [all that are not 0]");
+}
+
+surf::volume::Volume SurfaceFiles::read(const std::string& path) const {
+  const surf::volume::Volume scan = which.read(path);
+  surf::volume::check_dicom_output(output, scan);
+  surf::volume::check_dicom_output(mask, scan);
+  return scan;
 }
 
 std::shared_ptr<const surf::segment::Setting<3>> SurfaceFiles::setting(
@@ -85,14 +93,15 @@ void SurfaceCommand::write_together(const surf::Triangles& all,
 
 void SurfaceCommand::write_labels(const std::vector<std::uint8_t>& labels,
                                   const std::vector<surf::volume::LabelName>& names) const {
-  surf::volume::write_label_map(files().mask, image().size(), image().index_to_world(), labels,
-                                names);
+  surf::volume::write_label_map(files().mask, image(), labels, names);
 }
 
 void SurfaceCommand::write_shape(const std::string& path, const surf::segment::Finished<3>& shape,
-                                 const surf::segment::Colour& colour) const {
+                                 const surf::segment::Object<3>& object) const {
   surf::io::WriteOptions options = files().write_options();
-  options.colour = colour;
+  options.colour = object.colour;
+  options.name = object.name;
+  options.dicom = image().dicom();
   surf::segment::write(path, shape, std::move(options));
 }
 

@@ -21,7 +21,8 @@ struct SurfaceFiles {
   VolumeArguments which;
 
   const std::string& input() const { return volume; }
-  surf::volume::Volume read(const std::string& path) const { return which.read(path); }
+  /// @throws surf::InputError  also if DICOM is to be written and the volume is none
+  surf::volume::Volume read(const std::string& path) const;
   static std::shared_ptr<const surf::segment::Setting<3>> setting(
       const surf::volume::Volume& volume);
   std::vector<Output> outputs() const;
@@ -48,7 +49,7 @@ class SurfaceCommand : public ImageCommand<3, SurfaceFiles> {
   void write_labels(const std::vector<std::uint8_t>& labels,
                     const std::vector<surf::volume::LabelName>& names) const override;
   void write_shape(const std::string& path, const surf::segment::Finished<3>& shape,
-                   const surf::segment::Colour& colour) const override;
+                   const surf::segment::Object<3>& object) const override;
   void measure(const surf::segment::Object<3>& object, const surf::segment::Finished<3>& finished,
                int label, nlohmann::ordered_json& entry) override;
   void write_report(ExitCode exit_code,

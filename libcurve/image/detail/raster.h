@@ -27,6 +27,10 @@ Raster read_png(const std::string& path);
 Raster read_jpeg(const std::string& path);
 Raster read_tiff(const std::string& path, int page);
 
+/// What a header promises is believed as far as the file's bytes bear it out.
+/// @throws InputError  see is_borne_out()
+void check_promised(const std::string& path, const char* format, double n_bytes);
+
 /// "path: PNG is truncated or damaged: why; get the file again"
 InputError damaged(const std::string& path, const char* format, const std::string& why = {});
 

@@ -37,6 +37,8 @@ Raster read_jpeg(const std::string& path) {
   Raster out;
   out.size = {extent[1] - extent[0] + 1, extent[3] - extent[2] + 1};
   check_image_size({out.size[0], out.size[1]}, path);
+  check_promised(path, "JPEG",
+                 double(out.size[0]) * out.size[1] * reader->GetNumberOfScalarComponents());
   reader->Update();
   vtkImageData& data = *reader->GetOutput();
   if (messages.has_error() || reader->GetErrorCode() != 0 ||

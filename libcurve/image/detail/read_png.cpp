@@ -91,6 +91,7 @@ Raster read_png(const std::string& path) {
   Header header;
   if (!read_header(p, header)) throw damaged(path, "PNG", p.message);
   check_image_size({header.width, header.height}, path);
+  check_promised(path, "PNG", double(header.row_bytes) * header.height / 8);  // of a bit each
   std::vector<unsigned char> bytes(header.row_bytes * header.height);
   std::vector<png_bytep> rows;
   for (std::size_t j = 0; j < header.height; ++j) rows.push_back(&bytes[j * header.row_bytes]);

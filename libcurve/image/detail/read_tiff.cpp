@@ -151,6 +151,8 @@ Raster read_tiff(const std::string& path, int page) {
   if (!TIFFSetDirectory(tiff.get(), static_cast<tdir_t>(page))) throw damaged(path, "TIFF");
   const Header header = read_header(tiff.get());
   check_image_size({header.width, header.height}, path);
+  check_promised(path, "TIFF",
+                 double(header.width) * header.height * header.n_samples * header.n_bits / 8);
   out.size = {int(header.width), int(header.height)};
   out.spacing_mm = spacing_of(tiff.get());
   if (const auto type = plain_type(tiff.get(), header)) {

@@ -7,6 +7,9 @@
 #include <cstdint>
 #include <new>
 
+#include "libsurf/base/escaped.h"
+#include "libsurf/io/detail/numbers.h"
+
 namespace surf::io {
 namespace {
 
@@ -26,22 +29,9 @@ std::string base64_of_compressed(const void* data, std::size_t n_bytes) {
   return out;
 }
 
-std::string escaped(const std::string& text) {
-  std::string out;
-  for (const char c : text) {
-    if (c == '&')
-      out += "&amp;";
-    else if (c == '<')
-      out += "&lt;";
-    else
-      out += c;
-  }
-  return out;
-}
-
 std::string meta_data(const std::string& key, const std::string& value) {
   return fmt::format("<MetaData><MD><Name>{}</Name><Value>{}</Value></MD></MetaData>\n", key,
-                     escaped(value));
+                     escaped(value, {{'&', "&amp;"}, {'<', "&lt;"}}));
 }
 
 /// @param type  of NIfTI: FLOAT32 or INT32, both of four bytes

@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "libsurf/base/error.h"
+#include "libsurf/io/detail/colour.h"
 
 namespace surf::io {
 namespace {
@@ -20,7 +21,6 @@ using Floats = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMa
 constexpr std::uint32_t kMagic = 0x46546c67, kVersion = 2, kJsonChunk = 0x4e4f534a,
                         kBinaryChunk = 0x004e4942;
 constexpr int kFloat = 5126, kUnsignedInt = 5125, kArrayBuffer = 34962, kElementBuffer = 34963;
-constexpr std::array<std::uint8_t, 3> kBone = {227, 218, 201};
 
 template <class T>
 void append(std::string& bytes, const T* values, std::size_t n) {
@@ -140,13 +140,16 @@ std::string glb_bytes(const Triangles& surface, const WriteOptions& options) {
       {"scenes", {{{"nodes", {0}}}}},
       {"nodes", {{{"mesh", 0}, {"matrix", to_metres(options.space)}}}},
       {"meshes",
-       {{{"primitives", {{{"attributes", attributes}, {"indices", indices}, {"material", 0}}}}}}},
+       {{{"name", options.name.empty() ? "surface" : options.name},
+         {"primitives", {{{"attributes", attributes}, {"indices", indices}, {"material", 0}}}}}}},
       {"materials", {material}},
       {"accessors", buffer.accessors()},
       {"bufferViews", buffer.views()},
       {"buffers", {{{"byteLength", buffer.bytes().size()}}}}};
   std::string chunks;
-  append_chunk(chunks, kJsonChunk, json.dump(), ' ');
+  // Names need not be UTF-8.
+  append_chunk(chunks, kJsonChunk,
+               json.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace), ' ');
   append_chunk(chunks, kBinaryChunk, buffer.bytes(), '\0');
   if (chunks.size() > 0xffffffffu - 12) throw OutputError("a .glb file holds at most 4 GB");
   const std::uint32_t head[] = {kMagic, kVersion, std::uint32_t(12 + chunks.size())};

@@ -10,6 +10,7 @@
 #include <vtkXMLPolyDataReader.h>
 
 #include "libsurf/base/vtk_messages.h"
+#include "libsurf/base/vtk_xml.h"
 #include "libsurf/io/detail/surface_formats.h"
 
 namespace surf::io {
@@ -59,6 +60,7 @@ std::optional<Space> space_of_field_data(const std::string& path, vtkPolyData* d
 }  // namespace
 
 FileSurface read_vtp(const std::string& path, const std::string& content) {
+  check_vtk_xml(path, content);
   const VtkMessages messages;
   vtkNew<vtkXMLPolyDataReader> reader;
   reader->ReadFromInputStringOn();

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "libsurf/segment/stages/rest.h"
+#include "libsurf/segment/stages/size.h"
 #include "libsurf/segment/stages/stages.h"
 
 namespace surf::segment {
@@ -132,6 +133,9 @@ bool minimise(Work<Dim>& work, const Minimisation<Dim>& minimisation) {
   report.energies = terms;
   report.sigma_mm = minimisation.sigma_mm;
   report.edge_length_mm = options.edge_length_mm;
+  check_elements<Dim>(report.name.c_str(),
+                      fem::Geometry<Dim>(work.shape.points, work.shape.elements).measure(),
+                      options.edge_length_mm, options.coarseness * options.edge_length_mm);
   options.region = work.region;
   const auto shape = work.setting().make_shape(work.shape, options);
   flow::FlowOptions flow = minimisation.flow;

@@ -1,11 +1,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <numbers>
 
 #include "libsurf/fem/geometry.h"
 #include "libsurf/segment/detail/point_text.h"
 #include "libsurf/segment/edges_along.h"
 #include "libsurf/segment/seed_model.h"
+#include "libsurf/segment/stages/size.h"
 #include "libsurf/segment/stages/stages.h"
 
 namespace surf::segment {
@@ -16,6 +18,11 @@ constexpr double kLeastDeviation = 1.0 / 256;
 constexpr double kSigma = 0.7, kEdgeLength = 1.5;    // cells
 constexpr double kShareOfStart = 1.0 / 3;            // of the radius of a given start
 constexpr double kLeastRadius = 2, kMostRadius = 8;  // cells, of a seed ball
+
+template <int Dim>
+double measure_of_ball(double radius) {
+  return Dim == 3 ? 4 * std::numbers::pi * radius * radius : 2 * std::numbers::pi * radius;
+}
 
 /// Seed balls as one shape of several components; where they may not merge, a ball that would
 /// touch an earlier one is left out.
@@ -36,6 +43,7 @@ Simplices<Dim> seed_balls(Work<Dim>& work) {
       continue;
     }
     used.push_back(seed);
+    check_elements<Dim>("start", measure_of_ball<Dim>(radius), edge, edge);
     balls.push_back(work.setting().ball(seed, radius, edge));
   }
   return work.setting().joined(balls);

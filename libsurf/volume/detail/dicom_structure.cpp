@@ -35,14 +35,15 @@ class Walker {
     if (!file_) throw InputError(fmt::format("{}: cannot be read: {}", path, std::strerror(errno)));
   }
 
-  DicomStructure walk() {
-    if (!begin()) return DicomStructure::kNone;
+  DicomFile walk() {
+    if (!begin()) return out_;
     try {
       read_meta();
-      return read_data();
+      out_.structure = read_data();
     } catch (const Cut&) {
-      return DicomStructure::kCut;
+      out_.structure = DicomStructure::kCut;
     }
+    return out_;
   }
 
  private:
@@ -78,18 +79,20 @@ class Walker {
 
   DicomStructure read_data() {
     std::uint32_t previous = 0;
+    bool has_pixels = false;
     while (n_left_ > 0) {
       const Element element = read_element(is_explicit_, is_big_);
       if (element.tag <= previous) throw Cut();  // tags ascend
       previous = element.tag;
       skip_value(element, 0);
-      if (element.tag == kPixelData) return DicomStructure::kImage;
+      has_pixels |= element.tag == kPixelData;
     }
-    return DicomStructure::kNone;
+    return has_pixels ? DicomStructure::kImage : DicomStructure::kNone;
   }
 
   void skip_value(const Element& element, int depth) {
     if (element.length != kUndefined) {
+      if (element.tag == kPixelData) out_.n_pixel_bytes = element.length;
       skip(element.length);
     } else if (element.tag == kPixelData) {
       skip_fragments();
@@ -117,11 +120,13 @@ class Walker {
   }
 
   void skip_fragments() {
+    out_.is_compressed = true;
     for (;;) {
       const Element item = read_element(/*is_explicit=*/false, is_big_);
       if (item.tag == kSequenceEnd) return;
       if (item.tag != kItem || item.length == kUndefined) throw Cut();
       skip(item.length);
+      out_.n_pixel_bytes += item.length;
     }
   }
 
@@ -181,11 +186,12 @@ class Walker {
 
   std::ifstream file_;
   std::uintmax_t n_left_;
+  DicomFile out_;
   bool is_explicit_ = false, is_big_ = false;
 };
 
 }  // namespace
 
-DicomStructure dicom_structure(const std::string& path) { return Walker(path).walk(); }
+DicomFile dicom_structure(const std::string& path) { return Walker(path).walk(); }
 
 }  // namespace surf::volume

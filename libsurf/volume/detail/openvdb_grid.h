@@ -13,6 +13,7 @@ struct Volume::Impl {
   Eigen::Affine3d index_to_world;
   Eigen::Affine3d world_to_index;
   Source source;
+  std::shared_ptr<const DicomOrigin> dicom = {};
   std::array<float, 2> range;
   /// The voxels as they were read, at Coord(i, j, k) of the index in that order of the axes.
   openvdb::FloatGrid::Ptr grid;

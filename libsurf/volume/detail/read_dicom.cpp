@@ -14,6 +14,7 @@
 #include <map>
 
 #include "libsurf/base/error.h"
+#include "libsurf/base/memory.h"
 #include "libsurf/volume/detail/dicom_structure.h"
 #include "libsurf/volume/detail/raw_scalars.h"
 #include "libsurf/volume/detail/slice_stack.h"
@@ -25,16 +26,43 @@ namespace fs = std::filesystem;
 using gdcm::DataSet;
 using gdcm::Tag;
 
-const Tag kModality(0x0008, 0x0060), kSeriesDescription(0x0008, 0x103e), kSeriesUid(0x0020, 0x000e),
-    kPosition(0x0020, 0x0032), kOrientation(0x0020, 0x0037), kSamplesPerPixel(0x0028, 0x0002),
-    kPhotometric(0x0028, 0x0004), kFrames(0x0028, 0x0008), kRows(0x0028, 0x0010),
-    kColumns(0x0028, 0x0011), kPixelSpacing(0x0028, 0x0030), kBitsAllocated(0x0028, 0x0100),
-    kBitsStored(0x0028, 0x0101), kHighBit(0x0028, 0x0102), kPixelRepresentation(0x0028, 0x0103),
-    kIntercept(0x0028, 0x1052), kSlope(0x0028, 0x1053), kPixelData(0x7fe0, 0x0010),
+const Tag kSopClassUid(0x0008, 0x0016), kSopInstanceUid(0x0008, 0x0018),
+    kSeriesNumber(0x0020, 0x0011), kModality(0x0008, 0x0060), kSeriesDescription(0x0008, 0x103e),
+    kSeriesUid(0x0020, 0x000e), kPosition(0x0020, 0x0032), kOrientation(0x0020, 0x0037),
+    kSamplesPerPixel(0x0028, 0x0002), kPhotometric(0x0028, 0x0004), kFrames(0x0028, 0x0008),
+    kRows(0x0028, 0x0010), kColumns(0x0028, 0x0011), kPixelSpacing(0x0028, 0x0030),
+    kBitsAllocated(0x0028, 0x0100), kBitsStored(0x0028, 0x0101), kHighBit(0x0028, 0x0102),
+    kPixelRepresentation(0x0028, 0x0103), kIntercept(0x0028, 0x1052), kSlope(0x0028, 0x1053),
+    kPixelData(0x7fe0, 0x0010),
     // Enhanced objects: groups shared by all frames and of each frame, and what they hold.
     kSharedGroups(0x5200, 0x9229), kFrameGroups(0x5200, 0x9230), kPlanePosition(0x0020, 0x9113),
     kPlaneOrientation(0x0020, 0x9116), kPixelMeasures(0x0028, 0x9110),
     kValueTransformation(0x0028, 0x9145);
+
+/// Of patient, study and frame of reference, and the character set that they are in; what tells who
+/// was examined when, and nothing of how.
+constexpr std::uint32_t kOfOrigin[] = {
+    0x00080005,  // SpecificCharacterSet
+    0x00080020,  // StudyDate
+    0x00080030,  // StudyTime
+    0x00080050,  // AccessionNumber
+    0x00080090,  // ReferringPhysicianName
+    0x00081030,  // StudyDescription
+    0x00100010,  // PatientName
+    0x00100020,  // PatientID
+    0x00100021,  // IssuerOfPatientID
+    0x00100030,  // PatientBirthDate
+    0x00100040,  // PatientSex
+    0x00101010,  // PatientAge
+    0x00101020,  // PatientSize
+    0x00101030,  // PatientWeight
+    0x00120062,  // PatientIdentityRemoved
+    0x00120063,  // DeidentificationMethod
+    0x0020000d,  // StudyInstanceUID
+    0x00200010,  // StudyID
+    0x00200052,  // FrameOfReferenceUID
+    0x00201040,  // PositionReferenceIndicator
+};
 
 /// GDCM prints on stderr what is wrong with a file; our messages come from its return values.
 class SilenceGdcm {
@@ -186,6 +214,9 @@ FileHeader header_of(const DataSet& data, const std::string& file) {
     slice.frame = frame;
     slice.rows = unsigned_short(data, kRows);
     slice.columns = unsigned_short(data, kColumns);
+    slice.sop_class_uid = text(data, kSopClassUid);
+    slice.sop_instance_uid = text(data, kSopInstanceUid);
+    slice.n_frames = n_frames;
     if (const std::string missing = place(data, frame, slice); !missing.empty())
       header.fault = fmt::format("has no {}: it is no slice of a volume", missing);
     header.slices.push_back(slice);
@@ -193,11 +224,27 @@ FileHeader header_of(const DataSet& data, const std::string& file) {
   return header;
 }
 
+/// What rows, columns and frames promise is believed as far as the pixel data bear it out: GDCM
+/// makes room for all of it.
+void check_pixels(const DataSet& data, const DicomFile& stored, const std::string& file) {
+  const auto frames = decimals(data, kFrames, 1);
+  const double n_promised = double(unsigned_short(data, kRows)) * unsigned_short(data, kColumns) *
+                            std::max(1, unsigned_short(data, kSamplesPerPixel)) *
+                            ((unsigned_short(data, kBitsAllocated) + 7) / 8) *
+                            (frames.empty() ? 1 : std::max(1.0, frames[0]));
+  const auto n_stored = double(stored.n_pixel_bytes);
+  if (stored.is_compressed ? is_borne_out(n_promised, n_stored) : n_promised <= n_stored) return;
+  throw InputError(
+      fmt::format("{}: truncated or damaged: the header promises {:.0f} bytes of pixels, the file "
+                  "holds {:.0f}{}; get the file again",
+                  file, n_promised, n_stored, stored.is_compressed ? " compressed" : ""));
+}
+
 /// Nothing if the file is not DICOM, or holds no image (a report, a directory of files, ...).
 std::optional<FileHeader> read_header(const std::string& file) {
-  const DicomStructure structure = dicom_structure(file);
-  if (structure == DicomStructure::kNone) return std::nullopt;
-  if (structure == DicomStructure::kCut)
+  const DicomFile stored = dicom_structure(file);
+  if (stored.structure == DicomStructure::kNone) return std::nullopt;
+  if (stored.structure == DicomStructure::kCut)
     throw InputError(fmt::format(
         "{}: truncated or damaged DICOM (or deflated as a whole); get the file again or "
         "remove it from its folder",
@@ -207,6 +254,7 @@ std::optional<FileHeader> read_header(const std::string& file) {
   if (!reader.ReadUpToTag(kPixelData)) return std::nullopt;
   const DataSet& data = reader.GetFile().GetDataSet();
   if (unsigned_short(data, kRows) == 0 || unsigned_short(data, kColumns) == 0) return std::nullopt;
+  check_pixels(data, stored, file);
   return header_of(data, file);
 }
 
@@ -378,6 +426,31 @@ Source source_of(const std::string& path, const std::vector<FileHeader>& files,
   return source;
 }
 
+/// From the header of the first slice, and of all what tells them apart.
+DicomOrigin origin_of(const SliceStack& stack, const std::string& series_uid) {
+  DicomOrigin origin;
+  const DicomSlice& first = stack.slices[0];
+  gdcm::Reader reader;
+  reader.SetFileName(first.file.c_str());
+  if (reader.ReadUpToTag(kPixelData)) {
+    const DataSet& data = reader.GetFile().GetDataSet();
+    for (const std::uint32_t tag : kOfOrigin)
+      if (const Tag at(tag); data.FindDataElement(at))
+        origin.attributes.push_back({at.GetGroup(), at.GetElement(), text(data, at)});
+    if (const auto number = decimals(data, kSeriesNumber, 1); !number.empty())
+      origin.series_number = int(std::clamp(number[0], 0.0, 1e9));
+  }
+  origin.series_uid = series_uid;
+  origin.along_row_lps = first.along_row_lps;
+  origin.along_column_lps = first.along_column_lps;
+  origin.pixel_width_mm = first.pixel_width_mm;
+  origin.pixel_height_mm = first.pixel_height_mm;
+  for (const DicomSlice& slice : stack.slices)
+    origin.images.push_back({slice.sop_class_uid, slice.sop_instance_uid,
+                             slice.n_frames > 1 ? slice.frame + 1 : 0, slice.position_lps_mm});
+  return origin;
+}
+
 }  // namespace
 
 Volume read_dicom(const std::string& path, const ReadOptions& options) {
@@ -392,6 +465,7 @@ Volume read_dicom(const std::string& path, const ReadOptions& options) {
   Decoder decoder;
   source.scalar_type = name(decoder.load(stack.slices[0].file, n_pixels));
   Volume::Builder builder(stack.size, stack.index_to_world, std::move(source));
+  builder.set_dicom(origin_of(stack, files[0].series_uid));
   std::vector<float> values(n_pixels);
   for (const DicomSlice& slice : stack.slices) {
     const ScalarType type = decoder.load(slice.file, n_pixels);

@@ -7,9 +7,11 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <filesystem>
 #include <fstream>
 
 #include "libsurf/base/error.h"
+#include "libsurf/base/memory.h"
 #include "libsurf/volume/detail/openvdb_grid.h"
 #include "libsurf/volume/detail/raw_scalars.h"
 
@@ -29,6 +31,19 @@ void forget(Grid& grid, const openvdb::CoordBBox& box, int z) {
     grid.tree().fill(openvdb::CoordBBox(lower, upper), grid.background(), /*active=*/false);
 }
 
+/// Two voxels of a grid may be a million apart; the box between them is believed as far as the file
+/// bears it out.
+void check_extent(const std::array<int, 3>& size, const std::string& path) {
+  const double n_voxels = double(size[0]) * size[1] * size[2];
+  std::error_code status;
+  const auto n_bytes = double(std::filesystem::file_size(path, status));
+  if (status || is_borne_out(n_voxels * double(sizeof(float)), n_bytes)) return;
+  throw InputError(fmt::format(
+      "{}: its active voxels span {} x {} x {}, the file has {:.0f} bytes: damaged, or too sparse "
+      "for a volume; get the file again or clip the grid",
+      path, size[0], size[1], size[2], n_bytes));
+}
+
 template <class Grid>
 Volume volume_of(Grid& grid, const Eigen::Affine3d& grid_to_world, Source source) {
   const openvdb::CoordBBox box = grid.evalActiveVoxelBoundingBox();
@@ -39,13 +54,14 @@ Volume volume_of(Grid& grid, const Eigen::Affine3d& grid_to_world, Source source
   for (int axis = 0; axis < 3; ++axis)
     extent[axis] = std::int64_t(box.max()[axis]) - box.min()[axis] + 1;
   const std::array<int, 3> size = checked_size(source.path, extent);
+  check_extent(size, source.path);
   Eigen::Affine3d index_to_world = grid_to_world;
   index_to_world.translate(Eigen::Vector3d(box.min().x(), box.min().y(), box.min().z()));
 
   using Value = typename Grid::ValueType;
   Volume::Builder builder(size, index_to_world.matrix(), std::move(source));
   const std::size_t n_values = std::size_t(size[0]) * size[1];
-  std::vector<Value> slab(n_values * kSlab);
+  std::vector<Value> slab(n_values * std::size_t(std::min(kSlab, size[2])));
   std::vector<float> slice(n_values);
   for (int k = 0; k < size[2]; k += kSlab) {
     const int end = std::min(k + kSlab, size[2]);

@@ -17,6 +17,7 @@
 
 #include "libsurf/base/error.h"
 #include "libsurf/base/vtk_messages.h"
+#include "libsurf/base/vtk_xml.h"
 #include "libsurf/volume/detail/raw_scalars.h"
 
 namespace surf::volume {
@@ -133,6 +134,7 @@ void check_plausible(const Geometry& geometry, const std::string& path) {
 
 Volume read_vti(const std::string& path, const ReadOptions& options) {
   check_frame(path, options.frame_index, 1);
+  check_vtk_xml_file(path);
   const VtkMessages messages;
   vtkNew<vtkXMLImageDataReader> reader;
   reader->SetFileName(path.c_str());

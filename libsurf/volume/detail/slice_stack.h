@@ -17,6 +17,8 @@ struct DicomSlice {
   Eigen::Vector3d along_row_lps, along_column_lps;  ///< unit vectors (ImageOrientationPatient)
   double pixel_width_mm = 0, pixel_height_mm = 0;   ///< PixelSpacing[1] and [0]
   double slope = 1, intercept = 0;                  ///< of this slice
+  std::string sop_class_uid, sop_instance_uid;      ///< of its file
+  int n_frames = 1;                                 ///< in the file
 };
 
 struct SliceStack {

@@ -93,6 +93,44 @@ TEST_F(WriteSurface, GiftiHasTheNumbersOfThePointsBesideIt) {
   EXPECT_TRUE(std::filesystem::exists(path("ball.shape.gii")));
 }
 
+TEST_F(WriteSurface, RemovesTheNumbersOfAnEarlierSurfaceButNotSomebodyElses) {
+  const std::string numbers = path("ball.shape.gii");
+  EXPECT_EQ(file_beside(path("ball.surf.gii")), numbers);
+  EXPECT_EQ(file_beside(path("ball.gii")), numbers);
+  write_surface(path("ball.surf.gii"), ball(), {Space::kLps, {{"z", ball().points.col(2)}}});
+  ASSERT_TRUE(std::filesystem::exists(numbers));
+  write_surface(path("ball.surf.gii"), ball());
+  EXPECT_FALSE(std::filesystem::exists(numbers));
+  write("ball.shape.gii", "<GIFTI Version=\"1.0\">of another program</GIFTI>");
+  write_surface(path("ball.surf.gii"), ball());
+  EXPECT_TRUE(std::filesystem::exists(numbers));
+}
+
+TEST_F(WriteSurface, ObjNamesItsColourInAFileBesideIt) {
+  WriteOptions options;
+  options.colour = {{51, 102, 255}};
+  options.name = "left kidney";
+  write_surface(path("t.obj"), tetrahedron(), options);
+  EXPECT_TRUE(
+      read(path("t.obj")).starts_with("# surfseg\n# SPACE=LPS\nmtllib t.mtl\no left_kidney\nv "));
+  EXPECT_NE(read(path("t.obj")).find("\nusemtl left_kidney\nf "), std::string::npos);
+  EXPECT_EQ(read(path("t.mtl")), "# surfseg\nnewmtl left_kidney\nKd 0.2 0.4 1\n");
+  EXPECT_TRUE(corners(read_surface(path("t.obj"))) == corners(tetrahedron()));
+  EXPECT_EQ(file_beside("a/t.stl"), "");
+}
+
+TEST_F(WriteSurface, DicomNeedsTheSeriesItBelongsTo) {
+  EXPECT_THROW(write_surface(path("t.dcm"), tetrahedron()), Error);
+  EXPECT_EQ(n_files(), 0u);
+}
+
+TEST_F(WriteSurface, EveryEndingThatIsOfferedCanBeWritten) {
+  for (const std::string& ending : surface_endings()) {
+    EXPECT_TRUE(is_writable_surface("liver" + ending)) << ending;
+    if (ending != ".stl.dcm") EXPECT_NO_THROW(write_surface(path("t" + ending), tetrahedron()));
+  }
+}
+
 TEST_F(WriteSurface, KeepsDoublesInVtpAndFloatsElsewhere) {
   EXPECT_EQ(rounded_to_file(ball(), ".vtp").points, ball().points);
   const double exact = ball().points(0, 1);
@@ -156,7 +194,7 @@ TEST_F(WriteSurface, StlHasOutwardUnitNormals) {
 }
 
 TEST_F(WriteSurface, GivesTheSameBytesTwice) {
-  for (const char* ending : kEndings) {
+  for (const char* ending : {".stl", ".obj", ".ply", ".vtp", ".gii", ".glb", ".3mf"}) {
     const std::string a = path(std::string("a") + ending), b = path(std::string("b") + ending);
     write_surface(a, ball());
     write_surface(b, ball());
@@ -170,7 +208,7 @@ TEST_F(WriteSurface, AcceptsEndingsInCapitals) {
 }
 
 TEST_F(WriteSurface, RefusesAnUnknownEnding) {
-  for (const char* name : {"t.3mf", "t", "t.nii.gz", "stl"}) {
+  for (const char* name : {"t.off", "t", "t.nii.gz", "stl"}) {
     EXPECT_THROW(write_surface(path(name), tetrahedron()), UsageError) << name;
     EXPECT_FALSE(is_writable_surface(name));
   }

@@ -15,6 +15,7 @@
 #include "libsurf/segment/segment.h"
 #include "libsurf/segment/stages/stages.h"
 #include "libsurf/volume/phantom.h"
+#include "tests/surf/fixtures.h"
 #include "tests/surf/io/scratch_folder.h"
 
 namespace surf::segment {
@@ -215,21 +216,15 @@ TEST(LocateOption, ComesBackFromJson) {
 
 // A row of segments of which the middle three have no edge.
 TEST(FindDoubt, PointsToTheDeepestVertexWithoutAnEdge) {
-  const int n = 12;
-  Segments circle;
-  circle.points.resize(n, 2);
-  circle.elements.resize(n, 2);
-  for (int i = 0; i < n; ++i) {
-    const double angle = 2 * std::numbers::pi * i / n;
-    circle.points.row(i) << std::cos(angle), std::sin(angle);
-    circle.elements.row(i) << i, (i + 1) % n;
-  }
+  const auto polygon = test::unit_sphere<2>(1);
+  const Segments circle{polygon.X, polygon.T};
+  const auto n = Eigen::Index(circle.points.rows());
   Certainty<2> certainty;
   certainty.deviation_mm = certainty.edge_strength = Eigen::VectorXd::LinSpaced(n, 0, 11);
-  certainty.has_edge.assign(n, 1);
+  certainty.has_edge.assign(std::size_t(n), 1);
   for (const int i : {4, 5, 6, 9}) certainty.has_edge[std::size_t(i)] = 0;
-  find_doubt<2>(circle, std::vector<char>(n, 0), certainty);
-  EXPECT_NEAR(certainty.share_without_edge, 4.0 / n, 1e-12);
+  find_doubt<2>(circle, std::vector<char>(std::size_t(n), 0), certainty);
+  EXPECT_NEAR(certainty.share_without_edge, 4.0 / double(n), 1e-12);
   ASSERT_TRUE(certainty.next_click_mm);
   EXPECT_EQ(*certainty.next_click_mm, circle.points.row(5).transpose());
   // Of a part with other numbers.
@@ -237,7 +232,7 @@ TEST(FindDoubt, PointsToTheDeepestVertexWithoutAnEdge) {
   part.points = circle.points.colwise().reverse();
   const Certainty<2> of_part = certainty_of_part<2>(certainty, circle, part);
   EXPECT_EQ(of_part.deviation_mm[0], 11);
-  EXPECT_EQ(of_part.has_edge[n - 1 - 5], 0);
+  EXPECT_EQ(of_part.has_edge[std::size_t(n - 1 - 5)], 0);
 }
 
 }  // namespace

@@ -56,8 +56,7 @@ TEST(Segmentation, GivesTheSameBytesByTheStatedEnergyFromItsStart) {
   SegmentOptions automatic;
   automatic.seeds_mm = {Vector<3>::Zero()};
   const SegmentResult first = segment(volume, automatic);
-  SegmentOptions stated;
-  stated.seeds_mm = automatic.seeds_mm;
+  SegmentOptions stated = automatic;
   stated.initial = first.start;
   stated.energies = first.energies;
   stated.sigma_mm = first.sigma_mm;
@@ -267,6 +266,114 @@ TEST(Segmentation, KeepsItsFieldsWithinABound) {
   roomy.add_click(other, inside(0));
   EXPECT_EQ(roomy.evolve(other).shape.points, first);
   EXPECT_GT(roomy.memory_bytes(), s.memory_bytes());
+}
+
+// One of them goes on from the shape before it, so that more than the last evolution is repeated.
+TEST(Segmentation, MakesResultsOfThePastAgain) {
+  const auto setting = make_setting(phantom(volume::PhantomKind::kSeparateBalls, 0.05));
+  Segmentation<3> kept(setting), bounded(setting, std::size_t(1) << 30, 0);
+  for (Segmentation<3>* s : {&kept, &bounded}) {
+    const int object = s->add_object();
+    s->add_click(object, inside(-0.5));
+    s->evolve(object);
+    Options<3> options;
+    options.components.fill_cavities = true;
+    s->set_options(object, options);
+    s->evolve(object);
+    s->add_click(object, inside(0.5));
+    s->evolve(object);
+    EXPECT_TRUE(s->is_made(object));
+  }
+  const int object = kept.objects()[0];
+  for (int n = 1; n <= 6; ++n) {
+    kept.undo(object);
+    bounded.undo(object);
+    EXPECT_TRUE(kept.is_made(object));
+    EXPECT_EQ(bounded.is_made(object), n >= 5) << n;  // where there is none yet
+  }
+  for (int n = 1; n <= 6; ++n) {
+    kept.redo(object);
+    bounded.redo(object);
+    EXPECT_EQ(bounded.object(object).clicks.size(), kept.object(object).clicks.size());
+    const Result<3>& made = bounded.make(object);
+    EXPECT_TRUE(bounded.is_made(object));
+    EXPECT_EQ(made.shape.points, kept.object(object).result->shape.points) << n;
+    EXPECT_EQ(made.notes, kept.object(object).result->notes);
+    EXPECT_EQ(made.proposals.size(), kept.object(object).result->proposals.size());
+  }
+}
+
+TEST(Segmentation, LeavesWhatIsToBeMadeAsItIsAfterAStop) {
+  Segmentation<3> s(make_setting(phantom()), std::size_t(1) << 30, 0);
+  const int object = s.add_object();
+  s.add_click(object, inside(0));
+  const Points<3> points = s.evolve(object).shape.points;
+  Options<3> options;
+  options.edge_length_mm = 0.2;
+  s.set_options(object, options);
+  s.evolve(object);
+  s.undo(object);
+  ASSERT_FALSE(s.is_made(object));
+  const std::string recipe = to_recipe<3>(s);
+  s.make(object, [](const auto&, const auto&, const auto&) { return false; });
+  EXPECT_FALSE(s.is_made(object));
+  std::stop_source stopped;
+  stopped.request_stop();
+  s.make(object, {}, stopped.get_token());
+  EXPECT_FALSE(s.is_made(object));
+  EXPECT_EQ(to_recipe<3>(s), recipe);
+  EXPECT_EQ(s.make(object).shape.points, points);
+  EXPECT_TRUE(s.redo(object));
+}
+
+// A choice is in all that comes after it.
+TEST(Segmentation, MakesWhatCameAfterAChoiceAgain) {
+  Segmentation<3> s(make_setting(phantom(volume::PhantomKind::kShell)), std::size_t(1) << 30, 0);
+  const int object = s.add_object();
+  s.add_click(object, inside(0.45));
+  const std::size_t n = s.propose(object).proposals.size();
+  s.choose(object, n - 1);
+  s.add_click(object, outside(0));
+  const Points<3> points = s.evolve(object).shape.points;
+  s.add_click(object, outside(0.9));
+  s.recolour(object, {1, 2, 3});
+  Options<3> options;
+  options.coarseness = 2;
+  s.set_options(object, options);
+  s.evolve(object);
+  for (int k = 0; k < 3; ++k) s.undo(object);
+  ASSERT_FALSE(s.is_made(object));
+  EXPECT_EQ(s.make(object).shape.points, points);
+}
+
+TEST(Recipe, IsLoadedWithoutComputing) {
+  const auto setting = make_setting(phantom(volume::PhantomKind::kSeparateBalls, 0.05));
+  Segmentation<3> s(setting);
+  const int object = s.add_object("two balls");
+  s.add_click(object, inside(-0.5));
+  s.evolve(object);
+  s.add_click(object, inside(0.5));
+  s.evolve(object);
+  const std::string recipe = to_recipe<3>(s);
+  Segmentation<3> again(setting);
+  load<3>(recipe, again);
+  EXPECT_EQ(again.object(object).clicks.size(), 2u);
+  EXPECT_FALSE(again.is_made(object));
+  EXPECT_EQ(to_recipe<3>(again), recipe);
+  int n_evolutions = 0;
+  std::string last;
+  again.make(object, [&](const std::string& stage, const auto&, const auto&) {
+    n_evolutions += stage == "evolve" && last != "evolve";
+    last = stage;
+    return true;
+  });
+  EXPECT_EQ(n_evolutions, 1) << "the first one is not needed";
+  EXPECT_EQ(again.object(object).result->shape.points, s.object(object).result->shape.points);
+  std::string foreign = recipe;
+  foreign.replace(foreign.find("-0.5"), 4, "99.5");
+  Segmentation<3> fresh(setting);
+  EXPECT_THROW(load<3>(foreign, fresh), InputError);
+  EXPECT_TRUE(fresh.objects().empty());
 }
 
 TEST(Recipe, RepeatsADialogueToTheByte) {

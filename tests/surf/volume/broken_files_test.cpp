@@ -57,26 +57,20 @@ std::string spoiled_at(std::string bytes, std::size_t place) {
   return bytes;
 }
 
+constexpr const char* kMetaImage =
+    "ObjectType = Image\nNDims = 3\nBinaryData = True\nElementSpacing = 1 1 1\n"
+    "TransformMatrix = 1 0 0 0 1 0 0 0 1\nOffset = 0 0 0\nDimSize = 4 3 5\n"
+    "ElementType = MET_UCHAR\nElementDataFile = LOCAL\n";
+constexpr const char* kNrrd =
+    "NRRD0004\ntype: uchar\ndimension: 3\nspace: left-posterior-superior\nsizes: 4 3 5\n"
+    "space directions: (1,0,0) (0,1,0) (0,0,1)\nkinds: domain domain domain\nencoding: raw\n"
+    "space origin: (0,0,0)\n\n";
+
 /// A header with one place replaced, and data.
-std::string with_data(std::string header, const std::string& from, const std::string& to) {
+std::string with_data(std::string header, const std::string& from = "",
+                      const std::string& to = "") {
   if (!from.empty()) header.replace(header.find(from), from.size(), to);
   return header + raw_bytes(values<std::uint8_t>(kGrid.size));
-}
-
-std::string metaimage(const std::string& from = "", const std::string& to = "") {
-  const std::string header =
-      "ObjectType = Image\nNDims = 3\nBinaryData = True\nElementSpacing = 1 1 1\n"
-      "TransformMatrix = 1 0 0 0 1 0 0 0 1\nOffset = 0 0 0\nDimSize = 4 3 5\n"
-      "ElementType = MET_UCHAR\nElementDataFile = LOCAL\n";
-  return with_data(header, from, to);
-}
-
-std::string nrrd(const std::string& from = "", const std::string& to = "") {
-  const std::string header =
-      "NRRD0004\ntype: uchar\ndimension: 3\nspace: left-posterior-superior\nsizes: 4 3 5\n"
-      "space directions: (1,0,0) (0,1,0) (0,0,1)\nkinds: domain domain domain\nencoding: raw\n"
-      "space origin: (0,0,0)\n\n";
-  return with_data(header, from, to);
 }
 
 std::string vti(const std::string& from = "", const std::string& to = "") {
@@ -184,32 +178,39 @@ const std::vector<BrokenFile> kBroken = {
      "zero voxel spacing"},
     {"NiftiVoxelNan", "a.nii", floats_with(kNan), "voxel (1, 1, 1) is NaN"},
     {"NiftiVoxelInf", "a.nii", floats_with(-kInf), "voxel (1, 1, 1) is Inf"},
+    {"NiftiVoxelHuge", "a.nii", floats_with(3e38f), "voxel (1, 1, 1) is beyond 1e18"},
     {"NiftiOtherHalf", "a.hdr", nifti([](auto& h) { std::memcpy(h.magic, "ni1", 4); }),
      "a.img is missing"},
     // MetaImage.
-    {"MetaCut", "a.mha", metaimage().substr(0, metaimage().size() - 10),
+    {"MetaCut", "a.mha", with_data(kMetaImage).substr(0, with_data(kMetaImage).size() - 10),
      "truncated: the header promises 60 bytes"},
-    {"MetaCutHeader", "a.mha", metaimage().substr(0, 90), "without its line ElementDataFile"},
-    {"MetaPlane", "a.mha", metaimage("NDims = 3", "NDims = 2"), "has 2 dimensions"},
-    {"MetaManyDimensions", "a.mha", metaimage("NDims = 3", "NDims = 64"), "has 64 dimensions"},
-    {"MetaNoSize", "a.mha", metaimage("DimSize = 4 3 5", "DimSize = 4 x"),
+    {"MetaCutHeader", "a.mha", with_data(kMetaImage).substr(0, 90),
+     "without its line ElementDataFile"},
+    {"MetaPlane", "a.mha", with_data(kMetaImage, "NDims = 3", "NDims = 2"), "has 2 dimensions"},
+    {"MetaManyDimensions", "a.mha", with_data(kMetaImage, "NDims = 3", "NDims = 64"),
+     "has 64 dimensions"},
+    {"MetaNoSize", "a.mha", with_data(kMetaImage, "DimSize = 4 3 5", "DimSize = 4 x"),
      "DimSize needs 3 numbers"},
-    {"MetaHugeSize", "a.mha", metaimage("4 3 5", "1e300 3 5"), "not a whole number"},
-    {"MetaZeroSize", "a.mha", metaimage("4 3 5", "0 3 5"), "the header gives 0 x 3 x 5"},
-    {"MetaType", "a.mha", metaimage("MET_UCHAR", "MET_OTHER"), "ElementType 'MET_OTHER'"},
-    {"MetaChannels", "a.mha", metaimage("Offset =", "ElementNumberOfChannels = 3\nOffset ="),
+    {"MetaHugeSize", "a.mha", with_data(kMetaImage, "4 3 5", "1e300 3 5"), "not a whole number"},
+    {"MetaZeroSize", "a.mha", with_data(kMetaImage, "4 3 5", "0 3 5"),
+     "the header gives 0 x 3 x 5"},
+    {"MetaType", "a.mha", with_data(kMetaImage, "MET_UCHAR", "MET_OTHER"),
+     "ElementType 'MET_OTHER'"},
+    {"MetaChannels", "a.mha",
+     with_data(kMetaImage, "Offset =", "ElementNumberOfChannels = 3\nOffset ="),
      "has 3 values per voxel"},
-    {"MetaZeroSpacing", "a.mha", metaimage("Spacing = 1 1 1", "Spacing = 1 0 1"),
+    {"MetaZeroSpacing", "a.mha", with_data(kMetaImage, "Spacing = 1 1 1", "Spacing = 1 0 1"),
      "zero voxel spacing"},
-    {"MetaSingular", "a.mha", metaimage("1 0 0 0 1 0 0 0 1", "1 0 0 1 0 0 0 0 1"),
+    {"MetaSingular", "a.mha", with_data(kMetaImage, "1 0 0 0 1 0 0 0 1", "1 0 0 1 0 0 0 0 1"),
      "matrix is singular"},
-    {"MetaNan", "a.mha", metaimage("Offset = 0", "Offset = nan"), "NaN or Inf"},
-    {"MetaNoRawFile", "a.mhd", metaimage("LOCAL", "gone.raw"), "'gone.raw' is missing"},
-    {"MetaNotCompressed", "a.mha", metaimage("Offset =", "CompressedData = True\nOffset ="),
+    {"MetaNan", "a.mha", with_data(kMetaImage, "Offset = 0", "Offset = nan"), "NaN or Inf"},
+    {"MetaNoRawFile", "a.mhd", with_data(kMetaImage, "LOCAL", "gone.raw"), "'gone.raw' is missing"},
+    {"MetaNotCompressed", "a.mha",
+     with_data(kMetaImage, "Offset =", "CompressedData = True\nOffset ="),
      "damaged compressed data"},
     // NRRD.
-    {"NrrdCut", "a.nrrd", nrrd().substr(0, nrrd().size() - 10), "truncated"},
-    {"NrrdCutHeader", "a.nrrd", nrrd().substr(0, 60), "not a readable NRRD"},
+    {"NrrdCut", "a.nrrd", with_data(kNrrd).substr(0, with_data(kNrrd).size() - 10), "truncated"},
+    {"NrrdCutHeader", "a.nrrd", with_data(kNrrd).substr(0, 60), "not a readable NRRD"},
     {"NrrdPlane", "a.nrrd",
      "NRRD0004\ntype: uchar\ndimension: 2\nsizes: 3 3\nencoding: raw\n\n123456789",
      "has 2 dimensions"},
@@ -217,13 +218,16 @@ const std::vector<BrokenFile> kBroken = {
      "NRRD0004\ntype: uchar\ndimension: 4\nsizes: 3 2 2 2\nkinds: vector domain domain domain\n"
      "encoding: raw\n\n123456789012345678901234",
      "several values per voxel (kind 'vector')"},
-    {"NrrdType", "a.nrrd", nrrd("uchar", "other"), "not a readable NRRD"},
-    {"NrrdZeroSize", "a.nrrd", nrrd("4 3 5", "4 0 5"), "not a readable NRRD"},
-    {"NrrdSingular", "a.nrrd", nrrd("(0,1,0)", "(1,0,0)"), "matrix is singular"},
-    {"NrrdUnit", "a.nrrd", nrrd("encoding", "space units: \"ell\" \"ell\" \"ell\"\nencoding"),
+    {"NrrdType", "a.nrrd", with_data(kNrrd, "uchar", "other"), "not a readable NRRD"},
+    {"NrrdZeroSize", "a.nrrd", with_data(kNrrd, "4 3 5", "4 0 5"), "not a readable NRRD"},
+    {"NrrdSingular", "a.nrrd", with_data(kNrrd, "(0,1,0)", "(1,0,0)"), "matrix is singular"},
+    {"NrrdUnit", "a.nrrd",
+     with_data(kNrrd, "encoding", "space units: \"ell\" \"ell\" \"ell\"\nencoding"),
      "space unit 'ell'"},
-    {"NrrdNoRawFile", "a.nhdr", nrrd("encoding", "data file: gone.raw\nencoding"), "gone.raw"},
-    {"NrrdNotGzip", "a.nrrd", nrrd("encoding: raw", "encoding: gzip"), "damaged compressed data"},
+    {"NrrdNoRawFile", "a.nhdr", with_data(kNrrd, "encoding", "data file: gone.raw\nencoding"),
+     "gone.raw"},
+    {"NrrdNotGzip", "a.nrrd", with_data(kNrrd, "encoding: raw", "encoding: gzip"),
+     "damaged compressed data"},
     // VTI.
     {"VtiCut", "a.vti", vti().substr(0, vti().size() / 2), "truncated"},
     {"VtiOtherType", "a.vti", vti("ImageData", "PolyData"), "not VTK image data"},
@@ -264,15 +268,15 @@ TEST_F(BrokenPlaces, TemplatesOfTheTableAreIntact) {
   EXPECT_EQ(failure(write("a.nii", intact_nifti())), "");
   EXPECT_EQ(failure(write("b.nii", nifti2([](auto&) {}))), "");
   EXPECT_EQ(failure(write("c.nii.gz", gzipped(intact_nifti()))), "");
-  EXPECT_EQ(failure(write("a.mha", metaimage())), "");
-  EXPECT_EQ(failure(write("a.nrrd", nrrd())), "");
+  EXPECT_EQ(failure(write("a.mha", with_data(kMetaImage))), "");
+  EXPECT_EQ(failure(write("a.nrrd", with_data(kNrrd))), "");
   EXPECT_EQ(failure(write("a.vti", vti())), "");
 }
 
 /// Every byte of a header, turned in turn: each file is read or refused in one line.
 TEST_F(BrokenPlaces, AnySpoiledByteIsReadOrRefusedInOneLine) {
   const std::pair<const char*, std::string> files[] = {
-      {"a.nii", intact_nifti()}, {"a.mha", metaimage()}, {"a.nrrd", nrrd()}};
+      {"a.nii", intact_nifti()}, {"a.mha", with_data(kMetaImage)}, {"a.nrrd", with_data(kNrrd)}};
   for (const auto& [name, bytes] : files)
     for (std::size_t place = 0; place < bytes.size(); ++place) {
       const std::string message = failure(write(name, spoiled_at(bytes, place)));

@@ -16,7 +16,7 @@
 
 namespace surf::volume {
 
-struct DicomImage {
+struct ImageFile {
   int rows = 0, columns = 0;
   std::vector<Eigen::Vector3d> positions_lps;  ///< one per frame
   Eigen::Vector3d along_row, along_column;     ///< LPS
@@ -62,7 +62,7 @@ inline void set_items(gdcm::DataSet& data, const gdcm::Tag& tag,
   data.Replace(element);
 }
 
-inline void set_pixels(gdcm::DataSet& data, const DicomImage& image) {
+inline void set_pixels(gdcm::DataSet& data, const ImageFile& image) {
   set_short(data, {0x0028, 0x0002}, 1);
   set(data, {0x0028, 0x0004}, gdcm::VR::CS, "MONOCHROME2");
   set_short(data, {0x0028, 0x0010}, image.rows);
@@ -74,7 +74,7 @@ inline void set_pixels(gdcm::DataSet& data, const DicomImage& image) {
   set(data, {0x7fe0, 0x0010}, gdcm::VR::OW, raw_bytes(image.pixels));
 }
 
-inline void set_identity(gdcm::DataSet& data, const DicomImage& image, const char* sop_class) {
+inline void set_identity(gdcm::DataSet& data, const ImageFile& image, const char* sop_class) {
   set(data, {0x0008, 0x0016}, gdcm::VR::UI, sop_class);
   set(data, {0x0008, 0x0018}, gdcm::VR::UI, image.series + "." + image.instance);
   set(data, {0x0008, 0x0060}, gdcm::VR::CS, "CT");
@@ -90,12 +90,12 @@ inline void save(gdcm::Writer& writer, const std::string& file) {
   ASSERT_TRUE(writer.Write()) << file;
 }
 
-inline std::string spacing_text(const DicomImage& image) {
+inline std::string spacing_text(const ImageFile& image) {
   return fmt::format("{:.8g}\\{:.8g}", image.pixel_height, image.pixel_width);
 }
 
 /// A classic CT slice, Explicit VR Little Endian.
-inline void write_slice(const std::string& file, const DicomImage& image) {
+inline void write_slice(const std::string& file, const ImageFile& image) {
   gdcm::Writer writer;
   gdcm::DataSet& data = writer.GetFile().GetDataSet();
   set_identity(data, image, "1.2.840.10008.5.1.4.1.1.2");
@@ -110,7 +110,7 @@ inline void write_slice(const std::string& file, const DicomImage& image) {
 }
 
 /// An enhanced CT with one frame per position.
-inline void write_enhanced(const std::string& file, const DicomImage& image, bool has_places) {
+inline void write_enhanced(const std::string& file, const ImageFile& image, bool has_places) {
   using gdcm::DataSet;
   gdcm::Writer writer;
   DataSet& data = writer.GetFile().GetDataSet();
@@ -157,9 +157,9 @@ inline void compress(const std::string& file, gdcm::TransferSyntax::TSType synta
 }
 
 /// What slice k of a grid is as DICOM: LPS, the normal's sign as the grid has it.
-inline DicomImage slice_of(const Grid& grid, int k) {
+inline ImageFile slice_of(const Grid& grid, int k) {
   const Eigen::Affine3d lps = Eigen::Scaling(-1.0, -1.0, 1.0) * grid.index_to_world;
-  DicomImage image;
+  ImageFile image;
   image.columns = grid.size[0];
   image.rows = grid.size[1];
   image.positions_lps = {lps * Eigen::Vector3d(0, 0, k)};
@@ -180,7 +180,7 @@ inline std::vector<std::string> write_series(const std::string& folder, const Gr
   std::filesystem::create_directories(folder);
   std::vector<std::string> files;
   for (int k = 0; k < grid.size[2]; ++k) {
-    DicomImage image = slice_of(grid, k);
+    ImageFile image = slice_of(grid, k);
     image.series = series;
     // Slopes differ from slice to slice, as in PET.
     image.slope = k % 2 == 0 ? "2" : "0.5";

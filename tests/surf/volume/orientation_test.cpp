@@ -54,8 +54,9 @@ TEST(Orientation, BoundsHoldEveryCornerAndTouchSome) {
 
 TEST(Orientation, RasOrderIsTheSameVolumeHoweverTheFileHasItsAxes) {
   const std::array<int, 3> size = {5, 4, 3};
-  Eigen::Matrix3d linear = Eigen::AngleAxisd(0.2, Eigen::Vector3d(1, 2, 3).normalized()) *
-                           Eigen::Scaling(0.7, 0.9, 2.0);
+  const Eigen::Matrix3d linear =
+      Eigen::AngleAxisd(0.2, Eigen::Vector3d(1, 2, 3).normalized()).toRotationMatrix() *
+      Eigen::Vector3d(0.7, 0.9, 2.0).asDiagonal();
   const Eigen::Affine3d at = affine(linear, {-27.1, 13.2, 4.3});
   std::vector<float> values(60);
   for (std::size_t n = 0; n < values.size(); ++n) values[n] = float(n * n % 97);

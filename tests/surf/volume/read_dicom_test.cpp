@@ -100,7 +100,7 @@ TEST_F(ReadDicom, MissingSlicesAreReportedWithTheirPlaceAndNumber) {
 TEST_F(ReadDicom, UnevenDuplicateAndStraySlicesAreReported) {
   const Grid grid = dicom_grids()[0];
   auto files = write_series(path("uneven"), grid);
-  DicomImage image = slice_of(grid, 3);
+  ImageFile image = slice_of(grid, 3);
   const Eigen::Vector3d step = (slice_of(grid, 4).positions_lps[0] - image.positions_lps[0]);
   const Eigen::Vector3d position = image.positions_lps[0];
   image.positions_lps[0] = position + 0.3 * step;
@@ -164,12 +164,12 @@ TEST_F(ReadDicom, AnySpoiledByteIsReadOrRefusedInOneLine) {
 TEST_F(ReadDicom, FramesOfAnEnhancedObjectAreStacked) {
   for (const Grid& grid : dicom_grids()) {
     SCOPED_TRACE(grid.name);
-    DicomImage all = slice_of(grid, 0);
+    ImageFile all = slice_of(grid, 0);
     all.positions_lps.clear();
     all.pixels.clear();
     all.intercept = "1000";
     for (int k = grid.size[2] - 1; k >= 0; --k) {  // stored from the top down
-      const DicomImage slice = slice_of(grid, k);
+      const ImageFile slice = slice_of(grid, k);
       all.positions_lps.push_back(slice.positions_lps[0]);
       all.pixels.insert(all.pixels.end(), slice.pixels.begin(), slice.pixels.end());
     }

@@ -80,6 +80,26 @@ TEST_F(WriteSegmentation, HasSlicersKeysForEachLabel) {
   EXPECT_TRUE(read_volume(file).index_to_world().isApprox(grid.index_to_world, 1e-6));
 }
 
+TEST_F(WriteSegmentation, DicomNeedsTheSeriesItBelongsTo) {
+  const Grid grid = grids()[0];
+  const std::vector<std::uint8_t> labels(std::size_t(grid.size[0]) * grid.size[1] * grid.size[2],
+                                         1);
+  EXPECT_THROW(write_label_map(path("a.dcm"), grid.size, grid.index_to_world, labels), InputError);
+  EXPECT_THROW(write_label_map(path("a.dcm"), volume_of(grid), labels), Error);
+  EXPECT_TRUE(std::filesystem::is_empty(std::filesystem::path(path("a")).parent_path()));
+}
+
+TEST_F(WriteSegmentation, EveryEndingThatIsOfferedCanBeWritten) {
+  const Grid grid = grids()[0];
+  const std::vector<std::uint8_t> labels(std::size_t(grid.size[0]) * grid.size[1] * grid.size[2],
+                                         1);
+  for (const std::string& ending : label_map_endings()) {
+    EXPECT_TRUE(is_writable_label_map("liver" + ending)) << ending;
+    if (ending != ".seg.dcm")
+      EXPECT_NO_THROW(write_label_map(path("a" + ending), volume_of(grid), labels));
+  }
+}
+
 class WriteNifti : public Files {};
 
 TEST_F(WriteNifti, QformAloneGivesTheSameAffineUnlessSheared) {

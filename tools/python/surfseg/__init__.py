@@ -1,7 +1,8 @@
-"""Surfaces from CT and MRI volumes: closed, manifold, sub-voxel.
+"""Surfaces from CT and MRI volumes: closed, manifold, sub-voxel; and curves from images.
 
 Arrays are indexed [i, j, k]; an affine is the (4, 4) matrix from voxel index to RAS mm (as nibabel
-has it); points are RAS mm unless `space` says otherwise; lengths are mm.
+has it); points are RAS mm unless `space` says otherwise; lengths are mm. Images are indexed
+[row, column]; points in them are (x, y) in pixels unless `space` says mm.
 
     import surfseg
     liver = surfseg.segment("ct.nii.gz", seeds=[(95, 182, 373)])
@@ -18,12 +19,12 @@ from typing import Any, Callable, Iterable, NamedTuple, Optional, Sequence, Unio
 import numpy as np
 
 from . import _surfseg
-from ._surfseg import (Error, InputError, InvalidMesh, NoObject, OutputError, UsageError, Volume,
-                       __version__)
+from ._surfseg import (Error, Image, InputError, InvalidMesh, NoObject, OutputError, UsageError,
+                       Volume, __version__)
 
 __all__ = [
-    "Error", "InputError", "InvalidMesh", "NoObject", "OutputError", "Progress", "Segmentation",
-    "Surface", "UsageError", "Volume", "evaluate", "phantom", "read", "segment",
+    "Curve", "Error", "Image", "InputError", "InvalidMesh", "NoObject", "OutputError", "Progress",
+    "Segmentation", "Surface", "UsageError", "Volume", "evaluate", "phantom", "read", "segment",
 ]
 
 Point = Sequence[float]
@@ -33,12 +34,12 @@ _LENGTHS = {"radius", "sigma", "selective_sigma", "edge_length", "geometry_toler
 
 
 class Progress(NamedTuple):
-    """Where the work is, after a step."""
+    """Where the work is, after a step, or in one that takes long."""
 
-    stage: str         #: "propose", "evolve", "locate", ...
+    stage: str         #: "begin", "propose", "evolve", "locate", ...
     step: int          #: of the stage
-    triangles: int     #: of the surface; 0 while there is none
-    volume_mm3: float  #: that it encloses
+    triangles: int     #: of the surface, or segments of the curve; 0 while there is none
+    volume_mm3: float  #: that it encloses; of a curve the area in mm2
     energy: float      #: of this moment
     seconds: float     #: since the call
 
@@ -73,6 +74,11 @@ class Surface:
     def edge_strength(self) -> Optional[np.ndarray]:
         """(n,) float64: height of the step by the noise; None if unknown."""
         return self._surface.edge_strength
+
+    @property
+    def curvature(self) -> np.ndarray:
+        """(n,) float64, 1/mm: the sum of the principal curvatures at each vertex, 2 / r on a ball."""
+        return self._surface.curvature()
 
     @property
     def outcome(self) -> str:
@@ -114,38 +120,124 @@ class Surface:
         return nibabel.Nifti1Image(self.mask(), self._volume.affine)
 
     def save(self, path: Union[str, os.PathLike], space: str = "lps") -> None:
-        """Writes .stl, .obj, .ply, .vtp, .gii or .glb, or the mask as .nii.gz, .nii, .mha, .nrrd or
-        .seg.nrrd: the bytes that the program writes.
+        """Writes .stl, .obj, .ply, .vtp, .gii, .glb, .3mf or .dcm (DICOM Encapsulated STL), or the
+        mask as .nii.gz, .nii, .mha, .nrrd, .seg.nrrd or .seg.dcm (DICOM Segmentation): the bytes
+        that the program writes.
 
         space: frame of a surface's coordinates, "lps" (as Slicer expects) or "ras".
-        Raises OutputError where the file cannot be written; it is whole or not there.
+        Raises OutputError where the file cannot be written; it is whole or not there. DICOM needs
+        a volume that was read from a DICOM series, else InputError.
         """
-        path = os.fspath(path)
-        if path.endswith((".nii.gz", ".nii", ".mha", ".nrrd")):
-            _surfseg.write_label_map(path, self._volume, self.mask())
-        else:
-            self._surface.save(path, space)
+        self._surface.save(os.fspath(path), space)
 
     def __repr__(self) -> str:
         return (f"<surfseg.Surface: {len(self.faces)} triangles, {self.volume_ml:.5g} ml, "
                 f"{self.area_cm2:.5g} cm2, {self.outcome}>")
 
 
+class Curve:
+    """Verified curves in an image: closed polygons without intersections, the object on their left."""
+
+    def __init__(self, curve: _surfseg.Curve, image: Image):
+        self._curve = curve
+        self._image = image
+        self._report: Optional[dict] = None
+
+    @property
+    def points(self) -> np.ndarray:
+        """(n, 2) float64: x, y in mm, the centre of the first pixel at 0, 0; read-only, shared."""
+        return self._curve.points
+
+    @property
+    def segments(self) -> np.ndarray:
+        """(n, 2) int32: start and end of each, as numbers of points; read-only, shared."""
+        return self._curve.segments
+
+    @property
+    def polygons(self) -> list[np.ndarray]:
+        """Each closed curve as (k, 2) points in mm, the first not repeated. The sum of
+        x_i y_(i+1) - x_(i+1) y_i is positive for an outer curve, negative for a hole's."""
+        following = dict(self.segments.tolist())
+        out = []
+        while following:
+            first, point = next(iter(following.items()))
+            ring = [first]
+            del following[first]
+            while point != first:
+                ring.append(point)
+                point = following.pop(point)
+            out.append(self.points[ring])
+        return out
+
+    @property
+    def outcome(self) -> str:
+        """"converged", "stopped at a limit", "interrupted", "proposed"."""
+        return self._curve.outcome
+
+    @property
+    def area_mm2(self) -> float:
+        return self._curve.area_mm2
+
+    @property
+    def length_mm(self) -> float:
+        return self._curve.length_mm
+
+    @property
+    def report(self) -> dict:
+        """What `curveseg segment --json` says of the run."""
+        if self._report is None:
+            self._report = json.loads(self._curve.summary())
+        return self._report
+
+    @property
+    def verdict(self) -> Optional[dict]:
+        """How far to trust it; None if unknown."""
+        return self.report.get("verdict")
+
+    def points_in(self, space: str) -> np.ndarray:
+        """The points in "mm" or "px"."""
+        return self.points / _pixel(space, self._image)
+
+    def mask(self) -> np.ndarray:
+        """1 where a pixel's centre is inside, else 0: uint8, indexed [row, column]."""
+        return self._curve.mask()
+
+    def save(self, path: Union[str, os.PathLike]) -> None:
+        """Writes .svg, .json, .vtp or .csv, or the mask as .png: the bytes that curveseg writes."""
+        self._curve.save(os.fspath(path))
+
+    def __repr__(self) -> str:
+        return (f"<surfseg.Curve: {len(self.polygons)} polygons, {self.area_mm2:.5g} mm2, "
+                f"{self.length_mm:.5g} mm, {self.outcome}>")
+
+
+Shape = Union[Surface, Curve]
+
+
 class Segmentation:
-    """A dialogue about one volume: objects, clicks, proposals, undo.
+    """A dialogue about one volume or image: objects, clicks, proposals, undo.
 
     What is computed from the volume is kept, so that a further click costs less than the first.
     Several threads may call it: they take turns.
     """
 
-    def __init__(self, image: Any, affine: Optional[np.ndarray] = None):
-        """image, affine: as of segment()."""
-        self._volume = as_volume(image, affine)
-        self._segmentation = _surfseg.Segmentation(self._volume)
+    def __init__(self, image: Any, affine: Optional[np.ndarray] = None, *,
+                 spacing: Union[float, Sequence[float], None] = None):
+        """image, affine, spacing: as of segment()."""
+        self._image = as_image(image, affine, spacing)
+        self._is_flat = isinstance(self._image, Image)
+        kind = _surfseg.ImageSegmentation if self._is_flat else _surfseg.Segmentation
+        self._segmentation = kind(self._image)
 
     @property
-    def volume(self) -> Volume:
-        return self._volume
+    def volume(self) -> Union[Volume, Image]:
+        """What is segmented."""
+        return self._image
+
+    @property
+    def dimension(self) -> int:
+        """3 of a volume, 2 of an image."""
+        return 2 if self._is_flat else 3
 
     @property
     def objects(self) -> list[str]:
@@ -153,16 +245,16 @@ class Segmentation:
         return [name for _, name in self._segmentation.objects()]
 
     def add(self, point: Point, inside: bool = True, *, object: Optional[str] = None,
-            space: str = "ras", progress: Optional[ProgressFunction] = None) -> Surface:
+            space: Optional[str] = None, progress: Optional[ProgressFunction] = None) -> Shape:
         """A click, and the surface that obeys it and those before. See evolve()."""
         self.click(point, inside, object=object, space=space)
         return self.evolve(object=object, progress=progress)
 
     def click(self, point: Point, inside: bool = True, *, object: Optional[str] = None,
-              space: str = "ras") -> None:
+              space: Optional[str] = None) -> None:
         """A click without computing. Raises UsageError for a point outside the volume, or in the
         voxel of a click of the other side."""
-        at = _to_ras(_points([point], "point"), space, self._volume.affine)[0]
+        at = self._at([point], "point", space)[0]
         self._segmentation.add_click(self._id(object, True), at, inside)
 
     def take_back_click(self, index: int, *, object: Optional[str] = None) -> None:
@@ -170,17 +262,17 @@ class Segmentation:
         self._segmentation.take_back_click(self._id(object), index)
 
     def clicks(self, *, object: Optional[str] = None) -> list[tuple[tuple[float, ...], bool]]:
-        """[((x, y, z) in RAS mm, inside), ...]"""
+        """[((x, y, z) in RAS mm or (x, y) in mm, inside), ...]"""
         return [(tuple(p), side) for p, side in self._segmentation.clicks(self._id(object))]
 
     def set_options(self, *, object: Optional[str] = None,
-                    box: Optional[Sequence[Point]] = None, space: str = "ras",
+                    box: Optional[Sequence[Point]] = None, space: Optional[str] = None,
                     **options: Any) -> None:
-        """Options of `surfseg segment`, with _ for -: edge_length=2 (mm), energy="chan-vese",
+        """Options of `surfseg segment`, of `curveseg segment` for an image, with _ for -: edge_length=2 (mm), energy="chan-vese",
         preset="kidney-ct", fill_cavities=True, ...; box: two opposite corners."""
         corners = None
         if box is not None:
-            corners = _to_ras(_points(box, "box"), space, self._volume.affine)
+            corners = self._at(box, "box", space)
         self._segmentation.set_options(self._id(object, True), _words(options), corners)
 
     def propose(self, *, object: Optional[str] = None,
@@ -193,20 +285,21 @@ class Segmentation:
         self._segmentation.choose(self._id(object), proposal)
 
     def evolve(self, *, object: Optional[str] = None,
-               progress: Optional[ProgressFunction] = None) -> Surface:
+               progress: Optional[ProgressFunction] = None) -> Shape:
         """The surface at the minimum of its energy, from where it is.
 
-        progress: called at most 20 times a second on this thread with a Progress; False stops with
-        the surface so far. What it raises, and Ctrl-C, pass through; the surface so far is that of
-        surface() then.
+        progress: called on this thread with a Progress, after steps at most 20 times a second, in
+        a step that takes long ten times; False stops with the surface so far. What it raises, and
+        Ctrl-C, pass through; the surface so far is that of surface() then.
         Raises NoObject where no object stands out round the clicks.
         """
         self._segmentation.evolve(self._id(object), _told(progress))
         return self.surface(object=object)
 
-    def surface(self, *, object: Optional[str] = None) -> Surface:
-        """The present one. Raises NoObject if there is none."""
-        return Surface(self._segmentation.surface(self._id(object)), self._volume)
+    def surface(self, *, object: Optional[str] = None) -> Shape:
+        """The present one, in an image a Curve. Raises NoObject if there is none."""
+        shape = self._segmentation.shape(self._id(object))
+        return Curve(shape, self._image) if self._is_flat else Surface(shape, self._image)
 
     def undo(self, *, object: Optional[str] = None) -> bool:
         """Takes back the last thing that was done; False if there is none."""
@@ -216,12 +309,20 @@ class Segmentation:
         return self._segmentation.redo(self._id(object))
 
     def recipe(self) -> str:
-        """JSON text that repeats all of it, to the byte: `surfseg replay`, replay()."""
-        return self._segmentation.recipe(self._volume.name)
+        """JSON text that repeats all of it, to the byte: `surfseg replay`, `curveseg replay`,
+        replay()."""
+        return self._segmentation.recipe(self._image.name)
 
     def replay(self, recipe: str, progress: Optional[ProgressFunction] = None) -> None:
         """Does what a recipe says. Raises InputError if it is broken or of another volume."""
         self._segmentation.replay(recipe, _told(progress))
+
+    def _at(self, points: Any, what: str, space: Optional[str]) -> np.ndarray:
+        """Points of the image or volume in mm."""
+        at = _points(points, what, self.dimension)
+        if self._is_flat:
+            return at * _pixel(space or "px", self._image)
+        return _to_ras(at, space or "ras", self._image.affine)
 
     def _id(self, name: Optional[str], may_add: bool = False) -> int:
         objects = self._segmentation.objects()
@@ -239,16 +340,20 @@ class Segmentation:
 
 def segment(image: Any, seeds: Iterable[Point], affine: Optional[np.ndarray] = None, *,
             outside: Iterable[Point] = (), box: Optional[Sequence[Point]] = None,
-            space: str = "ras", progress: Optional[ProgressFunction] = None, threads: int = 0,
-            **options: Any) -> Surface:
-    """The surface of the object with these points in it.
+            space: Optional[str] = None, spacing: Union[float, Sequence[float], None] = None,
+            progress: Optional[ProgressFunction] = None, threads: int = 0,
+            **options: Any) -> Shape:
+    """The surface of the object with these points in it; in an image a Curve.
 
     image:    a path (NIfTI, MetaImage, NRRD, VTI, OpenVDB, a DICOM folder), a nibabel image, a
-              SimpleITK image, a Volume, or an array indexed [i, j, k] with affine=
-    seeds:    points inside the object, each (x, y, z)
+              SimpleITK image, a Volume, or an array indexed [i, j, k] with affine=; or an image: a
+              path (PNG, JPEG, TIFF), an Image, or an array indexed [row, column]
+    seeds:    points inside the object, each (x, y, z), in an image (x, y)
     outside:  points that do not belong to it
     box:      two opposite corners of a box round it, a centimetre or two larger than it
-    space:    of all points: "ras" or "lps" mm, or voxel indices "ijk"
+    space:    of all points: "ras" (if not given) or "lps" mm, or voxel indices "ijk"; in an image
+              "px" (if not given), column and row, or "mm"
+    spacing:  size of an image's pixels [mm], or (along x, along y); else what the file states, or 1
     progress: as of Segmentation.evolve()
     threads:  at most so many; 0 = all
     options:  those of `surfseg segment`, with _ for -; numbers of lengths are mm
@@ -257,12 +362,12 @@ def segment(image: Any, seeds: Iterable[Point], affine: Optional[np.ndarray] = N
     """
     limit = _surfseg.ThreadLimit(threads) if threads else None
     try:
-        dialogue = Segmentation(image, affine)
+        dialogue = Segmentation(image, affine, spacing=spacing)
         if options or box is not None:
             dialogue.set_options(box=box, space=space, **options)
-        for point in _points(seeds, "seeds"):
+        for point in _points(seeds, "seeds", dialogue.dimension):
             dialogue.click(point, True, space=space)
-        for point in _points(outside, "outside"):
+        for point in _points(outside, "outside", dialogue.dimension):
             dialogue.click(point, False, space=space)
         return dialogue.evolve(progress=progress)
     finally:
@@ -273,6 +378,8 @@ def evaluate(surface: Surface, reference: Union[str, os.PathLike],
              label: Optional[int] = None) -> dict:
     """Dice, volumes, distances [mm] and quality against a mesh's or a label map's file: what
     `surfseg evaluate --json` writes."""
+    if not isinstance(surface, Surface):
+        raise UsageError("surface: expected a Surface; `curveseg evaluate` compares curves")
     return json.loads(surface._surface.scores(os.fspath(reference), label))
 
 
@@ -305,6 +412,32 @@ def as_volume(image: Any, affine: Optional[np.ndarray] = None) -> Volume:
     return _surfseg.Volume(np.asanyarray(image), np.asarray(affine), "")
 
 
+def as_image(image: Any, affine: Optional[np.ndarray] = None,
+             spacing: Union[float, Sequence[float], None] = None) -> Union[Volume, Image]:
+    """What segment() takes: a volume, or an image of two dimensions."""
+    if isinstance(image, Image):
+        return image
+    is_file = isinstance(image, (str, os.PathLike))
+    is_picture = is_file and _surfseg.is_image_file(os.fspath(image))
+    is_flat = isinstance(image, np.ndarray) and image.ndim == 2 and affine is None
+    if not (is_picture or is_flat):
+        if spacing is not None:
+            raise UsageError("spacing: belongs to an image; a volume has its affine")
+        return as_volume(image, affine)
+    sizes = None if spacing is None else _spacing(spacing)
+    if is_picture:
+        return Image.read(os.fspath(image), sizes)
+    return Image(image, sizes or [1.0, 1.0], "")
+
+
+def _spacing(spacing: Union[float, Sequence[float]]) -> list[float]:
+    try:
+        sizes = np.broadcast_to(np.asarray(spacing, dtype=float), 2)
+    except (TypeError, ValueError):
+        raise UsageError(f"spacing: expected one or two lengths [mm]; got {spacing!r}") from None
+    return [float(size) for size in sizes]
+
+
 def _from_simple_itk(image: Any) -> Volume:
     """Index order [z, y, x] and LPS become [i, j, k] and RAS."""
     if hasattr(image, "__array__"):
@@ -319,19 +452,26 @@ def _from_simple_itk(image: Any) -> Volume:
     return _surfseg.Volume(values.T, np.diag([-1, -1, 1, 1]) @ affine, "")
 
 
-def _points(points: Any, what: str) -> np.ndarray:
+def _points(points: Any, what: str, n: int) -> np.ndarray:
+    words = "three numbers (x, y, z)" if n == 3 else "two numbers (x, y)"
     try:
         out = np.asarray(list(points), dtype=float)
     except (TypeError, ValueError):
-        raise UsageError(f"{what}: expected points of three numbers (x, y, z)") from None
+        raise UsageError(f"{what}: expected points of {words}") from None
     if out.size == 0:
-        return out.reshape(0, 3)
-    if out.shape == (3,):
-        out = out.reshape(1, 3)
-    if out.ndim != 2 or out.shape[1] != 3:
-        raise UsageError(f"{what}: expected points of three numbers (x, y, z); "
-                         f"got an array of shape {out.shape}")
+        return out.reshape(0, n)
+    if out.shape == (n,):
+        out = out.reshape(1, n)
+    if out.ndim != 2 or out.shape[1] != n:
+        raise UsageError(f"{what}: expected points of {words}; got an array of shape {out.shape}")
     return out
+
+
+def _pixel(space: str, image: Image) -> np.ndarray:
+    """Size of the unit of a space in an image [mm]."""
+    if space not in ("px", "mm"):
+        raise UsageError(f"space: expected 'px' or 'mm' in an image; got '{space}'")
+    return np.array(image.spacing_mm if space == "px" else (1.0, 1.0))
 
 
 def _to_ras(points: np.ndarray, space: str, affine: np.ndarray) -> np.ndarray:

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include "libsurf/base/escaped.h"
+
 namespace surfseg::slicer {
 namespace {
 
@@ -56,7 +58,7 @@ bool is_output(const Parameter& parameter) {
 }
 
 std::string line(int depth, const std::string& name, const std::string& text) {
-  return fmt::format("{:{}}<{}>{}</{}>\n", "", 2 * depth, name, escaped(text), name);
+  return fmt::format("{:{}}<{}>{}</{}>\n", "", 2 * depth, name, xml_text(text), name);
 }
 
 /// How it is passed.
@@ -89,14 +91,8 @@ std::string text_of(const Group& group, Dialect dialect) {
 
 }  // namespace
 
-std::string escaped(const std::string& text) {
-  std::string out;
-  for (const char letter : text)
-    out += letter == '&'   ? "&amp;"
-           : letter == '<' ? "&lt;"
-           : letter == '>' ? "&gt;"
-                           : std::string(1, letter);
-  return out;
+std::string xml_text(const std::string& text) {
+  return surf::escaped(text, {{'&', "&amp;"}, {'<', "&lt;"}, {'>', "&gt;"}});
 }
 
 std::string description(const std::vector<Group>& groups, const std::string& version,

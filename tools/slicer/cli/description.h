@@ -17,6 +17,6 @@ std::string description(const std::vector<Group>& groups, const std::string& ver
                         Dialect dialect);
 
 /// With &, < and > as entities.
-std::string escaped(const std::string& text);
+std::string xml_text(const std::string& text);
 
 }  // namespace surfseg::slicer

@@ -26,7 +26,7 @@ void Tags::start(const std::string& comment) {
   start_ = std::chrono::steady_clock::now();
   last_ = start_ - kBetween;  // the first step is shown however soon it comes
   print(fmt::format("<filter-start>{}<filter-comment>{}</filter-comment></filter-start>", kName,
-                    escaped(comment)));
+                    xml_text(comment)));
   print("<filter-progress>0</filter-progress>");
 }
 
@@ -37,11 +37,11 @@ void Tags::step(const std::string& comment) {
   last_ = now;
   print(fmt::format("<filter-progress>{:.3f}</filter-progress>",
                     0.95 * n_steps_ / (n_steps_ + kHalfOfSteps)));
-  print(fmt::format("<filter-comment>{}</filter-comment>", escaped(comment)));
+  print(fmt::format("<filter-comment>{}</filter-comment>", xml_text(comment)));
 }
 
 void Tags::result(const std::string& name, const std::string& value) {
-  print(fmt::format("<filter-result name=\"{}\">{}</filter-result>", name, escaped(value)));
+  print(fmt::format("<filter-result name=\"{}\">{}</filter-result>", name, xml_text(value)));
 }
 
 void Tags::end() {

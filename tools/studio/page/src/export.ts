@@ -9,10 +9,12 @@ const KINDS: [ExportKind, string, string][] = [
   ['labels', 'Label map', 'Voxels on the grid of the scan: 0 outside, 1, 2, … the objects.'],
   ['measures', 'Measures', 'A table with volume, area and the verdict.'],
   ['picture', 'Picture', 'Slices with the outline.'],
+  ['report', 'Report', 'A page for people, in one file that needs no network: verdict, slices, the surface to be turned, measures, how it was made.'],
   ['recipe', 'Recipe', 'Clicks and options: opened here or replayed on the command line, it repeats everything.'],
 ];
+// Until the program has said what it can write.
 const FORMATS: Record<ExportKind, string[]> = {
-  surface: ['stl', 'obj', 'ply', 'vtp', 'surf.gii', 'glb'], labels: ['nii.gz', 'seg.nrrd', 'nrrd', 'mha'], measures: ['csv'], picture: ['png'], recipe: ['json'],
+  surface: ['stl'], labels: ['nii.gz'], measures: ['csv'], picture: ['png'], report: ['html'], recipe: ['json'],
 };
 
 let kind: ExportKind = 'surface';
@@ -43,7 +45,7 @@ function proposedName(): string {
   const o = page.state?.objects.find((x) => x.id === target);
   const stem = (o?.name ?? (volume()?.path.split('/').pop() ?? 'objects').replace(/\.(nii|nrrd|nhdr|mha|mhd|vti|dcm|gz)(?=\.|$)/g, ''))
     .trim().replace(/[^\p{L}\p{N}._-]+/gu, '-').replace(/^[-.]+/, '') || 'object';
-  const suffix = kind === 'labels' ? '-labels' : kind === 'recipe' ? '-recipe' : kind === 'measures' ? '-measures' : '';
+  const suffix = kind === 'labels' ? '-labels' : kind === 'recipe' ? '-recipe' : kind === 'measures' ? '-measures' : kind === 'report' ? '-report' : '';
   return `${stem}${suffix}.${format}`;
 }
 
@@ -65,7 +67,7 @@ function draw(): void {
       ...KINDS.map(([value, words]) => h('button', { type: 'button', role: 'radio', 'aria-checked': String(value === kind), 'data-key': `kind-${value}`,
         class: value === kind ? 'chosen' : '', onclick: changed(() => {
           kind = value;
-          if (kind === 'labels' || kind === 'measures' || kind === 'recipe') target = objects.length > 1 ? 0 : target;
+          if (kind !== 'surface' && kind !== 'picture') target = objects.length > 1 ? 0 : target;
           format = formats()[0];
         }) }, words))),
     h('p', { class: 'help' }, KINDS.find(([value]) => value === kind)![2]),

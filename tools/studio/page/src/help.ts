@@ -19,7 +19,7 @@ const KEYS: [string, string][] = [
   ['Page Up, Page Down', 'through the slices of the pane that has the focus'],
   ['Enter', 'click at the crosshair; with Shift on the other side'],
   ['[, ]', 'previous, next click of the object'],
-  ['Delete', 'deletes the selected click'],
+  ['Delete, M', 'deletes the selected click, moves it to the crosshair'],
   ['Ctrl+Z, Ctrl+Shift+Z', 'undo, redo'],
   ['Esc', 'stops the evolution where it is'],
   ['G', 'goes on after a stop'],

@@ -1,5 +1,5 @@
 // The keyboard. Fields and dialogs keep their own keys.
-import { addObject, click, deleteClick, evolve, redo, stop, toggleHidden, undo } from './actions';
+import { addObject, click, deleteClick, evolve, moveClick, redo, stop, toggleHidden, undo } from './actions';
 import { openExport } from './export';
 import { SLICE_NAMES, type SliceName } from './geometry';
 import { openHelp } from './help';
@@ -67,6 +67,7 @@ const KEYS: Record<string, (event: KeyboardEvent) => void> = {
   Enter: (e) => clickHere(e.shiftKey),
   '[': () => nextClick(-1), ']': () => nextClick(1),
   Delete: () => { const c = page.view.click; if (c) void deleteClick(c.object, c.index); },
+  m: () => { const c = page.view.click, here = crosshairWorld(); if (c && here) void moveClick(c.object, c.index, here); },
   Backspace: () => { const c = page.view.click; if (c) void deleteClick(c.object, c.index); },
   Escape: () => {
     if (cancelDrag()) return;

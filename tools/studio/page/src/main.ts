@@ -13,7 +13,7 @@ import { arrange, drawPanes, startPanes } from './panes';
 import { getOptions, listen } from './server';
 import { changed, object, onChange, page, volume } from './state';
 import { crosshairFraction, crosshairWorld, draw, dropVolume, loaded, lookAt, showVolume, startSlices, viewOf } from './slices';
-import { drawSolid, resetSolid, startSolid } from './solid';
+import { drawSolid, resetSolid, solidRotation, startSolid } from './solid';
 import { drawPosition, drawStatus, startSpinners, jobWords, tellPosition } from './status';
 import { followJob, followState, forgetSurfaces, onNewSurface, surfaces } from './surfaces';
 import { startTheme } from './theme';
@@ -170,6 +170,7 @@ const readable = {
   get ready() { return loaded !== null && loaded.about.revision === volume()?.revision; },
   get framesShown() { return frames; },
   get crosshair() { return crosshairWorld(); },
+  get rotation() { return solidRotation(); },
   get surfaces() { return [...surfaces].map(([id, s]) => ({ id, frame: s.frame, triangles: s.triangles.length / 3, arrays: +!!s.deviation + +!!s.edge })); },
   /** The pane's place in the window. */
   pane(name: SliceName) {

@@ -60,7 +60,7 @@ export interface OptionTable {
   options: Option[]; energies: EnergyKind[]; presets: { name: string; words: string }[];
   export: Partial<Record<ExportKind, string[]>>;
 }
-export type ExportKind = 'surface' | 'labels' | 'measures' | 'picture' | 'recipe';
+export type ExportKind = 'surface' | 'labels' | 'measures' | 'picture' | 'report' | 'recipe';
 export interface ExportRequest {
   what: ExportKind; object: number; format: string; space: 'lps' | 'ras'; name: string; overwrite: boolean;
 }

@@ -4,7 +4,8 @@ import type { Click, Point } from './protocol';
 import { byId } from './dom';
 import { type Camera, type Rectangle, SLICES, type SliceName, SliceView } from './geometry';
 import { object, page, setView } from './state';
-import { cut, type Surface } from './surface';
+import { drawCrosshair, drawLetters, drawMark, drawOutline, drawScale } from './slice_drawing';
+import type { Surface } from './surface';
 import { surfaces } from './surfaces';
 import { LoadedVolume, makeNiivue, readVolume } from './volume';
 import type { Volume } from './protocol';
@@ -160,7 +161,7 @@ function drawOverlay(): void {
     c.rect(r.left, r.top, r.width, r.height);
     c.clip();
     drawOutlines(c, view);
-    if (page.view.crosshair) drawCrosshair(c, view);
+    if (page.view.crosshair) drawCrosshair(c, view, crosshair);
     drawClicks(c, view);
     drawLetters(c, view);
     drawScale(c, view);
@@ -173,13 +174,14 @@ function drawOutlines(c: CanvasRenderingContext2D, view: SliceView): void {
     const surface = surfaces.get(o.id);
     if (!surface || page.view.hidden.has(o.id)) continue;
     surface.fractions ??= loaded!.fractions(surface.points);
-    stroke(c, view, surface.fractions, surface.triangles, o.colour, o.id === page.view.active ? 2 : 1.25, []);
+    drawOutline(c, view, crosshair, surface.fractions, surface.triangles,
+      { colour: o.colour, width: o.id === page.view.active ? 2 : 1.25, dash: [] });
   }
   const preview = previewed;
   if (preview && page.view.candidate) {
     const o = object(page.view.candidate.object);
     preview.fractions ??= loaded!.fractions(preview.points);
-    stroke(c, view, preview.fractions, preview.triangles, o?.colour ?? '#ffffff', 1.5, [5, 4]);
+    drawOutline(c, view, crosshair, preview.fractions, preview.triangles, { colour: o?.colour ?? '#ffffff', width: 1.5, dash: [5, 4] });
   }
 }
 
@@ -188,36 +190,6 @@ let previewed: (Surface & { fractions: Float32Array | null }) | null = null;
 export function preview(surface: Surface | null): void {
   previewed = surface && { ...surface, fractions: null };
   draw({});
-}
-
-function stroke(c: CanvasRenderingContext2D, view: SliceView, fractions: Float32Array, triangles: Uint32Array,
-                colour: string, width: number, dash: number[]): void {
-  const ends = cut(fractions, triangles, view.normal, crosshair[view.normal], view.h, view.v);
-  const { x0, xh, y0, yv } = view.map();
-  c.beginPath();
-  for (let i = 0; i < ends.length; i += 4) {
-    c.moveTo(x0 + xh * ends[i], y0 + yv * ends[i + 1]);
-    c.lineTo(x0 + xh * ends[i + 2], y0 + yv * ends[i + 3]);
-  }
-  c.lineCap = 'round';
-  c.setLineDash(dash);
-  // A dark seam keeps the line legible on bright tissue.
-  if (!dash.length) { c.strokeStyle = 'rgba(0,0,0,.55)'; c.lineWidth = width + 1.5; c.stroke(); }
-  c.strokeStyle = colour;
-  c.lineWidth = width;
-  c.stroke();
-  c.setLineDash([]);
-}
-
-function drawCrosshair(c: CanvasRenderingContext2D, view: SliceView): void {
-  const [x, y] = view.pixelOf(crosshair), r = view.rectangle, gap = 12;
-  c.strokeStyle = 'rgba(110,168,254,.75)';
-  c.lineWidth = 1;
-  c.beginPath();
-  const px = Math.round(x) + 0.5, py = Math.round(y) + 0.5;
-  c.moveTo(r.left, py); c.lineTo(px - gap, py); c.moveTo(px + gap, py); c.lineTo(r.left + r.width, py);
-  c.moveTo(px, r.top); c.lineTo(px, py - gap); c.moveTo(px, py + gap); c.lineTo(px, r.top + r.height);
-  c.stroke();
 }
 
 interface Mark { object: number; index: number; click: Click; x: number; y: number; slices: number }
@@ -248,54 +220,6 @@ function drawClicks(c: CanvasRenderingContext2D, view: SliceView): void {
     drawMark(c, mark.x, mark.y, mark.click.side, mine ? MARK_RADIUS : MARK_RADIUS - 2, chosen || near);
     c.globalAlpha = 1;
   }
-}
-
-/** Inside: a green disc with a plus; outside: a red one with a minus, so that not only the colour tells. */
-export function drawMark(c: CanvasRenderingContext2D, x: number, y: number, side: string, radius: number, ring: boolean): void {
-  if (ring) {
-    c.beginPath(); c.arc(x, y, radius + 3.5, 0, 7);
-    c.strokeStyle = '#fff'; c.lineWidth = 1.5; c.stroke();
-  }
-  c.beginPath(); c.arc(x, y, radius, 0, 7);
-  c.fillStyle = side === 'inside' ? '#2fbf4f' : '#f0483e';
-  c.fill();
-  c.strokeStyle = 'rgba(0,0,0,.7)'; c.lineWidth = 1; c.stroke();
-  const arm = radius * 0.55;
-  c.beginPath();
-  c.moveTo(x - arm, y); c.lineTo(x + arm, y);
-  if (side === 'inside') { c.moveTo(x, y - arm); c.lineTo(x, y + arm); }
-  c.strokeStyle = '#fff'; c.lineWidth = 1.6; c.stroke();
-}
-
-function drawLetters(c: CanvasRenderingContext2D, view: SliceView): void {
-  const r = view.rectangle, [left, top, right, bottom] = view.letters();
-  c.font = '600 13px system-ui, sans-serif';
-  c.textAlign = 'center';
-  c.textBaseline = 'middle';
-  const write = (text: string, x: number, y: number) => {
-    c.lineWidth = 3; c.strokeStyle = 'rgba(0,0,0,.8)'; c.strokeText(text, x, y);
-    c.fillStyle = '#ffcf6b'; c.fillText(text, x, y);
-  };
-  write(left, r.left + 12, r.top + r.height / 2);
-  write(right, r.left + r.width - 30, r.top + r.height / 2);  // left of the slider
-  write(top, r.left + r.width / 2, r.top + 13);
-  write(bottom, r.left + r.width / 2, r.top + r.height - 12);
-}
-
-function drawScale(c: CanvasRenderingContext2D, view: SliceView): void {
-  const r = view.rectangle;
-  const length = [500, 200, 100, 50, 20, 10, 5, 2, 1, 0.5, 0.2, 0.1].find((mm) => mm * view.pixelsPerMm <= 0.22 * r.width);
-  if (!length) return;
-  const w = length * view.pixelsPerMm, x = r.left + r.width - 14 - w, y = r.top + r.height - 14;
-  c.strokeStyle = 'rgba(0,0,0,.8)'; c.lineWidth = 4;
-  const path = () => { c.beginPath(); c.moveTo(x, y - 4); c.lineTo(x, y); c.lineTo(x + w, y); c.lineTo(x + w, y - 4); c.stroke(); };
-  path();
-  c.strokeStyle = '#d5dae1'; c.lineWidth = 1.25;
-  path();
-  c.font = '11px system-ui, sans-serif'; c.textAlign = 'center'; c.textBaseline = 'bottom';
-  const words = length >= 10 ? `${length / 10} cm` : `${length} mm`;
-  c.lineWidth = 3; c.strokeStyle = 'rgba(0,0,0,.8)'; c.strokeText(words, x + w / 2, y - 4);
-  c.fillStyle = '#d5dae1'; c.fillText(words, x + w / 2, y - 4);
 }
 
 // ---- looking around

@@ -3,7 +3,7 @@
 import type { Point } from './protocol';
 import { byId } from './dom';
 import { colourMap, rangeOf } from './colours';
-import { drawMark } from './slices';
+import { drawMark } from './slice_drawing';
 import { page } from './state';
 import { surfaces, type Shown } from './surfaces';
 
@@ -28,7 +28,7 @@ interface Drawn { from: Shown; colour: string; count: number; array: WebGLVertex
 let gl: WebGL2RenderingContext;
 let program: WebGLProgram;
 const drawn = new Map<number, Drawn>();
-let rotation: number[] = [1, 0, 0, 0, 0, 1, 0, -1, 0];  // columns; world -> eye, from the front
+let rotation: number[] = [-1, 0, 0, 0, 0, 1, 0, 1, 0];  // columns; world -> eye, from the front
 let centre: Point | null = null;
 let radius = 1;
 let zoomed = 1;
@@ -105,6 +105,9 @@ export function turn(right: number, downwards: number): void {
   drawSolid();
 }
 
+/** Columns: where right, anterior and superior of the patient go on the screen (right, up, towards the eye). */
+export function solidRotation(): number[] { return rotation.slice(); }
+
 export function zoomSolid(factor: number): void {
   zoomed = Math.max(0.2, Math.min(30, zoomed * factor));
   drawSolid();
@@ -112,7 +115,6 @@ export function zoomSolid(factor: number): void {
 
 export type Direction = 'front' | 'left' | 'above';
 const LOOK: Record<Direction, number[]> = {
-  // Columns: where x (right), y (anterior) and z (superior) of the patient go on the screen (right, up, towards the eye).
   front: [-1, 0, 0, 0, 0, 1, 0, 1, 0],
   left: [0, 0, -1, -1, 0, 0, 0, 1, 0],
   above: [1, 0, 0, 0, 1, 0, 0, 0, 1],

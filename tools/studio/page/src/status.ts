@@ -27,7 +27,7 @@ export function drawPosition(): void {
     cell('voxel', points(loaded.index(world), 0)));
 }
 
-const STAGES: Record<string, string> = { open: 'opening', evolve: 'evolving', search: 'searching' };
+const STAGES: Record<string, string> = { open: 'opening', evolve: 'evolving', search: 'searching', repeat: 'making it again' };
 
 export function jobWords(): string {
   const job = page.job;

@@ -218,7 +218,7 @@ const OPTIONS = {
     { name: 'area', formula: 'dA', help: 'Smooths.', parameters: [{ key: 'weight', unit: '1/mm', help: 'Against the other terms.', minimum: 0, standard: '1' }] },
   ],
   presets: [{ name: 'ct-bone', words: 'bone in CT' }, { name: 'kidney-ct', words: 'kidneys in CT' }],
-  export: { surface: ['stl', 'obj', 'ply', 'vtp'], labels: ['nii.gz', 'nrrd', 'mha'], measures: ['csv'], picture: ['png'], recipe: ['json'] },
+  export: { surface: ['stl', 'obj', 'ply', 'vtp'], labels: ['nii.gz', 'nrrd', 'mha'], measures: ['csv'], picture: ['png'], report: ['html'], recipe: ['json'] },
 };
 
 class Refused extends Error { constructor(status, text, more = {}) { super(text); this.status = status; this.more = more; } }

@@ -60,6 +60,13 @@ def done(browser, object_number=0):
     browser.frame()
 
 
+def segment_something(browser, server):
+    """The page with one object, from a click into the axial slice."""
+    open_page(browser, server)
+    browser.click(*place(browser, "axial"))
+    done(browser)
+
+
 def voxel(index_to_world, point):
     """Index of a point: Cramer's rule, so that nothing of the page is used."""
     m = [row[:3] for row in index_to_world[:3]]
@@ -255,11 +262,57 @@ def the_view_moves_by_mouse_and_keyboard(browser):
         done(browser)
 
 
-def objects_and_proposals(browser):
+def the_3d_view_turns_while_the_surface_evolves(browser):
     with Server() as server:
         open_page(browser, server)
+        box = browser.js("(() => { const r = document.getElementById('pane-solid').getBoundingClientRect(); return [r.left, r.top, r.width, r.height]; })()")
+        middle = round(box[0] + box[2] / 2), round(box[1] + box[3] / 2)
+        browser.press("#hint-close")
         browser.click(*place(browser, "axial"))
+        browser.until("studio.framesShown > 1")
+        front = browser.js("studio.rotation")
+        browser.drag(middle, (middle[0] + 60, middle[1] + 20))
+        browser.frame()
+        turned = browser.js("studio.rotation")
+        check(max(abs(a - b) for a, b in zip(front, turned)) > 0.3, "it turns by hand")
         done(browser)
+        check(browser.js("studio.rotation") == turned, "and stays so when newer surfaces come")
+        det = (turned[0] * (turned[4] * turned[8] - turned[5] * turned[7]) - turned[3] * (turned[1] * turned[8] - turned[2] * turned[7])
+               + turned[6] * (turned[1] * turned[5] - turned[2] * turned[4]))
+        check(abs(det - 1) < 1e-9, f"neither mirrored nor scaled: {det}")
+        # Where the surface is seen, a click brings the crosshair there.
+        before = browser.js("studio.crosshair")
+        browser.click(*middle)
+        browser.frame()
+        check(browser.js("studio.crosshair") != before, "the crosshair comes to the surface")
+        check(len(server.received("click")) == 1, "which is no click of the object")
+        browser.js("document.getElementById('pane-solid').focus()")
+        browser.key("ArrowRight")
+        check(browser.js("studio.rotation") != turned, "arrows turn it")
+        browser.press("#pane-solid .tiny")
+        check(browser.js("studio.rotation") == front, "and back to the front")
+
+
+def a_click_is_moved_by_the_keyboard(browser):
+    with Server() as server:
+        open_page(browser, server)
+        browser.press("#hint-close")
+        browser.js("document.getElementById('pane-axial').focus()")
+        browser.key("Enter")
+        browser.until("studio.state.objects[0]?.clicks.length === 1")
+        done(browser)
+        browser.key("]")
+        for _ in range(3):
+            browser.key("ArrowRight")
+        here = browser.js("studio.crosshair")
+        browser.key("m")
+        browser.until(f"studio.state.objects[0].clicks[0].point[0] === {here[0]!r}")
+        check(server.received("move_click")[-1]["index"] == 0, "the selected one")
+
+
+def objects_and_proposals(browser):
+    with Server() as server:
+        segment_something(browser, server)
         browser.until("document.querySelectorAll('.candidate').length === 3")
         browser.press(".candidate:nth-child(2)")
         browser.until("studio.state.objects[0].candidates[1]?.chosen")
@@ -299,9 +352,7 @@ def objects_and_proposals(browser):
 
 def options_are_applied_together(browser):
     with Server() as server:
-        open_page(browser, server)
-        browser.click(*place(browser, "axial"))
-        done(browser)
+        segment_something(browser, server)
         browser.press("#tab-options")
         check(browser.js("document.getElementById('apply-options').disabled"), "nothing to apply yet")
         browser.press("#option-edge_length_mm")
@@ -328,9 +379,7 @@ def options_are_applied_together(browser):
 
 def files_are_exported_and_overwritten_after_a_question(browser):
     with Server() as server:
-        open_page(browser, server)
-        browser.click(*place(browser, "axial"))
-        done(browser)
+        segment_something(browser, server)
         browser.key("e")
         browser.until("document.getElementById('export').open")
         browser.picture("export")
@@ -346,8 +395,9 @@ def files_are_exported_and_overwritten_after_a_question(browser):
         browser.press("#export-go")
         browser.until("document.querySelector('.result.good')")
         check(server.received("export")[-1]["export"]["overwrite"] is True, "overwritten after the question")
-        browser.press("[data-key=kind-labels]")
-        check(browser.js("document.getElementById('export-name').value") == "object-1-labels.nii.gz", "the label map's name")
+        for kind, name in (("report", "object-1-report.html"), ("measures", "object-1-measures.csv"), ("labels", "object-1-labels.nii.gz")):
+            browser.press(f"[data-key=kind-{kind}]")
+            check(browser.js("document.getElementById('export-name').value") == name, f"the name of {kind}")
         browser.js("document.getElementById('export-name').value = '../a.nii.gz'; document.getElementById('export-name').dispatchEvent(new Event('input'))")
         browser.press("#export-go")
         browser.until("document.querySelector('.result.bad')")
@@ -423,6 +473,7 @@ def dark_light_help_and_no_foreign_requests(browser):
 
 
 TESTS = [clicks_land_in_the_voxel_that_is_seen, clicking_dragging_deleting_and_undoing, the_view_moves_by_mouse_and_keyboard,
+         the_3d_view_turns_while_the_surface_evolves, a_click_is_moved_by_the_keyboard,
          objects_and_proposals, options_are_applied_together, files_are_exported_and_overwritten_after_a_question,
          files_are_listed_where_no_volume_is_open, errors_and_a_lost_connection_are_told, dark_light_help_and_no_foreign_requests]
 

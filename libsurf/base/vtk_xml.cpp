@@ -1,0 +1,204 @@
+#include "libsurf/base/vtk_xml.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/mman.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <charconv>
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <vector>
+
+#include "libsurf/base/error.h"
+#include "libsurf/base/memory.h"
+
+namespace surf {
+namespace {
+
+constexpr std::string_view kBlank = " \t\r\n";
+
+std::string_view without_blanks(std::string_view text) {
+  text.remove_prefix(std::min(text.find_first_not_of(kBlank), text.size()));
+  return text;
+}
+
+/// The numbers of a text, up to the first word that is none.
+std::vector<double> numbers(std::string_view text) {
+  std::vector<double> out;
+  for (text = without_blanks(text); !text.empty(); text = without_blanks(text)) {
+    double value = 0;
+    const auto [end, status] = std::from_chars(text.data(), text.data() + text.size(), value);
+    if (status != std::errc()) break;
+    out.push_back(value);
+    text.remove_prefix(std::size_t(end - text.data()));
+  }
+  return out;
+}
+
+/// The first bytes of base64.
+std::string decoded(std::string_view text, std::size_t n_bytes) {
+  constexpr std::string_view kDigits =
+      "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::string out;
+  std::uint32_t bits = 0;
+  int n_bits = 0;
+  for (const char letter : text) {
+    const std::size_t digit = kDigits.find(letter);
+    if (digit == std::string_view::npos || out.size() == n_bytes) break;
+    bits = bits << 6 | std::uint32_t(digit);
+    n_bits += 6;
+    if (n_bits < 8) continue;
+    n_bits -= 8;
+    out.push_back(char(bits >> n_bits));
+  }
+  return out;
+}
+
+class Checker {
+ public:
+  Checker(const std::string& path, std::string_view content) : path_(path), content_(content) {}
+
+  void check() {
+    for (std::size_t at = 0; (at = content_.find('<', at)) != std::string_view::npos;) {
+      const std::size_t end = content_.find('>', at);
+      if (end == std::string_view::npos) return;
+      const std::string_view tag = content_.substr(at + 1, end - at - 1);
+      if (tag.starts_with("AppendedData")) return check_appended(tag, end + 1);
+      if (tag.starts_with("VTKFile")) read_kind(tag);
+      check_counts(tag);
+      if (tag.starts_with("DataArray") || tag.starts_with("Array")) check_array(tag, end + 1);
+      at = end;
+    }
+  }
+
+ private:
+  [[noreturn]] void fail(std::string_view what, double n) const {
+    throw InputError(fmt::format(
+        "{}: truncated or damaged: it promises {} of {:.4g}, the file has {} bytes; get "
+        "the file again",
+        path_, what, n, content_.size()));
+  }
+
+  void check_number(std::string_view what, double n) const {
+    // Of four bytes each at least in memory, as text of one.
+    if (!(n >= 0) || !is_borne_out(n, double(content_.size()))) fail(what, n);
+  }
+
+  static std::string_view attribute(std::string_view tag, std::string_view name) {
+    for (std::size_t at = 0; (at = tag.find(name, at)) != std::string_view::npos; ++at) {
+      const bool begins = at > 0 && kBlank.find(tag[at - 1]) != std::string_view::npos;
+      std::string_view rest = without_blanks(tag.substr(at + name.size()));
+      if (!begins || !rest.starts_with('=')) continue;
+      rest = without_blanks(rest.substr(1));
+      if (rest.empty() || (rest[0] != '"' && rest[0] != '\'')) continue;
+      return rest.substr(1, std::max<std::size_t>(rest.find(rest[0], 1), 1) - 1);
+    }
+    return {};
+  }
+
+  void read_kind(std::string_view tag) {
+    n_word_ = attribute(tag, "header_type") == "UInt64" ? 8 : 4;
+    is_big_ = attribute(tag, "byte_order") == "BigEndian";
+    is_compressed_ = !attribute(tag, "compressor").empty();
+  }
+
+  void check_counts(std::string_view tag) {
+    for (const std::string_view name :
+         {"NumberOfPoints", "NumberOfVerts", "NumberOfLines", "NumberOfStrips", "NumberOfPolys",
+          "NumberOfCells", "NumberOfTuples"})
+      for (const double n : numbers(attribute(tag, name))) {
+        check_number(name, n);
+        n_most_ = std::max(n_most_, n);
+      }
+    for (const std::string_view name : {"WholeExtent", "Extent"}) {
+      const auto extent = numbers(attribute(tag, name));
+      if (extent.size() != 6) continue;
+      double n = 1;
+      for (int axis = 0; axis < 3; ++axis)
+        n *= std::max(0.0, extent[2 * axis + 1] - extent[2 * axis] + 1);
+      check_number(name, n);
+      n_most_ = std::max(n_most_, n);
+    }
+    for (const double n : numbers(attribute(tag, "NumberOfComponents")))
+      check_number("components", n * std::max(1.0, n_most_));
+  }
+
+  void check_array(std::string_view tag, std::size_t end) {
+    const std::string_view format = attribute(tag, "format");
+    if (format == "appended") {
+      for (const double offset : numbers(attribute(tag, "offset"))) offsets_.push_back(offset);
+    } else if (format == "binary" && is_compressed_) {
+      check_blocks(decoded(without_blanks(content_.substr(end)), 3 * n_word_));
+    }
+  }
+
+  void check_appended(std::string_view tag, std::size_t end) {
+    if (!is_compressed_) return;
+    const std::size_t begin = content_.find('_', end);
+    if (begin == std::string_view::npos) return;
+    const std::string_view data = content_.substr(begin + 1);
+    const bool is_raw = attribute(tag, "encoding") == "raw";
+    for (const double offset : offsets_) {
+      if (!(offset >= 0 && offset < double(data.size()))) continue;
+      const std::string_view rest = data.substr(std::size_t(offset));
+      check_blocks(is_raw ? std::string(rest.substr(0, 3 * n_word_)) : decoded(rest, 3 * n_word_));
+    }
+  }
+
+  /// The number of blocks, the size of each, and that of the last one.
+  void check_blocks(const std::string& header) const {
+    if (header.size() < 3 * n_word_) return;
+    std::array<double, 3> words{};
+    for (std::size_t w = 0; w < 3; ++w)
+      for (std::size_t n = 0; n < n_word_; ++n) {
+        const std::size_t at = w * n_word_ + (is_big_ ? n : n_word_ - 1 - n);
+        words[w] = 256 * words[w] + static_cast<unsigned char>(header[at]);
+      }
+    check_number("blocks", words[0]);
+    // Room is made for all of a block, though the last one may be smaller.
+    check_number("blocks", words[0] * words[1]);
+    check_number("a last block", words[2]);
+    check_number("a block", words[1]);
+  }
+
+  const std::string& path_;
+  std::string_view content_;
+  std::size_t n_word_ = 4;
+  bool is_big_ = false, is_compressed_ = false;
+  double n_most_ = 0;
+  std::vector<double> offsets_;
+};
+
+}  // namespace
+
+void check_vtk_xml(const std::string& path, std::string_view content) {
+  Checker(path, content).check();
+}
+
+void check_vtk_xml_file(const std::string& path) {
+  const int file = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  struct stat status = {};
+  void* bytes = MAP_FAILED;
+  if (file >= 0 && ::fstat(file, &status) == 0 && status.st_size > 0)
+    bytes = ::mmap(nullptr, std::size_t(status.st_size), PROT_READ, MAP_PRIVATE, file, 0);
+  const int error = errno;
+  if (file >= 0) ::close(file);
+  if (bytes == MAP_FAILED)
+    throw InputError(fmt::format("{}: cannot be read: {}", path, std::strerror(error)));
+  const std::string_view content(static_cast<const char*>(bytes), std::size_t(status.st_size));
+  try {
+    check_vtk_xml(path, content);
+  } catch (...) {
+    ::munmap(bytes, content.size());
+    throw;
+  }
+  ::munmap(bytes, content.size());
+}
+
+}  // namespace surf

@@ -1,0 +1,1 @@
+// The headers that are precompiled for the tests stand in CMakeLists.txt.

@@ -1,0 +1,233 @@
+#!/usr/bin/python3
+"""surfseg studio as a program: what it keeps, opens and refuses, how it ends, and ITK-SNAP as its client. No browser."""
+import array
+import base64
+import gzip
+import json
+import math
+import os
+import shutil
+import signal
+import subprocess
+import unittest
+
+from studio import BALLS, LEFT, RIGHT, Studio, content, folder_with
+
+
+class KeptState(unittest.TestCase):
+    def test_after_a_kill_it_opens_where_it_was(self):
+        folder = folder_with(BALLS)
+        studio = Studio(folder, "balls.nii.gz")
+        studio.until(lambda s: s["volume"] and s["job"] is None)
+        studio.click(LEFT)
+        one = studio.idle()["objects"][0]
+        studio.click(RIGHT)  # killed amid its evolution
+        studio.process.send_signal(signal.SIGKILL)
+        studio.process.wait()
+        with Studio(folder, "balls.nii.gz") as again:
+            again.until(lambda s: s["volume"] and s["job"] is None)
+            state = again.state()["objects"][0]
+            self.assertEqual([c["point"] for c in state["clicks"]], [list(LEFT), list(RIGHT)])
+            again.do("undo", object=1)
+            self.assertEqual(again.idle()["objects"][0]["measures"], one["measures"])
+        studio.process.stdout.close()
+        studio.process.stderr.close()
+        shutil.rmtree(folder)
+
+    def test_it_opens_at_once_and_makes_surfaces_again_from_what_they_need(self):
+        folder = folder_with(BALLS)
+        with Studio(folder, "balls.nii.gz") as studio:
+            studio.until(lambda s: s["volume"] and s["job"] is None)
+            studio.click(LEFT)
+            one = studio.idle()["objects"][0]
+            studio.click(RIGHT)
+            two = studio.idle()["objects"][0]
+            studio.do("add_object")
+        history = json.loads(content(folder, "balls.nii.gz.surfseg.json"))["objects"][0]["history"]
+        self.assertEqual([a["do"] for a in history if a.get("anew")], ["evolve"],
+                         "a further click amends what is there")
+        with Studio(folder, "balls.nii.gz") as again:
+            opened = again.until(lambda s: s["volume"])
+            self.assertEqual(len(opened["objects"]), 2)
+            self.assertEqual(opened["objects"][0]["clicks"], two["clicks"], "clicks are there with the volume")
+            self.assertFalse(opened["objects"][0]["has_surface"])
+            self.assertIsNotNone(opened["job"], "its surface is on its way")
+            again.export(what="recipe", name="kept.json")
+            self.assertEqual(json.loads(content(folder, "kept.json"))["objects"][0]["history"], history)
+            self.assertEqual(again.idle()["objects"][0]["measures"], two["measures"])
+            again.do("undo", object=1)
+            self.assertEqual(again.idle()["objects"][0]["measures"], one["measures"])
+            again.do("redo", object=1)
+            self.assertEqual(again.idle()["objects"][0]["measures"], two["measures"])
+        shutil.rmtree(folder)
+
+    def test_a_click_that_was_waiting_evolves_after_opening(self):
+        folder = folder_with(BALLS)
+        studio = Studio(folder, "balls.nii.gz")
+        studio.until(lambda s: s["volume"] and s["job"] is None)
+        studio.click(LEFT)  # killed before it has evolved
+        studio.process.send_signal(signal.SIGKILL)
+        studio.process.wait()
+        studio.process.stdout.close()
+        studio.process.stderr.close()
+        with Studio(folder, "balls.nii.gz") as again:
+            self.assertEqual(again.idle()["objects"][0]["outcome"], "converged")
+        shutil.rmtree(folder)
+
+    def test_a_broken_or_foreign_state_is_moved_aside(self):
+        folder = folder_with(BALLS, ("other.nii.gz", "ball", "--size", "24"))
+        with Studio(folder, "other.nii.gz") as studio:
+            studio.until(lambda s: s["volume"] and s["job"] is None)
+            studio.click((0, 0, 0))
+            studio.idle()
+        kept = os.path.join(folder, "balls.nii.gz.surfseg.json")
+        for text in (content(folder, "other.nii.gz.surfseg.json"), b"{ no JSON", b""):
+            with open(kept, "wb") as file:
+                file.write(text)
+            with Studio(folder, "balls.nii.gz") as studio:
+                state = studio.until(lambda s: s["volume"] and s["job"] is None and s["error"])
+                aside = state["error"]["text"].split()[-1]
+                self.assertEqual(content(folder, aside), text)
+                self.assertEqual(len(state["objects"]), 1)
+        shutil.rmtree(folder)
+
+    def test_a_folder_lists_what_can_be_opened(self):
+        folder = folder_with(BALLS, ("ball.nrrd", "ball", "--size", "16"))
+        with open(os.path.join(folder, "notes.txt"), "w") as file:
+            file.write("no volume")
+        with open(os.path.join(folder, "broken.nii"), "w") as file:
+            file.write("no volume")
+        with Studio(folder) as studio:
+            self.assertEqual([f["path"] for f in studio.state()["files"]], ["ball.nrrd", "balls.nii.gz", "broken.nii"])
+            studio.click(LEFT, expect=400)
+            studio.do("open", path="broken.nii")
+            state = studio.until(lambda s: s["error"] and s["job"] is None)
+            self.assertIn("broken.nii", state["error"]["text"])
+            studio.do("open", path="ball.nrrd")
+            self.assertEqual(studio.until(lambda s: s["volume"] and s["job"] is None)["volume"]["path"], "ball.nrrd")
+            studio.click((0, 0, 0))
+            studio.idle()
+            studio.do("open", path="balls.nii.gz")
+            studio.until(lambda s: s["volume"] and s["volume"]["path"] == "balls.nii.gz" and s["job"] is None)
+            studio.do("open", path="ball.nrrd.surfseg.json")
+            state = studio.until(lambda s: s["volume"] and s["volume"]["path"] == "ball.nrrd" and s["job"] is None)
+            self.assertEqual(len(state["objects"][0]["clicks"]), 1)
+        shutil.rmtree(folder)
+
+
+class ItkSnap(unittest.TestCase):
+    """What ITK-SNAP 4.4's client sends, sent here: no ITK-SNAP is needed."""
+
+    SIZE, SPACING, ORIGIN = (32, 28, 24), (1.0, 1.2, 1.5), (-10.0, 5.0, 3.0)
+    DIRECTION = (0.8, -0.6, 0.0, 0.6, 0.8, 0.0, 0.0, 0.0, 1.0)  # row-major, LPS
+
+    def image(self):
+        """A ball of radius 8 mm about the voxel (16, 14, 12)."""
+        values = array.array("f")
+        for k in range(self.SIZE[2]):
+            for j in range(self.SIZE[1]):
+                for i in range(self.SIZE[0]):
+                    d = math.dist((i * 1.0, j * 1.2, k * 1.5), (16.0, 14 * 1.2, 12 * 1.5)) - 8
+                    values.append(100 / (1 + math.exp(min(4 * d, 50))))
+        return values
+
+    def upload(self, studio, path, values):
+        metadata = {"dimensions": self.SIZE, "spacing": self.SPACING, "origin": self.ORIGIN, "direction": self.DIRECTION,
+                    "components_per_pixel": 1, "component_type": "float32"}
+        parts = [(b'name="file"; filename="upload.nii.gz"', gzip.compress(values.tobytes())),
+                 (b'name="metadata"', json.dumps(metadata).encode())]
+        body = b"".join(b"--x\r\nContent-Disposition: form-data; " + head + b"\r\n\r\n" + data + b"\r\n" for head, data in parts) + b"--x--\r\n"
+        return studio.request("POST", path, body, {"Content-Type": "multipart/form-data; boundary=x"}, token=False)
+
+    def test_its_clicks_give_our_object(self):
+        folder = folder_with(BALLS)
+        with Studio(folder, "--itksnap") as studio:
+            def get(path, expect=200):
+                status, body, _ = studio.request("GET", path, token=False)
+                self.assertEqual(status, expect, (path, body))
+                return json.loads(body)
+
+            self.assertEqual(get("/status"), {"status": "ok", "version": "0.1.2"})
+            self.assertEqual(get("/v2/models")["models"][0]["id"], "surfseg")
+            session = get("/v2/start_session/surfseg")["session_id"]
+            get(f"/v2/process_point_interaction/{session}?point=16&point=14&point=12&foreground=true", 400)
+            self.assertEqual(self.upload(studio, f"/upload_raw/{session}?filename=upload.nii.gz", self.image())[0], 200)
+            answer = get(f"/v2/process_point_interaction/{session}?point=16&point=14&point=12&foreground=true")
+            mask = gzip.decompress(base64.b64decode(answer["result"]))
+            self.assertEqual(len(mask), 32 * 28 * 24)
+            inside = [value > 50 for value in self.image()]
+            common = sum(1 for m, t in zip(mask, inside) if m and t)
+            self.assertGreater(2 * common / (sum(mask) + sum(inside)), 0.98)
+            get(f"/v2/process_point_interaction/{session}?point=99&point=14&point=12&foreground=true", 400)
+            stroke = array.array("f", bytes(4 * len(mask)))
+            stroke[16 + 32 * (14 + 28 * 12)] = stroke[17 + 32 * (14 + 28 * 12)] = 1
+            get(f"/reset_interactions/{session}")
+            status, body, _ = self.upload(studio, f"/process_scribble_interaction/{session}?foreground=true", stroke)
+            self.assertEqual(gzip.decompress(base64.b64decode(json.loads(body)["result"])), mask)
+            self.assertEqual(self.upload(studio, f"/process_scribble_interaction/{session}?foreground=true", stroke[:100])[0], 400)
+            get(f"/v2/end_session/{session}")
+            get(f"/reset_interactions/{session}", 400)
+            # Still for programs of this machine alone, and nothing else without the token.
+            self.assertEqual(studio.request("GET", "/status", headers={"Host": "evil.example"}, token=False)[0], 421)
+            self.assertEqual(studio.request("GET", "/status", headers={"Origin": "null"}, token=False)[0], 403)
+            self.assertEqual(studio.request("GET", "/api/state", token=False)[0], 401)
+        with Studio(folder) as studio:
+            self.assertEqual(studio.request("GET", "/status", token=False)[0], 401)
+        shutil.rmtree(folder)
+
+
+class Program(unittest.TestCase):
+    def run_studio(self, *words):
+        return subprocess.run([os.environ["SURFSEG_PROGRAM"], "studio", "--no-open", *words], capture_output=True, text=True, timeout=60)
+
+    def test_what_cannot_be_opened(self):
+        folder = folder_with()
+        for words, code in ((["no-such.nii"], 3), ([folder], 3), (["--port", "0", folder], 2), (["--fast"], 2)):
+            done = self.run_studio(*words)
+            self.assertEqual(done.returncode, code, done.stderr)
+            self.assertEqual(done.stderr.count("\n"), 1, done.stderr)
+        shutil.rmtree(folder)
+
+    def test_a_port_that_is_taken(self):
+        folder = folder_with(BALLS)
+        with Studio(folder) as studio:
+            done = self.run_studio("--port", str(studio.port), folder)
+            self.assertEqual(done.returncode, 2)
+            self.assertIn("taken", done.stderr)
+        shutil.rmtree(folder)
+
+    def test_without_a_browser_it_says_so_and_goes_on(self):
+        folder, programs = folder_with(BALLS), folder_with()
+        for words in ((), ("#!/bin/sh\nexit 3\n",)):  # none at all, and one that fails
+            for text in words:
+                with open(os.path.join(programs, "xdg-open"), "w") as file:
+                    file.write(text)
+                os.chmod(file.name, 0o755)
+            studio = Studio(folder, opens_browser=True, environment={"PATH": programs + (":/bin" if words else "")})
+            self.assertEqual(studio.state()["files"][0]["path"], "balls.nii.gz")
+            for line in studio.process.stderr:
+                if "no browser could be opened" in line:
+                    break
+            else:
+                self.fail("it does not say so")
+            studio.end()
+        shutil.rmtree(folder)
+        shutil.rmtree(programs)
+
+    def test_ctrl_c_and_quit_end_it(self):
+        folder = folder_with(BALLS)
+        studio = Studio(folder, "balls.nii.gz")
+        studio.until(lambda s: s["volume"] and s["job"] is None)
+        studio.click(LEFT)
+        studio.process.send_signal(signal.SIGINT)
+        self.assertEqual(studio.process.wait(30), 130)
+        studio.end()
+        studio = Studio(folder)
+        studio.do("quit")
+        self.assertEqual(studio.process.wait(30), 0)
+        studio.end()
+        shutil.rmtree(folder)
+
+
+if __name__ == "__main__":
+    unittest.main(verbosity=2)

@@ -1,0 +1,97 @@
+// From the state after any stage a run goes on to the same result, to the bit.
+#include "libsurf/segment/checkpointing.h"
+
+#include <gtest/gtest.h>
+
+#include "libsurf/base/error.h"
+#include "libsurf/segment/finish.h"
+#include "libsurf/segment/recipe.h"
+#include "libsurf/segment/segment.h"
+#include "tests/surf/segment/phantoms.h"
+
+namespace surf::segment {
+namespace {
+
+using States = std::vector<std::string>;
+
+struct End {
+  Result<3> result;
+  std::string recipe;
+  States states;
+};
+
+End run(const std::vector<EnergyTerm>& energies, const std::string& state = "",
+        const ProgressOf<3>& progress = {}) {
+  static const auto setting = make_setting(test::phantom(volume::PhantomKind::kBall, 40, 0.1));
+  Segmentation<3> s(setting);
+  const int object = s.add_object("ball");
+  Options<3> options;
+  options.energies = energies;
+  options.n_levels = 2;
+  s.set_options(object, options);
+  s.add_click(object, {{0.1, 0, 0}, Side::kInside});
+  End out;
+  s.set_checkpointing({[&](const std::string& kept) { out.states.push_back(kept); }, state});
+  out.result = s.evolve(object, progress);
+  out.recipe = to_recipe(s);
+  return out;
+}
+
+void expect_same(const End& a, const End& b) {
+  EXPECT_EQ(a.result.shape.points, b.result.shape.points);
+  EXPECT_EQ(a.result.shape.elements, b.result.shape.elements);
+  EXPECT_EQ(a.result.start.points, b.result.start.points);
+  EXPECT_EQ(a.result.outcome, b.result.outcome);
+  EXPECT_EQ(a.result.message, b.result.message);
+  EXPECT_EQ(a.result.energies, b.result.energies);
+  EXPECT_EQ(a.result.notes, b.result.notes);
+  EXPECT_EQ(a.result.n_steps(), b.result.n_steps());
+  EXPECT_EQ(a.result.proposals.size(), b.result.proposals.size());
+  EXPECT_EQ(a.result.verdict.has_value(), b.result.verdict.has_value());
+  ASSERT_EQ(a.result.certainty.has_value(), b.result.certainty.has_value());
+  if (a.result.certainty) {
+    EXPECT_EQ(a.result.certainty->deviation_mm, b.result.certainty->deviation_mm);
+    EXPECT_EQ(a.result.certainty->has_edge, b.result.certainty->has_edge);
+  }
+  EXPECT_EQ(a.recipe, b.recipe);
+}
+
+class Resuming : public ::testing::TestWithParam<std::vector<EnergyTerm>> {};
+
+TEST_P(Resuming, FromAnyStageTheEndIsTheSameToTheBit) {
+  const End whole = run(GetParam());
+  ASSERT_GE(whole.states.size(), 3u);
+  for (const std::string& state : whole.states) {
+    const End resumed = run(GetParam(), state);
+    expect_same(whole, resumed);
+    EXPECT_LT(resumed.states.size(), whole.states.size());
+  }
+}
+
+// A recipe counts the calls of the progress to the one that stopped it, from the beginning.
+TEST_P(Resuming, ARunThatGoesOnAndIsStoppedHasARecipeOfTheWhole) {
+  const auto stopping = [](const std::string& stage, const flow::StepRecord& record, const auto&) {
+    return stage != "evolve" || record.k < 3;
+  };
+  const End whole = run(GetParam(), "", stopping);
+  ASSERT_EQ(whole.result.outcome, Outcome::kStopped);
+  ASSERT_FALSE(whole.states.empty());
+  expect_same(whole, run(GetParam(), whole.states.back(), stopping));
+}
+
+INSTANTIATE_TEST_SUITE_P(, Resuming,
+                         ::testing::Values(std::vector<EnergyTerm>{},
+                                           std::vector<EnergyTerm>{{"minimal-surface", 1, {}}}),
+                         [](const auto& way) {
+                           return way.param.empty() ? "Automatic" : "Explicit";
+                         });
+
+TEST(ResumingFrom, AStateThatIsNoneIsTold) {
+  for (const char* state : {"{", "[]", "{\"n_stages\":1}",
+                            "{\"n_stages\":99,\"goes_on\":true,"
+                            "\"reports\":[]}"})
+    EXPECT_THROW(run({}, state), InputError) << state;
+}
+
+}  // namespace
+}  // namespace surf::segment

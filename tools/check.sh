@@ -1,0 +1,139 @@
+#!/bin/bash
+# Looks for what tests alone do not show, one line for each part:
+#   asan   all tests with the address and undefined behaviour sanitizers (preset asan)
+#   tsan   all tests with the thread sanitizer (preset tsan)
+#   tidy   clang-tidy on all sources (preset tidy)
+#   fuzz   the corpora of tests/fuzz and what tools/fuzz.sh has gathered (preset fuzz)
+#
+#   tools/check.sh [--programs NAME,...] [--again] [PART...]   default: all four
+#
+# --programs: only these test programs in asan and tsan, such as surf_base_tests,surf_flow_tests.
+# A run that was ended goes on: what passed is remembered in build/check until HEAD or a source
+# changes, or --again. Exit code 1 if anything was found; what, is in build/check/PART.log.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+
+parts=() programs='' again=''
+while (($#)); do
+  case $1 in
+    --programs)
+      programs=${2:?check.sh: error: --programs: expected names}
+      shift
+      ;;
+    --again) again=yes ;;
+    asan | tsan | tidy | fuzz) parts+=("$1") ;;
+    -h | --help)
+      sed -n '2,14s/^# \{0,1\}//p' "$0"
+      exit 0
+      ;;
+    *)
+      echo "check.sh: error: unknown argument '$1'; see --help" >&2
+      exit 2
+      ;;
+  esac
+  shift
+done
+((${#parts[@]})) || parts=(asan tsan tidy fuzz)
+
+state=build/check
+mkdir -p "$state"
+version=$({
+  git rev-parse HEAD
+  git diff HEAD
+} | sha1sum | cut -c1-40)
+if [[ -n $again || $(cat "$state/version" 2>/dev/null) != "$version" ]]; then
+  rm -f "$state"/*.passed "$state"/*.log
+  echo "$version" >"$state/version"
+fi
+found=0
+
+# report PART WHAT PASSED FAILED
+report() {
+  printf '%-5s %6d %s passed, %d failed%s\n' "$1" "$3" "$2" "$4" \
+    "$( (($4)) && echo "; see $state/$1.log" || true)"
+  (($4 == 0)) || found=1
+}
+
+# Numbers and names of the tests of a preset, without those of programs that are not built.
+tests_of() {
+  ctest --preset "$1" -N | sed -n 's/^ *Test *#\([0-9]*\): \(.*\)$/\1 \2/p' | grep -v '_NOT_BUILT' || true
+}
+
+sanitize() {
+  local preset=$1 targets=all passed=$state/$1.passed log=$state/$1.log
+  [[ -z $programs ]] || targets=${programs//,/ }
+  cmake --preset "$preset" >/dev/null
+  # shellcheck disable=SC2086
+  nice -n 15 cmake --build --preset "$preset" -j1 --target $targets >"$log.build" 2>&1 || {
+    echo "$preset: the build failed; see $log.build"
+    found=1
+    return
+  }
+  touch "$passed"
+  export TSAN_OPTIONS=suppressions=$PWD/tests/tsan.supp:halt_on_error=0:exitcode=66
+  local numbers=() number name failed=0
+  while read -r number name; do
+    grep -qxF "$name" "$passed" || numbers+=("$number")
+  done < <(tests_of "$preset")
+  local batch
+  while ((${#numbers[@]})); do
+    batch=$(IFS=,; echo "${numbers[*]:0:20}")
+    numbers=("${numbers[@]:20}")
+    nice -n 15 ctest --preset "$preset" -I "0,0,0,$batch" >"$log.batch" 2>&1 || true
+    sed -nE 's/^ *[0-9]+\/[0-9]+ Test +#[0-9]+: (.*[^ .]) \.+ +(Passed|\*\*\*Skipped).*/\1/p' \
+      "$log.batch" >>"$passed"
+    grep -E '^ *[0-9]+/[0-9]+ Test' "$log.batch" | grep -qvE 'Passed|\*\*\*Skipped' || continue
+    cat "$log.batch" >>"$log"
+    failed=$((failed + $(grep -E '^ *[0-9]+/[0-9]+ Test' "$log.batch" |
+      grep -cvE 'Passed|\*\*\*Skipped')))
+  done
+  report "$preset" tests "$(wc -l <"$passed")" "$failed"
+}
+
+tidy() {
+  local passed=$state/tidy.passed log=$state/tidy.log failed=0 source
+  cmake --preset tidy >/dev/null
+  touch "$passed"
+  while read -r source; do
+    grep -qxF "$source" "$passed" && continue
+    if nice -n 15 clang-tidy --quiet -p build/tidy "$source" >"$log.one" 2>/dev/null; then
+      echo "$source" >>"$passed"
+    else
+      cat "$log.one" >>"$log"
+      failed=$((failed + 1))
+    fi
+  done < <(git ls-files 'libsurf/*.cpp' 'libcurve/*.cpp' 'tools/*.cpp')
+  report tidy files "$(wc -l <"$passed")" "$failed"
+}
+
+fuzz() {
+  local log=$state/fuzz.log n=0 failed=0 target folders
+  cmake --preset fuzz >/dev/null
+  nice -n 15 cmake --build --preset fuzz -j1 >"$log.build" 2>&1 || {
+    echo "fuzz: the build failed; see $log.build"
+    found=1
+    return
+  }
+  export ASAN_OPTIONS=allocator_may_return_null=1:detect_leaks=0 LLVM_PROFILE_FILE=/dev/null
+  for program in build/fuzz/bin/fuzz_*; do
+    target=${program##*/fuzz_}
+    folders=()
+    for folder in "tests/fuzz/corpus/$target" "tests/fuzz/regressions/$target" \
+      "build/fuzz/corpus/$target"; do
+      [[ -d $folder ]] && folders+=("$folder")
+    done
+    n=$((n + $(find "${folders[@]}" -type f | wc -l)))
+    nice -n 15 "$program" -runs=0 -timeout=10 -artifact_prefix="$state/" "${folders[@]}" \
+      >>"$log" 2>&1 || failed=$((failed + 1))
+  done
+  report fuzz files "$n" "$failed"
+}
+
+for part in "${parts[@]}"; do
+  case $part in
+    tidy) tidy ;;
+    fuzz) fuzz ;;
+    *) sanitize "$part" ;;
+  esac
+done
+exit $found
