@@ -1,6 +1,7 @@
 #include "libsurf/segment/click_search.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace surf::segment {
 namespace {
@@ -39,6 +40,18 @@ double dice(const NodeSet<Dim>& a, const NodeSet<Dim>& b) {
   return sum > 0 ? 2 * double(a.count_in_both(b)) / double(sum) : 1;
 }
 
+/// @param judged  gives of a candidate its score and its overlap with the chosen one
+template <class Candidates, class Judged>
+Contest contest_among(const Candidates& candidates, const Judged& judged, double chosen_score) {
+  std::vector<double> scores, overlaps;
+  for (const auto& candidate : candidates) {
+    const auto [score, overlap] = judged(candidate);
+    scores.push_back(score);
+    overlaps.push_back(overlap);
+  }
+  return contest(scores, overlaps, chosen_score);
+}
+
 /// The object after a correction, on the whole grid, as a rung.
 template <int Dim>
 Rung<Dim> rung_of(const NodeSet<Dim>& before, const Correction<Dim>& correction) {
@@ -68,12 +81,11 @@ ClickSearchPointer<Dim> first_search(const SearchGrid<Dim>& grid, const Click<Di
   SearchedRegions<Dim> searched = search_rungs<Dim>(grid, seeds, options, progress, stop);
   if (searched.was_stopped) return nullptr;
   if (!searched.found.empty()) {
-    std::vector<double> scores, overlaps;
-    for (const SettledRegion<Dim>& region : searched.settled) {
-      scores.push_back(region.rung.score);
-      overlaps.push_back(overlap(region.rung, searched.found.front()));
-    }
-    out->contest = contest(scores, overlaps, searched.found.front().score);
+    const Rung<Dim>& best = searched.found.front();
+    const auto judged = [&](const SettledRegion<Dim>& region) {
+      return std::pair{region.rung.score, overlap(region.rung, best)};
+    };
+    out->contest = contest_among(searched.settled, judged, best.score);
   }
   out->first = std::make_shared<const std::vector<SettledRegion<Dim>>>(std::move(searched.settled));
   out->found = std::move(searched.found);
@@ -99,12 +111,10 @@ ClickSearchPointer<Dim> further_search(const SearchGrid<Dim>& grid,
   const auto corrected =
       corrections<Dim>(grid, inside, out->on_grid, *out->first, out->noise, stop);
   if (stop.stop_requested()) return nullptr;
-  std::vector<double> scores, overlaps;
-  for (const Correction<Dim>& correction : corrected) {
-    scores.push_back(correction.score);
-    overlaps.push_back(dice(correction.inside, corrected.front().inside));
-  }
-  out->contest = contest(scores, overlaps, corrected.front().score);
+  const auto judged = [&](const Correction<Dim>& correction) {
+    return std::pair{correction.score, dice(correction.inside, corrected.front().inside)};
+  };
+  out->contest = contest_among(corrected, judged, corrected.front().score);
   std::vector<Rung<Dim>> rungs;
   for (const Correction<Dim>& correction : corrected) rungs.push_back(rung_of(inside, correction));
   std::vector<const Rung<Dim>*> all;

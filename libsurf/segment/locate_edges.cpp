@@ -12,6 +12,7 @@
 
 #include "libsurf/segment/cell_noise.h"
 #include "libsurf/segment/edge_profiles.h"
+#include "libsurf/segment/facet_offsets.h"
 #include "libsurf/segment/faded_moves.h"
 #include "libsurf/segment/smooth_moves.h"
 
@@ -26,12 +27,11 @@ constexpr int kPasses = 4;
 constexpr int kFirst = 3, kNext = 1, kCompared = 1;
 constexpr std::array kLengths = {4.0, 6.0, 8.0, 12.0, 16.0, 24.0};  // cells
 constexpr int kMiddle = 3;                                          // of the lengths
-constexpr double kLevelShare = 0.6;   // of the cells tell levels apart from the place
-constexpr double kClearStep = 8;      // deviations of the mean of all cells round a vertex
-constexpr double kExplained = 0.5;    // of the profile's variance
-constexpr double kBentDoubt = 0.1;    // of the content between flat elements and the bent shape
-constexpr double kOffsetDoubt = 0.3;  // of the vertices' offset by flat elements
-constexpr double kCauchy = 2.385;     // deviations: 95 % as efficient as squares under normal noise
+constexpr double kLevelShare = 0.6;  // of the cells tell levels apart from the place
+constexpr double kClearStep = 8;     // deviations of the mean of all cells round a vertex
+constexpr double kExplained = 0.5;   // of the profile's variance
+constexpr double kBentDoubt = 0.1;   // of the content between flat elements and the bent shape
+constexpr double kCauchy = 2.385;    // deviations: 95 % as efficient as squares under normal noise
 // Of the weights of a normal variable under this loss: their mean is 0.865, what they tell 0.95.
 constexpr double kInformation = 0.95 / 0.865;
 constexpr double kLeastNoise = 1e-3;  // of the image's range
@@ -126,7 +126,7 @@ class Locator {
     Certainty<Dim>& certainty = out.certainty;
     const Eigen::VectorXd& mass = geometry_.lumped_mass();
     const Eigen::VectorXd height = (profiles.outside - profiles.inside).cwiseAbs();
-    const Eigen::VectorXd offsets = facet_offsets();
+    const Eigen::VectorXd offsets = facet_offsets<Dim>(geometry_, normals_);
     certainty.edge_strength = height.cwiseQuotient(profiles.noise);
     // Levels that are off by dm move the step by 2 sqrt(pi) w dm / height.
     const Eigen::VectorXd by_level =
@@ -137,7 +137,7 @@ class Locator {
     const Eigen::ArrayXd by_place =
         posterior.variances().array().max(posterior.pull().array().square());
     certainty.deviation_mm =
-        with_offset((by_place + by_level.array().square()).sqrt().matrix(), offsets);
+        with_facet_offset((by_place + by_level.array().square()).sqrt().matrix(), offsets);
     certainty.has_edge.assign(std::size_t(u.size()), 0);
     Eigen::VectorXd counted = mass;
     const double pool = kPoolCells * cell_mm_;
@@ -238,45 +238,6 @@ class Locator {
 
   Eigen::VectorXd limited(const Eigen::VectorXd& moves) const {
     return moves.cwiseMax(-reach_mm_ / 2).cwiseMin(reach_mm_ / 2);
-  }
-
-  /// How far flat elements that follow a bent edge in the mean have their vertices beyond it, (n).
-  Eigen::VectorXd facet_offsets() const {
-    const Elements<Dim>& T = geometry_.elements();
-    Eigen::VectorXd out = Eigen::VectorXd::Zero(geometry_.n_vertices());
-    for (Eigen::Index t = 0; t < T.rows(); ++t) {
-      if (geometry_.place(t) == fem::Place::kBorder) continue;
-      Vector<Dim> middle = Vector<Dim>::Zero();
-      for (int i = 0; i < Dim; ++i) middle += geometry_.points().row(T(t, i)).transpose() / Dim;
-      double height = 0;  // of the edge over the middle, by the normals
-      for (int i = 0; i < Dim; ++i)
-        height += normals_.row(T(t, i)).dot(geometry_.points().row(T(t, i)) - middle.transpose()) /
-                  (2 * Dim);
-      const double mean = height * (Dim == 3 ? 0.75 : 2.0 / 3);
-      for (int i = 0; i < Dim; ++i)
-        out[T(t, i)] += mean * geometry_.measures()[t] / Dim / geometry_.lumped_mass()[T(t, i)];
-    }
-    return out;
-  }
-
-  /// Deviations of which two hold 95 % of |N(offset, deviation)|.
-  static Eigen::VectorXd with_offset(const Eigen::VectorXd& deviations,
-                                     const Eigen::VectorXd& offsets) {
-    Eigen::VectorXd out(deviations.size());
-    for (Eigen::Index i = 0; i < out.size(); ++i) {
-      const double offset = std::abs(offsets[i]),
-                   s = std::max(std::hypot(deviations[i], kOffsetDoubt * offset), 1e-300);
-      double low = 0, high = offset + 3 * s;
-      for (int step = 0; step < 40; ++step) {
-        const double q = (low + high) / 2;
-        const double inside = (std::erf((q - offset) / s / std::numbers::sqrt2) -
-                               std::erf((-q - offset) / s / std::numbers::sqrt2)) /
-                              2;
-        (inside < 0.95 ? low : high) = q;
-      }
-      out[i] = high / 2;
-    }
-    return out;
   }
 
   Part part_of(const EdgeCell<Dim>& cell, double correlation) const {

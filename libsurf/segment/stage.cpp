@@ -19,8 +19,7 @@ bool Work<Dim>::tell(const std::string& stage, const flow::StepRecord& record,
 }
 
 template <int Dim>
-std::vector<StagePointer<Dim>> plan(const Options<Dim>& options, bool has_start,
-                                    bool has_settled) {
+std::vector<StagePointer<Dim>> plan(const Options<Dim>& options, bool has_start, bool has_settled) {
   const bool is_automatic = options.energies.empty() && !has_start;
   const bool has_parts = options.n_coarse_steps > 0 &&
                          options.flow.method == flow::Method::kGradientFlow &&

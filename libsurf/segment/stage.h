@@ -62,7 +62,7 @@ struct Work {
   ProgressOf<Dim> progress;
   std::stop_token stop;
 
-  ClickSearchPointer<Dim> search = {};        ///< what earlier clicks have found
+  ClickSearchPointer<Dim> search = {};  ///< what earlier clicks have found
   /// What an evolution with these options had come to rest at before further clicks; null if there
   /// is none.
   std::shared_ptr<const Result<Dim>> settled = {};

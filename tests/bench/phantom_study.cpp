@@ -1,10 +1,13 @@
-// Prints the table of docs/phantoms.md: every phantom, start and flow, with the distance to
-// the known surface and the final verification.
+// Prints the tables of docs/phantoms.md: phantoms by start and flow, and by size of the volume,
+// with the distance to the known surface and the final verification.
+//   phantom_study            all of it
+//   phantom_study sizes      by size alone
 #include <fmt/format.h>
 
 #include <chrono>
 #include <cmath>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "libsurf/mesh/distance.h"
@@ -26,6 +29,7 @@ struct Case {
   double noise;
   bool from_seed;  // a ball of radius 0.15 inside, else a sphere of radius 1 outside
   bool automatic;  // no energy given
+  int size = 128;
 };
 
 struct Flow {
@@ -34,16 +38,38 @@ struct Flow {
   flow::Scheme scheme;
 };
 
-constexpr int kSize = 128;
+struct Outcome {
+  segment::SegmentResult result;
+  mesh::DistanceStatistics distance;
+  double voxel, seconds;
+};
+
+volume::PhantomOptions phantom_of(const Case& one) {
+  volume::PhantomOptions out;
+  out.kind = one.kind;
+  out.noise = one.noise;
+  out.size = {one.size, one.size, one.size};
+  return out;
+}
+
+Outcome outcome(const Case& one, segment::SegmentOptions options) {
+  const volume::PhantomOptions phantom = phantom_of(one);
+  const volume::Volume image = volume::make_phantom(phantom);
+  const auto start = std::chrono::steady_clock::now();
+  Outcome out{segment::segment(image, options), {}, image.voxel_size(), 0};
+  out.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  out.distance = mesh::distances_from(out.result.shape, [&](const Eigen::Vector3d& x) {
+    return volume::phantom_distance_mm(phantom, x);
+  });
+  return out;
+}
+
+std::string verdict_of(const Outcome& of) {
+  const mesh::Verification check = mesh::verify(of.result.shape);
+  return check.passed() ? fmt::format("passed, {} steps", of.result.n_steps()) : check.message();
+}
 
 void run(const Case& one, const Flow& flow) {
-  volume::PhantomOptions phantom;
-  phantom.kind = one.kind;
-  phantom.noise = one.noise;
-  phantom.size = {kSize, kSize, kSize};
-  const volume::Volume image = volume::make_phantom(phantom);
-  const double voxel = image.voxel_size();
-
   segment::SegmentOptions options;
   if (one.from_seed) {
     const bool is_torus = one.kind == volume::PhantomKind::kTorus;
@@ -54,27 +80,46 @@ void run(const Case& one, const Flow& flow) {
     options.initial = mesh::ball({0, 0, 0}, 1, 0.1);
   }
   if (!one.automatic) options.energies = {{"minimal-surface", 1, {}}};
-  options.edge_length_mm = 3 * voxel;
+  options.edge_length_mm = 3 * 2.0 / one.size;
   options.flow.velocity.product = flow.product;
   options.flow.velocity.scheme = flow.scheme;
-
-  const auto start = std::chrono::steady_clock::now();
-  const segment::SegmentResult result = segment::segment(image, options);
-  const double seconds =
-      std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  const auto distance = mesh::distances_from(result.shape, [&](const Eigen::Vector3d& x) {
-    return volume::phantom_distance_mm(phantom, x);
-  });
-  const mesh::Verification check = mesh::verify(result.shape);
-  int steps = 0;
-  for (const auto& stage : result.stages) steps += static_cast<int>(stage.flow.steps.size());
+  const Outcome of = outcome(one, options);
   fmt::print("| {} | {} | {} | {} | {} | {:.3f} / {:.3f} / {:.2f} | {} | {:.1f} | {} | {:.2f} |\n",
              one.name, one.noise > 0 ? "10 %" : "-", one.from_seed ? "seed" : "sphere r = 1",
-             one.automatic ? "automatic" : "minimal surface", flow.name, distance.mean_mm / voxel,
-             distance.p95_mm / voxel, distance.max_mm / voxel, result.shape.elements.rows(),
-             check.min_angle_deg,
-             check.passed() ? fmt::format("passed, {} steps", steps) : check.message(), seconds);
+             one.automatic ? "automatic" : "minimal surface", flow.name,
+             of.distance.mean_mm / of.voxel, of.distance.p95_mm / of.voxel,
+             of.distance.max_mm / of.voxel, of.result.shape.elements.rows(),
+             mesh::verify(of.result.shape).min_angle_deg, verdict_of(of), of.seconds);
   std::fflush(stdout);
+}
+
+/// Nothing given but the seed, and by minimal-surface with its defaults.
+void run_size(const Case& one) {
+  segment::SegmentOptions options;
+  options.seeds_mm = {Eigen::Vector3d::Zero()};
+  if (!one.automatic) options.energies = {{"minimal-surface", 1, {}}};
+  const Outcome of = outcome(one, options);
+  fmt::print("| {} | {:.2g} | {} | {} | {:.3f} / {:.3f} / {:.2f} | {} | {} | {} | {:.2f} |\n",
+             one.name, one.noise, one.size, one.automatic ? "seed alone" : "minimal-surface",
+             of.distance.mean_mm / of.voxel, of.distance.p95_mm / of.voxel,
+             of.distance.max_mm / of.voxel, of.result.shape.elements.rows(), verdict_of(of),
+             segment::to_string(of.result.outcome), of.seconds);
+  std::fflush(stdout);
+}
+
+void run_sizes() {
+  using volume::PhantomKind;
+  fmt::print(
+      "\n| phantom | noise | size | energy | distance mean / 95 % / max voxel | triangles | "
+      "verification | outcome | time s |\n|---|---|---|---|---|---|---|---|---|\n");
+  for (const bool automatic : {true, false}) {
+    for (const int size : {64, 128, 256}) {
+      run_size({"ball", PhantomKind::kBall, 0, true, automatic, size});
+      run_size({"ball", PhantomKind::kBall, 0.1, true, automatic, size});
+      run_size({"box", PhantomKind::kBox, 0, true, automatic, size});
+    }
+    run_size({"ball", PhantomKind::kBall, 0.05, true, automatic, 512});
+  }
 }
 
 /// Radius of the ball that minimises int H dS among balls: the least of r^2 times the mean of H
@@ -123,7 +168,11 @@ void compare_with_minimiser() {
 
 }  // namespace
 
-int main() {
+int main(int argc, char** argv) {
+  if (argc > 1 && std::string_view(argv[1]) == "sizes") {
+    run_sizes();
+    return 0;
+  }
   using volume::PhantomKind;
   const std::vector<Flow> flows = {
       {"H1 explicit", flow::ScalarProduct::kH1, flow::Scheme::kExplicit},
@@ -145,5 +194,6 @@ int main() {
                           Case{"ball", PhantomKind::kBall, 0.1, true, true},
                           Case{"box", PhantomKind::kBox, 0, true, true}})
     run(one, flows.front());
+  run_sizes();
   compare_with_minimiser();
 }

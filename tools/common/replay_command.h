@@ -1,13 +1,28 @@
 // The command replay of both programs.
 #pragma once
 
+#include <fmt/format.h>
+
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "tools/common/outputs.h"
 #include "tools/common/replay.h"
+#include "tools/common/verb.h"
 
 namespace surfseg {
+
+/// What the help of the command says.
+/// @param examples  a line each
+/// @param image  what the program calls it
+inline VerbText replay_text(std::string_view examples, std::string_view image) {
+  return {"replay", "Repeat what a recipe says, to the byte",
+          fmt::format("Examples:\n{}The {}'s content has to be the same: a hash of it is in the "
+                      "recipe.\nExit codes: those of segment; 3 if the recipe is broken, newer or "
+                      "of another {}.",
+                      examples, image, image)};
+}
 
 /// A recipe in, what it makes again out.
 /// @tparam Base  the SegmentCommand that reads the image and writes shapes in it: SurfaceCommand,

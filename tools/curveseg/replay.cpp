@@ -25,12 +25,10 @@ void add_options(CLI::App& command, Arguments& a) {
 void add_replay_command(CLI::App& app, ExitCode& exit_code) {
   add_verb<ReplayCommand<CurveCommand>>(
       app, exit_code,
-      {"replay", "Repeat what a recipe says, to the byte",
-       "Examples:\n"
-       "  curveseg segment head.nii.gz --slice axial:80 --seed 90,110 -o v.json --recipe r.json\n"
-       "  curveseg replay r.json --slice axial:80 -o again.json\n"
-       "The image's content has to be the same: a hash of it is in the recipe.\n"
-       "Exit codes: those of segment; 3 if the recipe is broken, newer or of another image."},
+      replay_text("  curveseg segment head.nii.gz --slice axial:80 --seed 90,110 -o v.json "
+                  "--recipe r.json\n"
+                  "  curveseg replay r.json --slice axial:80 -o again.json\n",
+                  "image"),
       add_options);
 }
 

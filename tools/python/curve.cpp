@@ -14,18 +14,11 @@ namespace surfseg::python {
 
 Curve::Curve(surf::curve::Image image, std::shared_ptr<const Setting> setting,
              const surf::segment::Object<2>& object)
-    : image_(std::move(image)),
-      setting_(std::move(setting)),
-      object_(object),
-      finished_(surf::segment::finish<2>(*setting_, *object_.result, "")) {}
-
-std::string Curve::summary() const {
-  return surf::segment::summary_json<2>(*object_.result, &finished_.measures);
-}
+    : Found(std::move(setting), object), image_(std::move(image)) {}
 
 py::array_t<std::uint8_t> Curve::mask() const {
   const auto flags =
-      surf::curve::rasterize(finished_.shape, image_.size(), image_.pixel_to_plane());
+      surf::curve::rasterize(finished().shape, image_.size(), image_.pixel_to_plane());
   py::array_t<std::uint8_t> out({image_.size()[1], image_.size()[0]});
   std::copy(flags.begin(), flags.end(), out.mutable_data());
   return out;
@@ -35,33 +28,16 @@ void Curve::save(const std::string& path) const {
   if (surf::extension(path) == ".png")
     surf::curve::write_mask(
         path, image_.size(),
-        surf::curve::rasterize(finished_.shape, image_.size(), image_.pixel_to_plane()));
+        surf::curve::rasterize(finished().shape, image_.size(), image_.pixel_to_plane()));
   else if (surf::curve::is_writable_contour(path))
-    surf::curve::write_contours(path, finished_.shape, image_);
+    surf::curve::write_contours(path, finished().shape, image_);
   else
     throw surf::UsageError(fmt::format(
         "{}: expected a name that ends in .svg, .json, .vtp or .csv, or of a mask in .png", path));
 }
 
 void add_curve(py::module_& module) {
-  py::class_<Curve, std::shared_ptr<Curve>>(module, "Curve")
-      .def_property_readonly("points",
-                             [](py::object self) {
-                               return rows_of(self.cast<const Curve&>().finished().shape.points,
-                                              self);
-                             })
-      .def_property_readonly("segments",
-                             [](py::object self) {
-                               return rows_of(self.cast<const Curve&>().finished().shape.elements,
-                                              self);
-                             })
-      .def_property_readonly("outcome", &Curve::outcome)
-      .def_property_readonly("area_mm2",
-                             [](const Curve& self) { return self.finished().measures.content; })
-      .def_property_readonly("length_mm",
-                             [](const Curve& self) { return self.finished().measures.measure; })
-      .def("summary", &Curve::summary, py::call_guard<py::gil_scoped_release>())
-      .def("mask", &Curve::mask)
+  add_found<Curve>(module, "Curve", "points", "segments", "area_mm2", "length_mm")
       .def("save", &Curve::save, py::arg("path"), py::call_guard<py::gil_scoped_release>());
 }
 

@@ -40,21 +40,14 @@ bool is_label_map(const std::string& path) {
 
 Surface::Surface(surf::volume::Volume volume, std::shared_ptr<const Setting> setting,
                  const surf::segment::Object<3>& object)
-    : volume_(std::move(volume)),
-      setting_(std::move(setting)),
-      object_(object),
-      finished_(surf::segment::finish<3>(*setting_, *object_.result, "")) {}
-
-std::string Surface::summary() const {
-  return surf::segment::summary_json<3>(*object_.result, &finished_.measures);
-}
+    : Found(std::move(setting), object), volume_(std::move(volume)) {}
 
 py::array_t<std::uint8_t> Surface::mask() const {
   py::array_t<std::uint8_t, py::array::f_style> out(volume_.size());
   std::uint8_t* data = out.mutable_data();
   py::gil_scoped_release released;
   const auto flags =
-      surf::mesh::rasterize(finished_.shape, volume_.size(), volume_.index_to_world());
+      surf::mesh::rasterize(finished().shape, volume_.size(), volume_.index_to_world());
   std::copy(flags.begin(), flags.end(), data);
   return out;
 }
@@ -62,7 +55,7 @@ py::array_t<std::uint8_t> Surface::mask() const {
 py::array_t<double> Surface::curvature() const {
   const Eigen::VectorXd kappa = [&] {
     py::gil_scoped_release released;
-    return surf::segment::curvature(finished_);
+    return surf::segment::curvature(finished());
   }();
   return py::array_t<double>(kappa.size(), kappa.data());
 }
@@ -70,11 +63,11 @@ py::array_t<double> Surface::curvature() const {
 void Surface::save(const std::string& path, const std::string& space) const {
   if (is_label_map(path)) {
     const auto flags =
-        surf::mesh::rasterize(finished_.shape, volume_.size(), volume_.index_to_world());
+        surf::mesh::rasterize(finished().shape, volume_.size(), volume_.index_to_world());
     const std::vector<std::uint8_t> labels(flags.begin(), flags.end());
     surf::volume::write_label_map(
         path, volume_, labels,
-        std::array{surf::volume::LabelName{1, object_.name, object_.colour}});
+        std::array{surf::volume::LabelName{1, object().name, object().colour}});
     return;
   }
   if (!surf::io::is_writable_surface(path))
@@ -82,13 +75,11 @@ void Surface::save(const std::string& path, const std::string& space) const {
                                        path, surf::io::writable_surfaces(),
                                        surf::volume::writable_label_maps()));
   surf::io::WriteOptions options{space_of(space)};
-  options.colour = object_.colour;
-  options.name = object_.name;
+  options.colour = object().colour;
+  options.name = object().name;
   options.dicom = volume_.dicom();
   surf::volume::check_dicom_output(path, volume_);
-  surf::segment::write(path,
-                       surf::segment::finish<3>(*setting_, *object_.result, surf::extension(path)),
-                       std::move(options));
+  surf::segment::write(path, finished(surf::extension(path)), std::move(options));
 }
 
 std::string Surface::scores(const std::string& path, std::optional<int> label) const {
@@ -100,22 +91,12 @@ std::string Surface::scores(const std::string& path, std::optional<int> label) c
     reference.labels = surf::volume::read_volume(path);
     reference.surface = surf::mesh::surface_of_label_map(*reference.labels, label);
   }
-  return surface_scores(finished_.shape, reference, label).dump();
+  return surface_scores(finished().shape, reference, label).dump();
 }
 
 void add_surface(py::module_& module) {
   using surf::segment::Certainty;
-  py::class_<Surface, std::shared_ptr<Surface>>(module, "Surface")
-      .def_property_readonly("vertices",
-                             [](py::object self) {
-                               return rows_of(self.cast<const Surface&>().finished().shape.points,
-                                              self);
-                             })
-      .def_property_readonly("faces",
-                             [](py::object self) {
-                               return rows_of(self.cast<const Surface&>().finished().shape.elements,
-                                              self);
-                             })
+  add_found<Surface>(module, "Surface", "vertices", "faces", "volume_mm3", "area_mm2")
       .def_property_readonly("deviation_mm",
                              [](py::object self) {
                                return certainty_array(self.cast<const Surface&>(), self,
@@ -127,13 +108,6 @@ void add_surface(py::module_& module) {
                                                       &Certainty<3>::edge_strength);
                              })
       .def("curvature", &Surface::curvature)
-      .def_property_readonly("outcome", &Surface::outcome)
-      .def_property_readonly("volume_mm3",
-                             [](const Surface& self) { return self.finished().measures.content; })
-      .def_property_readonly("area_mm2",
-                             [](const Surface& self) { return self.finished().measures.measure; })
-      .def("summary", &Surface::summary, py::call_guard<py::gil_scoped_release>())
-      .def("mask", &Surface::mask)
       .def("save", &Surface::save, py::arg("path"), py::arg("space"),
            py::call_guard<py::gil_scoped_release>())
       .def("scores", &Surface::scores, py::arg("reference"), py::arg("label"),

@@ -4,27 +4,20 @@
 #include <memory>
 #include <string>
 
-#include "libsurf/segment/finish.h"
-#include "libsurf/segment/history.h"
 #include "tools/python/arrays.h"
+#include "tools/python/found.h"
 
 namespace surfseg::python {
 
 /// A verified surface and what is known of it; keeps what it came from.
-class Surface {
+class Surface : public Found<3> {
  public:
-  using Setting = surf::segment::Setting<3>;
-
   /// @throws surf::NoObject, surf::InvalidMesh  as segment::finish()
   Surface(surf::volume::Volume volume, std::shared_ptr<const Setting> setting,
           const surf::segment::Object<3>& object);
 
-  const surf::segment::Finished<3>& finished() const { return finished_; }
-  std::string outcome() const { return to_string(object_.state()); }
   /// kappa of each vertex [1/mm], see segment::curvature().
   py::array_t<double> curvature() const;
-  /// The summary that `surfseg segment --json` writes, without what it says of files.
-  std::string summary() const;
   /// 1 for voxel centres inside, uint8, indexed [i, j, k].
   py::array_t<std::uint8_t> mask() const;
   /// As the program writes it: the same bytes. A name that ends as a label map's, or in .seg.dcm,
@@ -36,9 +29,6 @@ class Surface {
 
  private:
   surf::volume::Volume volume_;
-  std::shared_ptr<const Setting> setting_;
-  surf::segment::Object<3> object_;
-  surf::segment::Finished<3> finished_;
 };
 
 void add_surface(py::module_& module);

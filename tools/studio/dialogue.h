@@ -155,6 +155,7 @@ class Dialogue {
   void end_job();
   bool show(const std::string& stage, const surf::flow::StepRecord& record,
             const std::function<surf::Triangles()>& shape);
+  surf::segment::ProgressOf<3> frames();
   std::optional<Job> present_job() const;
   void publish();
   void publish_error(const std::string& text);

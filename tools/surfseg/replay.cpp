@@ -35,12 +35,10 @@ void add_options(CLI::App& command, Arguments& a) {
 void add_replay_command(CLI::App& app, ExitCode& exit_code) {
   add_verb<ReplayCommand<SurfaceCommand>>(
       app, exit_code,
-      {"replay", "Repeat what a recipe says, to the byte",
-       "Examples:\n"
-       "  surfseg segment ct.nii.gz --seed 12,-30,44 -o kidney.stl --recipe kidney.json\n"
-       "  surfseg replay kidney.json -o again.stl\n"
-       "The volume's content has to be the same: a hash of it is in the recipe.\n"
-       "Exit codes: those of segment; 3 if the recipe is broken, newer or of another volume."},
+      replay_text(
+          "  surfseg segment ct.nii.gz --seed 12,-30,44 -o kidney.stl --recipe kidney.json\n"
+          "  surfseg replay kidney.json -o again.stl\n",
+          "volume"),
       add_options);
 }
 

@@ -13,8 +13,7 @@ namespace surf::segment {
 /// of it lies in a region [mm].
 template <int Dim>
 double mean_distance(const Setting<Dim>& setting, const Simplices<Dim>& shape,
-                     const Simplices<Dim>& other,
-                     const mesh::Neighbourhood<Dim>* region = nullptr);
+                     const Simplices<Dim>& other, const mesh::Neighbourhood<Dim>* region = nullptr);
 
 /// Fitted energies begin near their minimum, so that no decrease can be called small by the whole
 /// one. The shape rests when

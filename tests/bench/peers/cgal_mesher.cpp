@@ -12,7 +12,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
-#include <iostream>
 
 #include "raw_volume.h"
 
@@ -56,10 +55,7 @@ struct Interpolation {
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (argc != 4) {
-    std::cerr << "usage: cgal_mesher VOLUME.nii VALUE SURFACE.off\n";
-    return 2;
-  }
+  expect_arguments(argc, 3, "cgal_mesher VOLUME.nii VALUE SURFACE.off");
   const RawVolume volume(argv[1]);
   const PeerClock clock;
   using Surface = CGAL::Implicit_surface_3<Triangulation::Geom_traits, Interpolation>;

@@ -13,7 +13,6 @@
 #include <itkSigmoidImageFilter.h>
 
 #include <cmath>
-#include <iostream>
 
 #include "raw_volume.h"
 
@@ -42,10 +41,7 @@ Image::Pointer make_image(const RawVolume& volume) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (argc != 3) {
-    std::cerr << "usage: itk_geodesic VOLUME.nii LEVEL_SET.raw\n";
-    return 2;
-  }
+  expect_arguments(argc, 2, "itk_geodesic VOLUME.nii LEVEL_SET.raw");
   const RawVolume volume(argv[1]);
   const auto image = make_image(volume), start = make_image(volume);
   std::copy(volume.values.begin(), volume.values.end(), image->GetBufferPointer());

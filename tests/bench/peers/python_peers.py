@@ -67,10 +67,14 @@ def run(method, values, spacing, origin):
         steepness = segmentation.inverse_gaussian_gradient(values, alpha=1000, sigma=2)
         mask = segmentation.morphological_geodesic_active_contour(
             steepness, values.shape[0], init_level_set=start, smoothing=1, balloon=1)
-        return {"mask": mask}
+        return {
+  "mask" : mask}
     if method == "morphological-chan-vese":
-        return {"mask": segmentation.morphological_chan_vese(values, values.shape[0] // 2,
-                                                             init_level_set=start, smoothing=1)}
+        return {
+  "mask" : segmentation.morphological_chan_vese(values,
+                                                values.shape[0]  // 2,
+                                                init_level_set = start,
+                                                smoothing = 1)}
     if method == "random-walker":
         labels = np.zeros(values.shape, np.int32)
         labels[start] = 1

@@ -7,6 +7,7 @@
 #include <chrono>
 #include <cstdint>
 #include <cstdio>
+#include <cstdlib>
 #include <cstring>
 #include <fstream>
 #include <stdexcept>
@@ -41,6 +42,13 @@ struct RawVolume {
       throw std::runtime_error(path + ": too short");
   }
 };
+
+/// Ends the program where there are not as many words as its usage names.
+inline void expect_arguments(int argc, int n, const char* usage) {
+  if (argc == n + 1) return;
+  std::fprintf(stderr, "usage: %s\n", usage);
+  std::exit(2);
+}
 
 /// Prints {"wall_s": ..., "cpu_s": ...} of what lies between its begin and its end.
 class PeerClock {

@@ -16,7 +16,7 @@ TEST(Arrays, OfAllPartsNumberTheirPointsOneAfterTheOther) {
   Segments part{Points<2>(2, 2), Elements<2>(2, 2)};
   part.points << 0, 0, 1, 0;
   part.elements << 0, 1, 1, 0;
-  const Segments all = all_of<Segments>({part, part});
+  const Segments all = all_of<Segments>(std::vector<Segments>(2, part));
   EXPECT_EQ(all.points.rows(), 4);
   EXPECT_EQ(all.elements, (Elements<2>(4, 2) << 0, 1, 1, 0, 2, 3, 3, 2).finished());
   EXPECT_EQ(all_of<Triangles>({}).elements.rows(), 0);

@@ -127,7 +127,9 @@ TEST_F(WriteSurface, DicomNeedsTheSeriesItBelongsTo) {
 TEST_F(WriteSurface, EveryEndingThatIsOfferedCanBeWritten) {
   for (const std::string& ending : surface_endings()) {
     EXPECT_TRUE(is_writable_surface("liver" + ending)) << ending;
-    if (ending != ".stl.dcm") EXPECT_NO_THROW(write_surface(path("t" + ending), tetrahedron()));
+    if (ending != ".stl.dcm") {
+      EXPECT_NO_THROW(write_surface(path("t" + ending), tetrahedron()));
+    }
   }
 }
 

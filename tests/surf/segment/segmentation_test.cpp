@@ -3,29 +3,16 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <array>
-#include <set>
 
 #include "libsurf/base/error.h"
 #include "libsurf/mesh/measure.h"
 #include "libsurf/segment/finish.h"
 #include "libsurf/segment/recipe.h"
 #include "libsurf/segment/segment.h"
-#include "tests/surf/segment/phantoms.h"
+#include "tests/surf/segment/dialogues.h"
 
 namespace surf::segment {
 namespace {
-
-constexpr int kSize = 40;
-
-volume::Volume phantom(volume::PhantomKind kind = volume::PhantomKind::kBall, double noise = 0) {
-  return test::phantom(kind, kSize, noise);
-}
-
-Segmentation<3> ball() { return Segmentation<3>(make_setting(phantom())); }
-
-Click<3> inside(double x, double y = 0, double z = 0) { return {{x, y, z}, Side::kInside}; }
-Click<3> outside(double x, double y = 0, double z = 0) { return {{x, y, z}, Side::kOutside}; }
 
 TEST(Segmentation, GoesFromAClickToASurface) {
   Segmentation<3> s = ball();
@@ -344,165 +331,6 @@ TEST(Segmentation, MakesWhatCameAfterAChoiceAgain) {
   for (int k = 0; k < 3; ++k) s.undo(object);
   ASSERT_FALSE(s.is_made(object));
   EXPECT_EQ(s.make(object).shape.points, points);
-}
-
-TEST(Recipe, IsLoadedWithoutComputing) {
-  const auto setting = make_setting(phantom(volume::PhantomKind::kSeparateBalls, 0.05));
-  Segmentation<3> s(setting);
-  const int object = s.add_object("two balls");
-  s.add_click(object, inside(-0.5));
-  s.evolve(object);
-  s.add_click(object, inside(0.5));
-  s.evolve(object);
-  const std::string recipe = to_recipe<3>(s);
-  Segmentation<3> again(setting);
-  load<3>(recipe, again);
-  EXPECT_EQ(again.object(object).clicks.size(), 2u);
-  EXPECT_FALSE(again.is_made(object));
-  EXPECT_EQ(to_recipe<3>(again), recipe);
-  int n_evolutions = 0;
-  std::string last;
-  again.make(object, [&](const std::string& stage, const auto&, const auto&) {
-    n_evolutions += stage == "evolve" && last != "evolve";
-    last = stage;
-    return true;
-  });
-  EXPECT_EQ(n_evolutions, 1) << "the first one is not needed";
-  EXPECT_EQ(again.object(object).result->shape.points, s.object(object).result->shape.points);
-  std::string foreign = recipe;
-  foreign.replace(foreign.find("-0.5"), 4, "99.5");
-  Segmentation<3> fresh(setting);
-  EXPECT_THROW(load<3>(foreign, fresh), InputError);
-  EXPECT_TRUE(fresh.objects().empty());
-}
-
-TEST(Recipe, RepeatsADialogueToTheByte) {
-  Segmentation<3> s(make_setting(phantom(volume::PhantomKind::kSeparateBalls, 0.05)));
-  const int object = s.add_object("two balls");
-  s.add_click(object, inside(-0.5));
-  s.evolve(object);
-  s.add_click(object, outside(0, 0.9));
-  s.undo(object);
-  s.add_click(object, inside(0.5));
-  Options<3> options;
-  options.coarseness = 2;
-  options.flow.rel_tol = 3e-4;
-  s.set_options(object, options);
-  int n_steps = 0;
-  s.evolve(object, [&](const std::string&, const flow::StepRecord& record, const auto&) {
-    n_steps += record.n_elements > 0;
-    return n_steps < 3;
-  });
-  const std::string recipe = to_recipe<3>(s, "balls.nii.gz");
-  EXPECT_EQ(image_of_recipe(recipe), "balls.nii.gz");
-
-  Segmentation<3> again(make_setting(phantom(volume::PhantomKind::kSeparateBalls, 0.05)));
-  replay<3>(recipe, again);
-  ASSERT_EQ(again.objects().size(), 1u);
-  EXPECT_EQ(again.object(again.objects()[0]).result->shape.points,
-            s.object(object).result->shape.points);
-  EXPECT_EQ(to_recipe<3>(again, "balls.nii.gz"), recipe);
-}
-
-// A sample is no click: the shape need not have it, and the recipe keeps it.
-TEST(Recipe, RepeatsARunFromASampleOfTheImage) {
-  Segmentation<3> s(make_setting(phantom(volume::PhantomKind::kShell)));
-  const int object = s.add_object("shell");
-  Options<3> options;
-  options.samples_mm = {{0.45, 0, 0}};
-  options.initial =
-      s.setting().joined({s.setting().ball({0, 0, 0}, 0.62, 0.08),
-                          s.setting().flipped(s.setting().ball({0, 0, 0}, 0.28, 0.08))});
-  options.energies = {{"chan-vese", 1, {}}, {"area", 0.01, {}}};
-  s.set_options(object, options);
-  const Result<3>& result = s.evolve(object);
-  EXPECT_TRUE(s.object(object).clicks.empty());
-  const std::string recipe = to_recipe<3>(s);
-  Segmentation<3> again(make_setting(phantom(volume::PhantomKind::kShell)));
-  replay<3>(recipe, again);
-  EXPECT_EQ(again.object(again.objects()[0]).result->shape.points, result.shape.points);
-  EXPECT_EQ(to_recipe<3>(again), recipe);
-  options.samples_mm = {{99, 0, 0}};
-  EXPECT_THROW(s.set_options(object, options), UsageError);
-}
-
-TEST(Recipe, IsRefusedWhereItDoesNotBelong) {
-  Segmentation<3> s = ball();
-  const int object = s.add_object("ball");
-  s.add_click(object, inside(0));
-  const std::string recipe = to_recipe<3>(s);
-  Segmentation<3> other(make_setting(phantom(volume::PhantomKind::kBox)));
-  EXPECT_THROW(replay<3>(recipe, other), InputError);
-  std::string newer = recipe;
-  newer.replace(newer.find("\"version\": 2"), 12, "\"version\": 9");
-  std::string broken = recipe;
-  broken.replace(broken.find("inside"), 6, "beside");
-  for (const std::string& text : {newer, broken, std::string("{}"), std::string("not JSON")}) {
-    Segmentation<3> fresh = ball();
-    EXPECT_THROW(replay<3>(text, fresh), InputError);
-    EXPECT_TRUE(fresh.objects().empty());
-  }
-}
-
-/// How many vertices of a surface are those of another, bit for bit.
-int n_kept(const Triangles& surface, const Triangles& of) {
-  std::set<std::array<double, 3>> places;
-  for (const auto& x : of.points.rowwise()) places.insert({x[0], x[1], x[2]});
-  int n = 0;
-  for (const auto& x : surface.points.rowwise()) n += places.contains({x[0], x[1], x[2]});
-  return n;
-}
-
-bool has_stage(const Result<3>& result, const std::string& name) {
-  return std::any_of(result.stages.begin(), result.stages.end(),
-                     [&](const StageReport& stage) { return stage.name == name; });
-}
-
-TEST(Segmentation, AFurtherClickLeavesTheRestAsItIs) {
-  Segmentation<3> s(make_setting(phantom(volume::PhantomKind::kSeparateBalls, 0.05)));
-  const int object = s.add_object();
-  const double ball_volume = 4 * std::numbers::pi / 3 * std::pow(0.3, 3);
-  s.add_click(object, inside(-0.5));
-  const Triangles one = s.evolve(object).shape;
-  EXPECT_NEAR(s.measures(object).content, ball_volume, 0.03 * ball_volume);
-  s.add_click(object, inside(0.5));
-  const Result<3>& two = s.evolve(object);
-  EXPECT_TRUE(has_stage(two, "amend"));
-  EXPECT_FALSE(has_stage(two, "fit"));
-  EXPECT_TRUE(s.measures(object).passed);
-  EXPECT_EQ(s.measures(object).n_components, 2);
-  EXPECT_NEAR(s.measures(object).content, 2 * ball_volume, 0.06 * ball_volume);
-  EXPECT_EQ(n_kept(one, two.shape), one.points.rows());
-  ASSERT_TRUE(two.certainty);
-  EXPECT_EQ(two.certainty->deviation_mm.size(), two.shape.points.rows());
-}
-
-// As an evolution of all of it would: the rest was at its minimum already.
-TEST(Segmentation, WhatAClickAmendsEndsWhereAllOfItWould) {
-  const volume::Volume volume = phantom(volume::PhantomKind::kSeparateBalls, 0.05);
-  Segmentation<3> dialogue(make_setting(volume));
-  const int object = dialogue.add_object();
-  dialogue.add_click(object, inside(-0.5));
-  dialogue.evolve(object);
-  dialogue.add_click(object, inside(0.5));
-  dialogue.evolve(object);
-  SegmentOptions at_once;
-  at_once.seeds_mm = {{-0.5, 0, 0}, {0.5, 0, 0}};
-  const double whole = make_setting(volume)->measures(segment(volume, at_once).shape).content;
-  EXPECT_NEAR(dialogue.measures(object).content, whole, 0.01 * whole);
-}
-
-// Its options have changed since: nothing is kept.
-TEST(Segmentation, OtherOptionsEvolveAllOfIt) {
-  Segmentation<3> s(make_setting(phantom(volume::PhantomKind::kSeparateBalls, 0.05)));
-  const int object = s.add_object();
-  s.add_click(object, inside(-0.5));
-  s.evolve(object);
-  Options<3> options;
-  options.edge_length_mm = 0.1;
-  s.set_options(object, options);
-  s.add_click(object, inside(0.5));
-  EXPECT_TRUE(has_stage(s.evolve(object), "fit"));
 }
 
 }  // namespace

@@ -95,8 +95,9 @@ TEST_F(WriteSegmentation, EveryEndingThatIsOfferedCanBeWritten) {
                                          1);
   for (const std::string& ending : label_map_endings()) {
     EXPECT_TRUE(is_writable_label_map("liver" + ending)) << ending;
-    if (ending != ".seg.dcm")
+    if (ending != ".seg.dcm") {
       EXPECT_NO_THROW(write_label_map(path("a" + ending), volume_of(grid), labels));
+    }
   }
 }
 

@@ -12,7 +12,6 @@ has it); points are RAS mm unless `space` says otherwise; lengths are mm. Images
 
 from __future__ import annotations
 
-import json
 import os
 from typing import Any, Callable, Iterable, NamedTuple, Optional, Sequence, Union
 
@@ -21,6 +20,8 @@ import numpy as np
 from . import _surfseg
 from ._surfseg import (Error, Image, InputError, InvalidMesh, NoObject, OutputError, UsageError,
                        Volume, __version__)
+from .images import as_image, pixel, points_of, read, to_ras
+from .shapes import Curve, Surface
 
 __all__ = [
     "Curve", "Error", "Image", "InputError", "InvalidMesh", "NoObject", "OutputError", "Progress",
@@ -45,170 +46,6 @@ class Progress(NamedTuple):
 
 
 ProgressFunction = Callable[[Progress], Optional[bool]]
-
-
-class Surface:
-    """A verified surface: closed, manifold, outward, without self-intersections."""
-
-    def __init__(self, surface: _surfseg.Surface, volume: Volume):
-        self._surface = surface
-        self._volume = volume
-        self._report: Optional[dict] = None
-
-    @property
-    def vertices(self) -> np.ndarray:
-        """(n, 3) float64, RAS mm; read-only, shares the library's memory."""
-        return self._surface.vertices
-
-    @property
-    def faces(self) -> np.ndarray:
-        """(m, 3) int32, counter-clockwise seen from outside; read-only, shared."""
-        return self._surface.faces
-
-    @property
-    def deviation_mm(self) -> Optional[np.ndarray]:
-        """(n,) float64: standard deviation of each vertex' distance to the edge; None if unknown."""
-        return self._surface.deviation_mm
-
-    @property
-    def edge_strength(self) -> Optional[np.ndarray]:
-        """(n,) float64: height of the step by the noise; None if unknown."""
-        return self._surface.edge_strength
-
-    @property
-    def curvature(self) -> np.ndarray:
-        """(n,) float64, 1/mm: the sum of the principal curvatures at each vertex, 2 / r on a ball."""
-        return self._surface.curvature()
-
-    @property
-    def outcome(self) -> str:
-        """"converged", "stopped at a limit", "interrupted", "proposed"."""
-        return self._surface.outcome
-
-    @property
-    def volume_ml(self) -> float:
-        return self._surface.volume_mm3 / 1000
-
-    @property
-    def area_cm2(self) -> float:
-        return self._surface.area_mm2 / 100
-
-    @property
-    def report(self) -> dict:
-        """What `surfseg segment --json` says of the run: docs/file-formats.md."""
-        if self._report is None:
-            self._report = json.loads(self._surface.summary())
-        return self._report
-
-    @property
-    def verdict(self) -> Optional[dict]:
-        """How far to trust it: {"trust": "trusted" | "check" | "doubtful", ...}; None if unknown."""
-        return self.report.get("verdict")
-
-    def vertices_in(self, space: str) -> np.ndarray:
-        """The vertices in "ras" or "lps" mm, or as voxel indices "ijk"."""
-        return _from_ras(self.vertices, space, self._volume.affine)
-
-    def mask(self) -> np.ndarray:
-        """1 where a voxel's centre is inside, else 0: uint8, indexed [i, j, k] as the image."""
-        return self._surface.mask()
-
-    def nifti(self):
-        """The mask as a nibabel image on the volume's grid."""
-        import nibabel
-
-        return nibabel.Nifti1Image(self.mask(), self._volume.affine)
-
-    def save(self, path: Union[str, os.PathLike], space: str = "lps") -> None:
-        """Writes .stl, .obj, .ply, .vtp, .gii, .glb, .3mf or .dcm (DICOM Encapsulated STL), or the
-        mask as .nii.gz, .nii, .mha, .nrrd, .seg.nrrd or .seg.dcm (DICOM Segmentation): the bytes
-        that the program writes.
-
-        space: frame of a surface's coordinates, "lps" (as Slicer expects) or "ras".
-        Raises OutputError where the file cannot be written; it is whole or not there. DICOM needs
-        a volume that was read from a DICOM series, else InputError.
-        """
-        self._surface.save(os.fspath(path), space)
-
-    def __repr__(self) -> str:
-        return (f"<surfseg.Surface: {len(self.faces)} triangles, {self.volume_ml:.5g} ml, "
-                f"{self.area_cm2:.5g} cm2, {self.outcome}>")
-
-
-class Curve:
-    """Verified curves in an image: closed polygons without intersections, the object on their left."""
-
-    def __init__(self, curve: _surfseg.Curve, image: Image):
-        self._curve = curve
-        self._image = image
-        self._report: Optional[dict] = None
-
-    @property
-    def points(self) -> np.ndarray:
-        """(n, 2) float64: x, y in mm, the centre of the first pixel at 0, 0; read-only, shared."""
-        return self._curve.points
-
-    @property
-    def segments(self) -> np.ndarray:
-        """(n, 2) int32: start and end of each, as numbers of points; read-only, shared."""
-        return self._curve.segments
-
-    @property
-    def polygons(self) -> list[np.ndarray]:
-        """Each closed curve as (k, 2) points in mm, the first not repeated. The sum of
-        x_i y_(i+1) - x_(i+1) y_i is positive for an outer curve, negative for a hole's."""
-        following = dict(self.segments.tolist())
-        out = []
-        while following:
-            first, point = next(iter(following.items()))
-            ring = [first]
-            del following[first]
-            while point != first:
-                ring.append(point)
-                point = following.pop(point)
-            out.append(self.points[ring])
-        return out
-
-    @property
-    def outcome(self) -> str:
-        """"converged", "stopped at a limit", "interrupted", "proposed"."""
-        return self._curve.outcome
-
-    @property
-    def area_mm2(self) -> float:
-        return self._curve.area_mm2
-
-    @property
-    def length_mm(self) -> float:
-        return self._curve.length_mm
-
-    @property
-    def report(self) -> dict:
-        """What `curveseg segment --json` says of the run."""
-        if self._report is None:
-            self._report = json.loads(self._curve.summary())
-        return self._report
-
-    @property
-    def verdict(self) -> Optional[dict]:
-        """How far to trust it; None if unknown."""
-        return self.report.get("verdict")
-
-    def points_in(self, space: str) -> np.ndarray:
-        """The points in "mm" or "px"."""
-        return self.points / _pixel(space, self._image)
-
-    def mask(self) -> np.ndarray:
-        """1 where a pixel's centre is inside, else 0: uint8, indexed [row, column]."""
-        return self._curve.mask()
-
-    def save(self, path: Union[str, os.PathLike]) -> None:
-        """Writes .svg, .json, .vtp or .csv, or the mask as .png: the bytes that curveseg writes."""
-        self._curve.save(os.fspath(path))
-
-    def __repr__(self) -> str:
-        return (f"<surfseg.Curve: {len(self.polygons)} polygons, {self.area_mm2:.5g} mm2, "
-                f"{self.length_mm:.5g} mm, {self.outcome}>")
 
 
 Shape = Union[Surface, Curve]
@@ -319,10 +156,10 @@ class Segmentation:
 
     def _at(self, points: Any, what: str, space: Optional[str]) -> np.ndarray:
         """Points of the image or volume in mm."""
-        at = _points(points, what, self.dimension)
+        at = points_of(points, what, self.dimension)
         if self._is_flat:
-            return at * _pixel(space or "px", self._image)
-        return _to_ras(at, space or "ras", self._image.affine)
+            return at * pixel(space or "px", self._image)
+        return to_ras(at, space or "ras", self._image.affine)
 
     def _id(self, name: Optional[str], may_add: bool = False) -> int:
         objects = self._segmentation.objects()
@@ -365,9 +202,9 @@ def segment(image: Any, seeds: Iterable[Point], affine: Optional[np.ndarray] = N
         dialogue = Segmentation(image, affine, spacing=spacing)
         if options or box is not None:
             dialogue.set_options(box=box, space=space, **options)
-        for point in _points(seeds, "seeds", dialogue.dimension):
+        for point in points_of(seeds, "seeds", dialogue.dimension):
             dialogue.click(point, True, space=space)
-        for point in _points(outside, "outside", dialogue.dimension):
+        for point in points_of(outside, "outside", dialogue.dimension):
             dialogue.click(point, False, space=space)
         return dialogue.evolve(progress=progress)
     finally:
@@ -380,13 +217,7 @@ def evaluate(surface: Surface, reference: Union[str, os.PathLike],
     `surfseg evaluate --json` writes."""
     if not isinstance(surface, Surface):
         raise UsageError("surface: expected a Surface; `curveseg evaluate` compares curves")
-    return json.loads(surface._surface.scores(os.fspath(reference), label))
-
-
-def read(path: Union[str, os.PathLike], frame: int = 0,
-         series_uid: Optional[str] = None) -> Volume:
-    """A volume from a file or a DICOM folder. Raises InputError."""
-    return _surfseg.read(os.fspath(path), frame, series_uid)
+    return surface.scores(reference, label)
 
 
 def phantom(kind: str, size: Union[int, Sequence[int]] = 128, noise: float = 0,
@@ -394,102 +225,6 @@ def phantom(kind: str, size: Union[int, Sequence[int]] = 128, noise: float = 0,
     """A test volume whose surface is known exactly: `surfseg phantom --help`."""
     sizes = [size] * 3 if np.ndim(size) == 0 else list(size)
     return _surfseg.phantom(kind, [int(n) for n in sizes], noise, random_seed)
-
-
-def as_volume(image: Any, affine: Optional[np.ndarray] = None) -> Volume:
-    """What segment() takes as an image."""
-    if isinstance(image, Volume):
-        return image
-    if isinstance(image, (str, os.PathLike)):
-        return read(image)
-    if hasattr(image, "GetDirection") and hasattr(image, "GetOrigin"):
-        return _from_simple_itk(image)
-    if hasattr(image, "affine") and hasattr(image, "dataobj"):
-        name = image.get_filename() if hasattr(image, "get_filename") else None
-        return _surfseg.Volume(np.asanyarray(image.dataobj), image.affine, name or "")
-    if affine is None:
-        raise UsageError("affine: an array needs the 4 x 4 matrix from voxel index to RAS mm")
-    return _surfseg.Volume(np.asanyarray(image), np.asarray(affine), "")
-
-
-def as_image(image: Any, affine: Optional[np.ndarray] = None,
-             spacing: Union[float, Sequence[float], None] = None) -> Union[Volume, Image]:
-    """What segment() takes: a volume, or an image of two dimensions."""
-    if isinstance(image, Image):
-        return image
-    is_file = isinstance(image, (str, os.PathLike))
-    is_picture = is_file and _surfseg.is_image_file(os.fspath(image))
-    is_flat = isinstance(image, np.ndarray) and image.ndim == 2 and affine is None
-    if not (is_picture or is_flat):
-        if spacing is not None:
-            raise UsageError("spacing: belongs to an image; a volume has its affine")
-        return as_volume(image, affine)
-    sizes = None if spacing is None else _spacing(spacing)
-    if is_picture:
-        return Image.read(os.fspath(image), sizes)
-    return Image(image, sizes or [1.0, 1.0], "")
-
-
-def _spacing(spacing: Union[float, Sequence[float]]) -> list[float]:
-    try:
-        sizes = np.broadcast_to(np.asarray(spacing, dtype=float), 2)
-    except (TypeError, ValueError):
-        raise UsageError(f"spacing: expected one or two lengths [mm]; got {spacing!r}") from None
-    return [float(size) for size in sizes]
-
-
-def _from_simple_itk(image: Any) -> Volume:
-    """Index order [z, y, x] and LPS become [i, j, k] and RAS."""
-    if hasattr(image, "__array__"):
-        values = np.asarray(image)
-    else:
-        import SimpleITK
-
-        values = SimpleITK.GetArrayViewFromImage(image)
-    affine = np.eye(4)
-    affine[:3, :3] = np.reshape(image.GetDirection(), (3, 3)) * np.asarray(image.GetSpacing())
-    affine[:3, 3] = image.GetOrigin()
-    return _surfseg.Volume(values.T, np.diag([-1, -1, 1, 1]) @ affine, "")
-
-
-def _points(points: Any, what: str, n: int) -> np.ndarray:
-    words = "three numbers (x, y, z)" if n == 3 else "two numbers (x, y)"
-    try:
-        out = np.asarray(list(points), dtype=float)
-    except (TypeError, ValueError):
-        raise UsageError(f"{what}: expected points of {words}") from None
-    if out.size == 0:
-        return out.reshape(0, n)
-    if out.shape == (n,):
-        out = out.reshape(1, n)
-    if out.ndim != 2 or out.shape[1] != n:
-        raise UsageError(f"{what}: expected points of {words}; got an array of shape {out.shape}")
-    return out
-
-
-def _pixel(space: str, image: Image) -> np.ndarray:
-    """Size of the unit of a space in an image [mm]."""
-    if space not in ("px", "mm"):
-        raise UsageError(f"space: expected 'px' or 'mm' in an image; got '{space}'")
-    return np.array(image.spacing_mm if space == "px" else (1.0, 1.0))
-
-
-def _to_ras(points: np.ndarray, space: str, affine: np.ndarray) -> np.ndarray:
-    if space == "ijk":
-        return points @ affine[:3, :3].T + affine[:3, 3]
-    return points * _signs(space)
-
-
-def _from_ras(points: np.ndarray, space: str, affine: np.ndarray) -> np.ndarray:
-    if space == "ijk":
-        return np.linalg.solve(affine[:3, :3], (points - affine[:3, 3]).T).T
-    return points * _signs(space)
-
-
-def _signs(space: str) -> np.ndarray:
-    if space not in ("ras", "lps"):
-        raise UsageError(f"space: expected 'ras', 'lps' or 'ijk'; got '{space}'")
-    return np.array([1.0, 1.0, 1.0] if space == "ras" else [-1.0, -1.0, 1.0])
 
 
 def _words(options: dict) -> list[str]:

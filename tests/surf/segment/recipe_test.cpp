@@ -1,0 +1,110 @@
+#include "libsurf/segment/recipe.h"
+
+#include <gtest/gtest.h>
+
+#include "libsurf/base/error.h"
+#include "tests/surf/segment/dialogues.h"
+
+namespace surf::segment {
+namespace {
+
+TEST(Recipe, IsLoadedWithoutComputing) {
+  const auto setting = make_setting(phantom(volume::PhantomKind::kSeparateBalls, 0.05));
+  Segmentation<3> s(setting);
+  const int object = s.add_object("two balls");
+  s.add_click(object, inside(-0.5));
+  s.evolve(object);
+  s.add_click(object, inside(0.5));
+  s.evolve(object);
+  const std::string recipe = to_recipe<3>(s);
+  Segmentation<3> again(setting);
+  load<3>(recipe, again);
+  EXPECT_EQ(again.object(object).clicks.size(), 2u);
+  EXPECT_FALSE(again.is_made(object));
+  EXPECT_EQ(to_recipe<3>(again), recipe);
+  int n_evolutions = 0;
+  std::string last;
+  again.make(object, [&](const std::string& stage, const auto&, const auto&) {
+    n_evolutions += stage == "evolve" && last != "evolve";
+    last = stage;
+    return true;
+  });
+  EXPECT_EQ(n_evolutions, 1) << "the first one is not needed";
+  EXPECT_EQ(again.object(object).result->shape.points, s.object(object).result->shape.points);
+  std::string foreign = recipe;
+  foreign.replace(foreign.find("-0.5"), 4, "99.5");
+  Segmentation<3> fresh(setting);
+  EXPECT_THROW(load<3>(foreign, fresh), InputError);
+  EXPECT_TRUE(fresh.objects().empty());
+}
+
+TEST(Recipe, RepeatsADialogueToTheByte) {
+  Segmentation<3> s(make_setting(phantom(volume::PhantomKind::kSeparateBalls, 0.05)));
+  const int object = s.add_object("two balls");
+  s.add_click(object, inside(-0.5));
+  s.evolve(object);
+  s.add_click(object, outside(0, 0.9));
+  s.undo(object);
+  s.add_click(object, inside(0.5));
+  Options<3> options;
+  options.coarseness = 2;
+  options.flow.rel_tol = 3e-4;
+  s.set_options(object, options);
+  int n_steps = 0;
+  s.evolve(object, [&](const std::string&, const flow::StepRecord& record, const auto&) {
+    n_steps += record.n_elements > 0;
+    return n_steps < 3;
+  });
+  const std::string recipe = to_recipe<3>(s, "balls.nii.gz");
+  EXPECT_EQ(image_of_recipe(recipe), "balls.nii.gz");
+
+  Segmentation<3> again(make_setting(phantom(volume::PhantomKind::kSeparateBalls, 0.05)));
+  replay<3>(recipe, again);
+  ASSERT_EQ(again.objects().size(), 1u);
+  EXPECT_EQ(again.object(again.objects()[0]).result->shape.points,
+            s.object(object).result->shape.points);
+  EXPECT_EQ(to_recipe<3>(again, "balls.nii.gz"), recipe);
+}
+
+// A sample is no click: the shape need not have it, and the recipe keeps it.
+TEST(Recipe, RepeatsARunFromASampleOfTheImage) {
+  Segmentation<3> s(make_setting(phantom(volume::PhantomKind::kShell)));
+  const int object = s.add_object("shell");
+  Options<3> options;
+  options.samples_mm = {{0.45, 0, 0}};
+  options.initial =
+      s.setting().joined({s.setting().ball({0, 0, 0}, 0.62, 0.08),
+                          s.setting().flipped(s.setting().ball({0, 0, 0}, 0.28, 0.08))});
+  options.energies = {{"chan-vese", 1, {}}, {"area", 0.01, {}}};
+  s.set_options(object, options);
+  const Result<3>& result = s.evolve(object);
+  EXPECT_TRUE(s.object(object).clicks.empty());
+  const std::string recipe = to_recipe<3>(s);
+  Segmentation<3> again(make_setting(phantom(volume::PhantomKind::kShell)));
+  replay<3>(recipe, again);
+  EXPECT_EQ(again.object(again.objects()[0]).result->shape.points, result.shape.points);
+  EXPECT_EQ(to_recipe<3>(again), recipe);
+  options.samples_mm = {{99, 0, 0}};
+  EXPECT_THROW(s.set_options(object, options), UsageError);
+}
+
+TEST(Recipe, IsRefusedWhereItDoesNotBelong) {
+  Segmentation<3> s = ball();
+  const int object = s.add_object("ball");
+  s.add_click(object, inside(0));
+  const std::string recipe = to_recipe<3>(s);
+  Segmentation<3> other(make_setting(phantom(volume::PhantomKind::kBox)));
+  EXPECT_THROW(replay<3>(recipe, other), InputError);
+  std::string newer = recipe;
+  newer.replace(newer.find("\"version\": 2"), 12, "\"version\": 9");
+  std::string broken = recipe;
+  broken.replace(broken.find("inside"), 6, "beside");
+  for (const std::string& text : {newer, broken, std::string("{}"), std::string("not JSON")}) {
+    Segmentation<3> fresh = ball();
+    EXPECT_THROW(replay<3>(text, fresh), InputError);
+    EXPECT_TRUE(fresh.objects().empty());
+  }
+}
+
+}  // namespace
+}  // namespace surf::segment

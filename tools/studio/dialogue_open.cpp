@@ -1,0 +1,138 @@
+// What Dialogue does when a volume or a recipe is opened.
+#include <fmt/format.h>
+
+#include <fstream>
+#include <sstream>
+
+#include "libsurf/base/error.h"
+#include "libsurf/segment/recipe.h"
+#include "libsurf/segment/segment.h"
+#include "libsurf/volume/read_volume.h"
+#include "tools/studio/dialogue.h"
+#include "tools/studio/folder.h"
+
+namespace surfseg::studio {
+namespace {
+
+constexpr std::size_t kMostFieldBytes = std::size_t(1) << 30;
+constexpr std::size_t kLeastPastBytes = std::size_t(4) << 20, kVoxelsPerPastByte = 2;
+
+std::string text_of_file(const std::filesystem::path& path) {
+  std::ifstream in(path, std::ios::binary);
+  std::ostringstream out;
+  out << in.rdbuf();
+  if (!in) throw surf::InputError(fmt::format("{}: cannot be read", path.string()));
+  return out.str();
+}
+
+/// Beside it, under a name that is free.
+std::filesystem::path moved_aside(const std::filesystem::path& path) {
+  for (int n = 1;; ++n) {
+    std::filesystem::path aside = path;
+    aside += fmt::format(".{}", n);
+    if (std::filesystem::exists(aside)) continue;
+    std::filesystem::rename(path, aside);
+    return aside;
+  }
+}
+
+}  // namespace
+
+std::size_t max_past_bytes(const surf::volume::Volume& volume) {
+  return kLeastPastBytes + volume.n_voxels() / kVoxelsPerPastByte;
+}
+
+void Dialogue::open(const std::filesystem::path& path,
+                    const std::optional<std::string>& series_uid) {
+  close();
+  {
+    std::lock_guard lock(mutex_);
+    opening_ = [this, path, series_uid] {
+      try {
+        read_volume(path, series_uid);
+      } catch (const std::exception& error) {
+        end_job();
+        publish_error(error.what());
+      }
+    };
+  }
+  wake_.notify_all();
+}
+
+void Dialogue::close() {
+  do_now(
+      [this] {
+        segmentation_.reset();
+        volume_.reset();
+        checked_.clear();
+        {
+          std::lock_guard lock(mutex_);
+          wanted_.clear();
+          opening_.reset();
+          recipe_.clear();
+        }
+        publish();
+      },
+      true);
+}
+
+/// Where the folder holds several series, they are in the state from now on.
+surf::volume::Volume Dialogue::volume_of(const std::filesystem::path& image,
+                                         const std::optional<std::string>& series_uid) {
+  try {
+    return surf::volume::read_volume(image.string(), {.series_uid = series_uid});
+  } catch (const surf::InputError&) {
+    if (!std::filesystem::is_directory(image) || series_uid) throw;
+    auto several = surf::volume::dicom_series(image.string());
+    if (several.size() < 2) throw;
+    const std::string name = image.filename().string();
+    auto& known = series_of_[name] = std::move(several);
+    throw surf::InputError(fmt::format("{}: holds {} series: choose one", name, known.size()));
+  }
+}
+
+void Dialogue::read_volume(const std::filesystem::path& path,
+                           const std::optional<std::string>& series_uid) {
+  begin_job(0, "open");
+  std::filesystem::path image = path;
+  std::filesystem::path recipe =
+      recipe_beside(folder_, series_uid ? path.string() + "." + *series_uid : path.string());
+  if (is_recipe(path)) {
+    recipe = path;
+    image = image_of_recipe(path);
+  }
+  const surf::volume::Volume volume = volume_of(image, series_uid);
+  auto opened = std::make_shared<OpenVolume>(OpenVolume{++n_opened_, image.filename().string(),
+                                                        volume, surf::segment::make_setting(volume),
+                                                        recipe, volume.source().notes});
+  volume_ = opened;
+  segmentation_ = std::make_unique<surf::segment::Segmentation<3>>(opened->setting, kMostFieldBytes,
+                                                                   max_past_bytes(volume));
+  if (std::filesystem::exists(recipe)) load_recipe(recipe);
+  end_job();
+  if (segmentation_->objects().empty()) segmentation_->add_object();
+  {
+    std::lock_guard lock(mutex_);
+    for (const int id : segmentation_->objects())
+      if (awaits_evolution(id) || !segmentation_->is_made(id))
+        wanted_.push_back({id, awaits_evolution(id)});
+  }
+  publish();
+  // So that the first click need not wait for them.
+  segmentation_->prepare();
+  const std::string text = surf::segment::to_recipe<3>(*segmentation_, volume_->name);
+  std::lock_guard lock(mutex_);
+  recipe_ = text;
+}
+
+/// One that cannot be repeated here is moved aside, so that nothing is lost.
+void Dialogue::load_recipe(const std::filesystem::path& recipe) {
+  try {
+    surf::segment::load<3>(text_of_file(recipe), *segmentation_);
+  } catch (const surf::Error& error) {
+    const std::filesystem::path aside = moved_aside(recipe);
+    publish_error(fmt::format("{}; it is now {}", error.what(), aside.filename().string()));
+  }
+}
+
+}  // namespace surfseg::studio
