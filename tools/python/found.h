@@ -7,7 +7,6 @@
 
 #include "libsurf/segment/finish.h"
 #include "libsurf/segment/history.h"
-#include "libsurf/segment/summary.h"
 #include "tools/python/arrays.h"
 
 namespace surfseg::python {

@@ -1,6 +1,7 @@
 // Dialogues about phantoms in 40^3 voxels.
 #pragma once
 
+#include "libsurf/segment/segment.h"
 #include "libsurf/segment/segmentation.h"
 #include "tests/surf/segment/phantoms.h"
 
