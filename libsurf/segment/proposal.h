@@ -37,7 +37,8 @@ template <int Dim>
 SearchGrid<Dim> search_grid(const Setting<Dim>& setting, FieldOptions options,
                             std::optional<double> sigma_mm = {},
                             const std::optional<BoxCorners<Dim>>& box_mm = {},
-                            double max_nodes = SearchOptions().max_nodes);
+                            double max_nodes = SearchOptions().max_nodes,
+                            const std::stop_token& stop = {});
 
 /// Where the blurred share of a set of the grid's nodes is one half; it may intersect itself.
 template <int Dim>

@@ -75,7 +75,7 @@ SearchLattice<Dim>::SearchLattice(const ImageExtent<Dim>& extent, double max_nod
 
 template <int Dim>
 SearchGrid<Dim>::SearchGrid(const Field<Dim>& I, const ImageExtent<Dim>& extent,
-                            const SearchLattice<Dim>& lattice)
+                            const SearchLattice<Dim>& lattice, const std::stop_token& stop)
     : lattice_(lattice), range_(double(extent.range[1]) - extent.range[0]) {
   const NodeBox<Dim>& box = lattice_.box;
   intensity_.resize(box.n());
@@ -85,6 +85,7 @@ SearchGrid<Dim>::SearchGrid(const Field<Dim>& I, const ImageExtent<Dim>& extent,
       lattice_.node_mm * lattice_.node_to_world.linear().inverse();
   const std::size_t slice = box.n() / box.size[Dim - 1];
   tbb::parallel_for(0, box.size[Dim - 1], [&](int k) {
+    if (stop.stop_requested()) return;
     Points<Dim> x(Eigen::Index(slice), Dim);
     for (std::size_t m = 0; m < slice; ++m)
       x.row(Eigen::Index(m)) =
@@ -98,6 +99,8 @@ SearchGrid<Dim>::SearchGrid(const Field<Dim>& I, const ImageExtent<Dim>& extent,
       direction[k * slice + m] = (to_nodes * gradient.normalized()).template cast<float>();
     }
   });
+  is_whole_ = !stop.stop_requested();
+  if (!is_whole_) return;
   keep_edges(direction);
   const auto [lowest, highest] = std::minmax_element(intensity_.begin(), intensity_.end());
   const double low = *lowest, scale = (kLevels - 1) / std::max(double(*highest) - low, 1e-300);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <optional>
+#include <stop_token>
 #include <vector>
 
 #include "libsurf/base/field.h"
@@ -35,11 +36,13 @@ template <int Dim>
 class SearchGrid {
  public:
   /// @param I  intensities, blurred by about 0.55 nodes
-  SearchGrid(const Field<Dim>& I, const ImageExtent<Dim>& extent,
-             const SearchLattice<Dim>& lattice);
+  /// @param stop  ends it with a grid that is not whole
+  SearchGrid(const Field<Dim>& I, const ImageExtent<Dim>& extent, const SearchLattice<Dim>& lattice,
+             const std::stop_token& stop = {});
   /// A part of another one, whose own nodes count from 0. Its levels are those of the whole, and
   /// the faces that they share are the same.
   SearchGrid(const SearchGrid& whole, const NodeBox<Dim>& part);
+  bool is_whole() const { return is_whole_; }
 
   const NodeBox<Dim>& box() const { return lattice_.box; }
   const Eigen::Transform<double, Dim, Eigen::Affine>& node_to_world() const {
@@ -70,6 +73,7 @@ class SearchGrid {
 
   SearchLattice<Dim> lattice_;
   double range_;
+  bool is_whole_ = true;
   std::vector<float> intensity_, slope_, edge_slope_;
   std::vector<std::uint16_t> level_;
 };

@@ -271,16 +271,22 @@ double estimate_edge_strength(const Field<Dim>& I, std::span<const Vector<Dim>> 
   const double voxel_mm = frame.spacing;
   const std::vector<Vector<Dim>> centers = cell_centers(extent, seeds);
   const Points<Dim> rays = directions_in<Dim>(extent, kRays);
-  std::vector<double> near, peaks;
-  for (const Vector<Dim>& center : centers) {
-    Samples<Dim> samples;
-    I.sample(lattice_shell<Dim>(frame, center, -1, 3), Derivatives::kFirst, samples);
-    for (Eigen::Index i = 0; i < samples.gradient.rows(); ++i)
-      near.push_back(samples.gradient.row(i).norm());
-  }
-  // Without noise the background is 0, and every ripple would count as a peak.
+  std::vector<double> peaks;
+  const auto near = [&](double radius) {  // the median within so many cells of the seeds
+    std::vector<double> out;
+    for (const Vector<Dim>& center : centers) {
+      Samples<Dim> samples;
+      I.sample(lattice_shell<Dim>(frame, center, -1, radius), Derivatives::kFirst, samples);
+      for (Eigen::Index i = 0; i < samples.gradient.rows(); ++i)
+        out.push_back(samples.gradient.row(i).norm());
+    }
+    return median(std::move(out));
+  };
+  // Of small objects the wider ball reaches their edges. Without noise the background is 0, and
+  // every ripple would count as a peak.
   const auto [lowest, highest] = extent.range;
-  const double background = std::max(median(near), 2e-3 * (double(highest) - lowest) / voxel_mm);
+  const double background =
+      std::max(std::min(near(1.5), near(3)), 2e-3 * (double(highest) - lowest) / voxel_mm);
   for (const Vector<Dim>& center : centers)
     for (const auto ray : rays.rowwise())
       peaks.push_back(

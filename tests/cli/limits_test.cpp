@@ -47,12 +47,17 @@ TEST_F(Limits, FewAddressesAreToldInOneLine) {
   must({"phantom", "ball", "--size", "32", "--spacing", "1", "-o", "v.nii"});
   rlimit before{};
   ASSERT_EQ(::getrlimit(RLIMIT_AS, &before), 0);
-  for (const rlim_t n_kilobytes : {190'000, 200'000, 220'000, 250'000}) {
+  int n_told = 0;
+  for (rlim_t n_kilobytes = 190'000; n_told < 4; n_kilobytes += 10'000) {
+    ASSERT_LT(n_kilobytes, 600'000u) << "it never ran out of addresses";
     rlimit small = before;
     small.rlim_cur = n_kilobytes << 10;
     ASSERT_EQ(::setrlimit(RLIMIT_AS, &small), 0);
     const Outcome outcome = run({"segment", "v.nii", "--seed", "0,0,0", "-q", "-o", "s.stl"});
     ::setrlimit(RLIMIT_AS, &before);
+    // Too few for the libraries: the loader's own words, before there is a program.
+    if (outcome.exit_code == 127) continue;
+    ++n_told;
     EXPECT_EQ(outcome.exit_code, 3) << n_kilobytes << ": " << outcome.err;
     EXPECT_TRUE(outcome.err.starts_with("surfseg: error: ")) << outcome.err;
     EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;

@@ -242,7 +242,7 @@ def check_solids(library, folder):
         mesh = library.get("resourceiterator_getcurrent", pointer, meshes)
         assert library.get("meshobject_ismanifoldandoriented", ctypes.c_int, mesh).value
         names.append(library.text("object_getnameutf8", mesh))
-    assert names == ["surface 1", "surface 2"], names
+    assert names == ["object 1 1", "object 1 2"], names
 
 
 def pydicom(folder):

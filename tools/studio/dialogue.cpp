@@ -400,8 +400,10 @@ std::shared_ptr<const surf::Triangles> Dialogue::surface(int id, int* frame) con
   return nullptr;
 }
 
+/// Of a volume that has just been opened it is about to be there.
 std::string Dialogue::recipe() const {
-  std::lock_guard lock(mutex_);
+  std::unique_lock lock(mutex_);
+  changed_.wait(lock, [&] { return !state_->volume || !recipe_.empty() || is_ending_; });
   return recipe_;
 }
 

@@ -118,11 +118,14 @@ void Dialogue::read_volume(const std::filesystem::path& path,
         wanted_.push_back({id, awaits_evolution(id)});
   }
   publish();
-  // So that the first click need not wait for them.
-  segmentation_->prepare();
   const std::string text = surf::segment::to_recipe<3>(*segmentation_, volume_->name);
-  std::lock_guard lock(mutex_);
-  recipe_ = text;
+  {
+    std::lock_guard lock(mutex_);
+    recipe_ = text;
+  }
+  changed_.notify_all();
+  // So that the first click need not wait for it.
+  segmentation_->prepare();
 }
 
 /// One that cannot be repeated here is moved aside, so that nothing is lost.

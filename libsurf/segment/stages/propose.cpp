@@ -61,9 +61,10 @@ class Propose : public Stage<Dim> {
   /// @param n_done  windows that were looked at
   static void search(Work<Dim>& work, int& n_done) {
     const SearchGrid<Dim>& grid = work.fields.search_grid(
-        field_options(work.options, 0), work.options.sigma_mm, work.options.box_mm);
+        field_options(work.options, 0), work.options.sigma_mm, work.options.box_mm, work.stop);
     work.chosen = 0;
     work.proposals.clear();
+    if (!grid.is_whole()) return;
     const ClickSearchPointer<Dim> found = search_clicks<Dim>(
         grid, clicks_of(work), work.search, {},
         [&](int n, const Rung<Dim>* seen) {

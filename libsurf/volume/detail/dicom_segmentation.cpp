@@ -50,6 +50,7 @@ class Writer {
     segmentation_->setCheckFGOnWrite(OFFalse);
     segmentation_->setCheckDimensionsOnWrite(OFFalse);
     check(segmentation_->writeDataset(data), "the segmentation");
+    name_segments(data);
     insert_series(data, origin_, {"SEG", "surfseg", hash()}, images_);
     return dicom_bytes(data, path_);
   }
@@ -150,8 +151,6 @@ class Writer {
                              "surfseg"),
           "a segment");
     std::unique_ptr<DcmSegment> owned(made);
-    // DCMTK checks text as if it were ASCII whatever the character set.
-    check(owned->setSegmentLabel(name_of(label).c_str(), /*checkValue=*/OFFalse), "a name");
     double L = 0, a = 0, b = 0;
     IODCIELabUtil::rgb2DicomLab(L, a, b, label.colour[0] / 255.0, label.colour[1] / 255.0,
                                 label.colour[2] / 255.0);
@@ -166,6 +165,15 @@ class Writer {
       std::transform(slice(k).begin(), slice(k).end(), mask.begin(),
                      [&](std::uint8_t value) { return Uint8(value == label.label); });
       add_frame(mask, number, k, place);
+    }
+  }
+
+  /// Afterwards: DCMTK checks a segmentation's text as if it were ASCII whatever the character set.
+  void name_segments(DcmDataset& data) const {
+    for (std::size_t n = 0; n < names_.size(); ++n) {
+      DcmItem* segment = nullptr;
+      check(data.findAndGetSequenceItem(DCM_SegmentSequence, segment, long(n)), "a segment");
+      check(segment->putAndInsertString(DCM_SegmentLabel, name_of(names_[n]).c_str()), "a name");
     }
   }
 

@@ -14,6 +14,9 @@ TEST(Recipe, IsLoadedWithoutComputing) {
   const int object = s.add_object("two balls");
   s.add_click(object, inside(-0.5));
   s.evolve(object);
+  Options<3> options;  // other ones, so that the second evolution begins anew
+  options.coarseness = 2;
+  s.set_options(object, options);
   s.add_click(object, inside(0.5));
   s.evolve(object);
   const std::string recipe = to_recipe<3>(s);
