@@ -37,6 +37,9 @@ constexpr double kPlace = 0.1, kPlaceOfWide = 0.03;
 // scans have a mean Dice of 0.758 so, 0.753 without what is beside the edge.
 constexpr double kWide = 2;              // cells
 constexpr double kLeastMostSigma = 0.8;  // cells
+// Deviations of the noise's slopes that those of wide edges round a seed have: then a quarter of
+// them is more than three medians of |grad| of the noise, see estimate_edge_strength().
+constexpr double kQuiet = 18;
 // Of the image's range, and of its values, per cell: phantoms have no noise.
 constexpr double kRounding = 1e-6, kRoundingOfValues = 1e-9;
 
@@ -63,6 +66,17 @@ double noise_of_difference(double narrow, double wide) {
   };
   return std::sqrt(1 + covariance(wide * wide) -
                    2 * covariance((narrow * narrow + wide * wide) / 2));
+}
+
+/// From a point in the image to its nearest face.
+template <int Dim>
+double to_border_mm(const ImageExtent<Dim>& extent, const Vector<Dim>& point) {
+  const Vector<Dim> index = extent.index_to_world.inverse() * point;
+  double out = std::numeric_limits<double>::infinity();
+  for (int axis = 0; axis < Dim; ++axis)
+    out = std::min(out, std::min(index[axis] + 0.5, extent.size[axis] - 0.5 - index[axis]) *
+                            extent.index_to_world.linear().col(axis).norm());
+  return std::max(out, 0.0);
 }
 
 /// Slopes along lines, (lines, places) at every half cell, at any smoothing.
@@ -94,6 +108,13 @@ class Profiles {
       out.push_back(wide(i, place) > 0 ? narrow(i, place) : -narrow(i, place));
     }
     return std::max(quantile(std::move(out), 0.5), 0.0);
+  }
+  /// From the origins to the edges that are seen at this smoothing. [mm]
+  double nearest_mm(double sigma_mm) {
+    const Eigen::MatrixXd& slopes = at(sigma_mm);
+    Eigen::Index out = slopes.cols();
+    for (Eigen::Index i = 0; i < slopes.rows(); ++i) out = std::min(out, edge(slopes.row(i)));
+    return double(first_ + out) * step_mm_;
   }
   /// Deviation of the slopes further than this from the edges, by the lower quartile of their
   /// amounts; of all where nothing is.
@@ -233,9 +254,10 @@ double blur_of(Profiles<Dim>& profiles, const ImageExtent<Dim>& extent, double f
 }
 
 /// Smoothing, slope and noise of edges of a known blur.
+/// @param quiet  of wide edges, how many deviations of the noise's slopes their own have at least
 template <int Dim>
 EdgesAlong edges_of(Profiles<Dim>& profiles, const ImageExtent<Dim>& extent, double edge_blur_mm,
-                    double first_sigma_mm, std::optional<double> given_sigma_mm) {
+                    double first_sigma_mm, std::optional<double> given_sigma_mm, double quiet) {
   const double cell = extent.cell_mm();
   EdgesAlong out;
   out.blur_mm = edge_blur_mm;
@@ -250,7 +272,9 @@ EdgesAlong edges_of(Profiles<Dim>& profiles, const ImageExtent<Dim>& extent, dou
     out.noise = std::max(
         std::sqrt(2.0) * blur * profiles.flat(sigma, is_wide ? kBeside * whole_blur : 0), least);
     const double place = is_wide ? kPlaceOfWide : kPlace;
-    if (given_sigma_mm || out.noise <= place * whole_blur * out.slope || 2 * sigma > most_sigma)
+    const bool is_quiet = !is_wide || quiet * profiles.noise(sigma) <= out.slope;
+    if (given_sigma_mm || 2 * sigma > most_sigma ||
+        (is_quiet && out.noise <= place * whole_blur * out.slope))
       return out;
   }
 }
@@ -275,9 +299,9 @@ EdgesAlong edges_along(Fields<Dim>& fields, const Options<Dim>& options,
   const double blur = blur_of<Dim>(profiles, extent, first, kOfNormals);
   const int beside = int(std::ceil(2 * kBeside * std::hypot(blur, blur_mm(first, cell)) / cell));
   if (beside <= reach || blur <= kWide * cell)
-    return edges_of<Dim>(profiles, extent, blur, first, options.sigma_mm);
+    return edges_of<Dim>(profiles, extent, blur, first, options.sigma_mm, 0);
   NormalProfiles<Dim> longer(fields, options, places, normals, reach, reach + 2 * beside);
-  return edges_of<Dim>(longer, extent, blur, first, options.sigma_mm);
+  return edges_of<Dim>(longer, extent, blur, first, options.sigma_mm, 0);
 }
 
 template <int Dim>
@@ -295,8 +319,12 @@ EdgesAlong edges_round(Fields<Dim>& fields, const Options<Dim>& options,
   const int longest = *std::max_element(extent.size.begin(), extent.size.end());
   RayProfiles<Dim> profiles(fields, options, origins, along, 0, 2 * longest);
   const double first = kFirstSeedSigma * extent.cell_mm();
-  return edges_of<Dim>(profiles, extent, blur_of<Dim>(profiles, extent, first, kOfRays), first,
-                       options.sigma_mm);
+  EdgesAlong out = edges_of<Dim>(profiles, extent, blur_of<Dim>(profiles, extent, first, kOfRays),
+                                 first, options.sigma_mm, kQuiet);
+  out.nearest_mm = profiles.nearest_mm(2 * out.sigma_mm);
+  for (const Vector<Dim>& center : centers)
+    out.nearest_mm = std::min(out.nearest_mm, to_border_mm(extent, center));
+  return out;
 }
 
 template EdgesAlong edges_round<2>(Fields<2>&, const Options<2>&, const std::vector<Vector<2>>&);

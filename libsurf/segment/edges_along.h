@@ -6,10 +6,11 @@
 namespace surf::segment {
 
 struct EdgesAlong {
-  double blur_mm = 0;   ///< deviation s of a Gaussian that makes steps such edges
-  double sigma_mm = 0;  ///< smoothing, no more than noise asks for
-  double slope = 0;     ///< median steepest |d_nu I| at this smoothing [intensity/mm], > 0
-  double noise = 0;     ///< deviation of I at this smoothing [intensity], > 0
+  double blur_mm = 0;     ///< deviation s of a Gaussian that makes steps such edges
+  double sigma_mm = 0;    ///< smoothing, no more than noise asks for
+  double slope = 0;       ///< median steepest |d_nu I| at this smoothing [intensity/mm], > 0
+  double noise = 0;       ///< deviation of I at this smoothing [intensity], > 0
+  double nearest_mm = 0;  ///< of edges_round(): from the seeds to the edges or the image's border
 };
 
 /// Looks along the normals of a shape, at most `reach` to either side for the edge, and as far
@@ -40,7 +41,8 @@ EdgesAlong edges_along(Fields<Dim>& fields, const Options<Dim>& options,
                        const Simplices<Dim>& shape, double reach_mm);
 
 /// The same along rays from the seeds, of the first pronounced peak of the slope on each, and with
-/// 0.7 cells as the least smoothing; g_2 is measured at the edges that are seen at 2 sigma_2.
+/// 0.7 cells as the least smoothing; g_2 is measured at the edges that are seen at 2 sigma_2. Wide
+/// edges are smoothed until their slopes are 18 times the noise's, too.
 template <int Dim>
 EdgesAlong edges_round(Fields<Dim>& fields, const Options<Dim>& options,
                        const std::vector<Vector<Dim>>& seeds);

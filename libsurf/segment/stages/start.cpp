@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <limits>
 #include <numbers>
 
 #include "libsurf/fem/geometry.h"
@@ -18,10 +19,24 @@ constexpr double kLeastDeviation = 1.0 / 256;
 constexpr double kSigma = 0.7, kEdgeLength = 1.5;    // cells
 constexpr double kShareOfStart = 1.0 / 3;            // of the radius of a given start
 constexpr double kLeastRadius = 2, kMostRadius = 8;  // cells, of a seed ball
+// Of wide edges a larger one: of so many deviations of their blur, as far as there is room for it.
+// A force that makes it grow is no stronger then than what holds it at the edges, see the balloon
+// of minimal-surface.
+constexpr double kBlurs = 4, kShareOfNearest = 0.6, kShareBetween = 0.4;
 
 template <int Dim>
 double measure_of_ball(double radius) {
   return Dim == 3 ? 4 * std::numbers::pi * radius * radius : 2 * std::numbers::pi * radius;
+}
+
+template <int Dim>
+double least_distance(const std::vector<Vector<Dim>>& points) {
+  double out = std::numeric_limits<double>::infinity();
+  for (std::size_t a = 0; a < points.size(); ++a)
+    for (std::size_t b = 0; b < a; ++b)
+      if (const double distance = (points[a] - points[b]).norm(); distance > 0)
+        out = std::min(out, distance);
+  return out;
 }
 
 /// Seed balls as one shape of several components; where they may not merge, a ball that would
@@ -67,7 +82,9 @@ class Start : public Stage<Dim> {
     const auto model = work.fields.model(field_options(options, work.sigma_mm));
     if (!work.seeds_mm.empty()) work.seed = seed_model(work, *model);
     work.seed_radius_mm = options.seed_radius_mm.value_or(
-        std::clamp(0.7 * work.seed.radius_mm, kLeastRadius * cell, kMostRadius * cell));
+        std::max(std::clamp(0.7 * work.seed.radius_mm, kLeastRadius * cell, kMostRadius * cell),
+                 std::min({kBlurs * edges.blur_mm, kShareOfNearest * edges.nearest_mm,
+                           kShareBetween * least_distance(work.seeds_mm)})));
     work.shape = work.start_is_given ? in_file_order<Dim>(work.shape) : seed_balls(work);
     work.start = work.shape;
     work.energies = completed<Dim>(options.energies, context(work, *model));
