@@ -46,18 +46,32 @@ constexpr float kFar = std::numeric_limits<float>::infinity();
 /// The lower envelope of parabolas along a line (Felzenszwalb and Huttenlocher).
 class Envelope {
  public:
-  explicit Envelope(int longest) : values_(longest), center_(longest), from_(longest) {}
+  explicit Envelope(int longest) : before_(longest), center_(longest), from_(longest) {}
 
-  /// values[i] becomes min over j of (i - j)^2 + values[j].
-  void replace(float* values, int n, std::size_t stride) {
+  /// values[i] becomes min over j of (i - j)^2 + values[j]. Beyond a 0 nothing is nearer than it,
+  /// so that each run between two of them is one for itself.
+  void replace(float* values, int n) {
+    for (int i = 0; i < n;) {
+      if (values[i] == 0) {
+        ++i;
+        continue;
+      }
+      const int first = std::max(i - 1, 0);
+      while (i < n && values[i] != 0) ++i;
+      replace_run(values + first, std::min(i + 1, n) - first);
+    }
+  }
+
+ private:
+  void replace_run(float* values, int n) {
     int last = -1;
     for (int j = 0; j < n; ++j) {
-      values_[j] = values[j * stride];
-      if (values_[j] == kFar) continue;
+      before_[j] = values[j];
+      if (before_[j] == kFar) continue;
       double begin = -1;
       for (; last >= 0; --last) {
         const int k = center_[last];
-        begin = (double(values_[j]) - double(values_[k]) + double(j) * j - double(k) * k) /
+        begin = (double(before_[j]) - double(before_[k]) + double(j) * j - double(k) * k) /
                 (2.0 * (j - k));
         if (begin > from_[last]) break;
       }
@@ -69,28 +83,47 @@ class Envelope {
     for (int i = 0, at = 0; i < n; ++i) {
       while (at < last && from_[at + 1] < i) ++at;
       const auto away = float(i - center_[at]);
-      values[i * stride] = away * away + values_[center_[at]];
+      values[i] = away * away + before_[center_[at]];
     }
   }
 
- private:
-  std::vector<float> values_;
+  std::vector<float> before_;
   std::vector<int> center_;
   std::vector<double> from_;
 };
 
 }  // namespace
 
+/// Along axes but the first some neighbouring lines at once, one after the other in memory. 112^3
+/// nodes, a ball of radius 40: 9.9 ms, 36 with one line at a time and no runs.
 template <int Dim>
 std::vector<float> exact_squared_distances(const NodeBox<Dim>& box, const Flags& flags) {
+  constexpr std::size_t kAtOnce = 16;
   std::vector<float> out(box.n());
   std::transform(flags.begin(), flags.end(), out.begin(),
                  [](std::uint8_t flag) { return flag ? 0.f : kFar; });
-  Envelope envelope(*std::max_element(box.size.begin(), box.size.end()));
-  std::size_t stride = 1;
-  for (int axis = 0; axis < Dim; stride *= box.size[axis], ++axis)
-    for (std::size_t line = 0; line < out.size(); ++line)
-      if (line / stride % box.size[axis] == 0) envelope.replace(&out[line], box.size[axis], stride);
+  const std::size_t row_size = box.size[0];
+  const int longest = *std::max_element(box.size.begin(), box.size.end());
+  Envelope envelope(longest);
+  for (std::size_t row = 0; row < out.size(); row += row_size)
+    envelope.replace(&out[row], box.size[0]);
+  std::vector<float> lines(kAtOnce * std::size_t(longest));
+  std::size_t stride = row_size;
+  for (int axis = 1; axis < Dim; stride *= box.size[axis], ++axis) {
+    const std::size_t n = box.size[axis];
+    for (std::size_t row = 0; row < out.size(); row += row_size) {
+      if (row / stride % n != 0) continue;
+      for (std::size_t i = 0; i < row_size; i += kAtOnce) {
+        float* first = &out[row + i];
+        const std::size_t n_lines = std::min(kAtOnce, row_size - i);
+        for (std::size_t k = 0; k < n; ++k)
+          for (std::size_t l = 0; l < n_lines; ++l) lines[l * n + k] = first[k * stride + l];
+        for (std::size_t l = 0; l < n_lines; ++l) envelope.replace(&lines[l * n], int(n));
+        for (std::size_t k = 0; k < n; ++k)
+          for (std::size_t l = 0; l < n_lines; ++l) first[k * stride + l] = lines[l * n + k];
+      }
+    }
+  }
   return out;
 }
 
