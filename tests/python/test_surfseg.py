@@ -296,14 +296,25 @@ except KeyboardInterrupt:
     return float(out.stdout)
 
 
-# On a machine that does something else as well threads wait for their turn: the best of four.
+@pytest.fixture(scope="module")
+def seconds_of_all():
+    out = subprocess.run([sys.executable, "-c", LARGE + """
+begin = time.monotonic()
+dialogue.evolve()
+print(time.monotonic() - begin)"""], check=True, capture_output=True, text=True)
+    return float(out.stdout)
+
+
+# A tenth of the whole, 0.05 to 0.1 s on a machine that does nothing else; where threads wait
+# for their turn the whole takes longer as well. The best of four.
 @pytest.mark.parametrize("way", ["False", "Ctrl-C"])
 @pytest.mark.parametrize("moment", [0.2, 1.5, 4])
-def test_stops_within_a_third_of_a_second(way, moment):
+def test_stops_at_once(way, moment, seconds_of_all):
+    enough = max(0.3, seconds_of_all / 10)
     times = []
-    while len(times) < 4 and min(times, default=1) > 0.3:
+    while len(times) < 4 and min(times, default=np.inf) > enough:
         times.append(seconds_to_stop(way, moment))
-    assert min(times) <= 0.3, times
+    assert min(times) <= enough, times
 
 
 def test_ctrl_c_leaves_the_shape_so_far():
