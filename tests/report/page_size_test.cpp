@@ -21,16 +21,16 @@ surf::volume::Volume noise() {
   return {{kSize, kSize, kSize}, affine, values};
 }
 
-// Forty surfaces with 400 000 triangles and as many clicks as they may have: what has no budget of
+// Twenty surfaces with 400 000 triangles and as many clicks as they may have: what has no budget of
 // its own, clicks and text, is made up for by a coarser view.
 TEST(ReportPage, StaysBelowFiveMegabytesHoweverMuchThereIsToSay) {
   const surf::volume::Volume volume = noise();
-  std::vector<surf::segment::Object<3>> objects(40);
+  std::vector<surf::segment::Object<3>> objects(20);
   std::vector<surf::segment::Finished<3>> finished(objects.size());
   std::vector<ReportedObject<3>> reported;
   std::mt19937 random(7);
   for (std::size_t n = 0; n < objects.size(); ++n) {
-    const surf::Vector<3> center(-30 + 1.5 * double(n), 0, 0);
+    const surf::Vector<3> center(-30 + 3.0 * double(n), 0, 0);
     objects[n].name = "object " + std::to_string(n + 1);
     objects[n].result = std::make_shared<const surf::segment::Result<3>>();
     for (int k = 0; k < 1000; ++k)
