@@ -10,6 +10,7 @@
 #include "libsurf/mesh/form.h"
 #include "libsurf/mesh/region_intensities.h"
 #include "libsurf/segment/finish_objects.h"
+#include "libsurf/volume/orientation.h"
 #include "libsurf/volume/write_volume.h"
 #include "tools/common/outputs.h"
 #include "tools/report/report.h"
@@ -66,7 +67,10 @@ void write_labels(const State& state, const Export& wanted, const std::string& p
     else if (id == wanted.object)
       names.push_back({1, object.name, object.colour});
   }
-  surf::volume::write_label_map(path, state.volume->volume, labels, names);
+  const surf::volume::Volume& volume = state.volume->volume;
+  surf::volume::write_label_map(
+      path, volume, surf::volume::from_ras_order(labels, volume.size(), volume.index_to_world()),
+      names);
 }
 
 std::string quoted(std::string text) {

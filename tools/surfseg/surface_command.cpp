@@ -10,6 +10,7 @@
 #include "libsurf/mesh/form.h"
 #include "libsurf/mesh/region_intensities.h"
 #include "libsurf/segment/segment.h"
+#include "libsurf/volume/orientation.h"
 #include "libsurf/volume/write_volume.h"
 #include "tools/common/command_line.h"
 #include "tools/common/objects.h"
@@ -93,7 +94,9 @@ void SurfaceCommand::write_together(const surf::Triangles& all,
 
 void SurfaceCommand::write_labels(const std::vector<std::uint8_t>& labels,
                                   const std::vector<surf::volume::LabelName>& names) const {
-  surf::volume::write_label_map(files().mask, image(), labels, names);
+  surf::volume::write_label_map(
+      files().mask, image(),
+      surf::volume::from_ras_order(labels, image().size(), image().index_to_world()), names);
 }
 
 void SurfaceCommand::write_shape(const std::string& path, const surf::segment::Finished<3>& shape,
