@@ -4,8 +4,11 @@
 #include <omp.h>
 
 #include <Eigen/Dense>
+#include <memory>
+#include <mutex>
 #include <new>
 #include <stdexcept>
+#include <utility>
 #include <vector>
 
 namespace surf {
@@ -169,7 +172,32 @@ class InverseOnPattern {
 
 }  // namespace
 
-struct CholeskyPattern::Impl : Factor {};
+/// With the factors that are no longer needed, whose memory serves the next ones: where each had
+/// its own, the kernel's clearing of fresh pages took a quarter of the time of locating the edges
+/// of a brain (41,000 vertices, 27 factors of 100 MB).
+struct CholeskyPattern::Impl : Factor {
+  mutable std::mutex mutex;
+  mutable std::vector<std::unique_ptr<Factor>> spare;
+
+  std::unique_ptr<Factor> take() const {
+    {
+      const std::lock_guard lock(mutex);
+      if (!spare.empty()) {
+        std::unique_ptr<Factor> out = std::move(spare.back());
+        spare.pop_back();
+        return out;
+      }
+    }
+    auto out = std::make_unique<Factor>();
+    out->L = cholmod_copy_factor(L, out->common.get());
+    out->check();
+    return out;
+  }
+  void give_back(std::unique_ptr<Factor> factor) const {
+    const std::lock_guard lock(mutex);
+    spare.push_back(std::move(factor));
+  }
+};
 
 CholeskyPattern::CholeskyPattern(const Sparse& matrix) {
   const OneThread one;
@@ -180,19 +208,29 @@ CholeskyPattern::CholeskyPattern(const Sparse& matrix) {
   impl_ = impl;
 }
 
-struct SparseCholesky::Impl : Factor {};
+struct SparseCholesky::Impl {
+  explicit Impl(std::shared_ptr<const CholeskyPattern::Impl> of)
+      : pattern(std::move(of)), factor(pattern->take()) {}
+  ~Impl() { pattern->give_back(std::move(factor)); }
+  Impl(const Impl&) = delete;
+  Impl& operator=(const Impl&) = delete;
+
+  const cholmod_factor* L() const { return factor->L; }
+  cholmod_common* common() const { return factor->common.get(); }
+
+  std::shared_ptr<const CholeskyPattern::Impl> pattern;
+  std::unique_ptr<Factor> factor;
+};
 
 SparseCholesky::SparseCholesky(const Sparse& matrix)
     : SparseCholesky(CholeskyPattern(matrix), matrix) {}
 
 SparseCholesky::SparseCholesky(const CholeskyPattern& pattern, const Sparse& matrix)
-    : impl_(std::make_unique<Impl>()) {
+    : impl_(std::make_unique<Impl>(pattern.impl_)) {
   const OneThread one;
-  impl_->L = cholmod_copy_factor(pattern.impl_->L, impl_->common.get());
-  impl_->check();
   cholmod_sparse A = view_of(matrix);
-  cholmod_factorize(&A, impl_->L, impl_->common.get());
-  if (impl_->common.get()->status == CHOLMOD_OUT_OF_MEMORY) throw std::bad_alloc();
+  cholmod_factorize(&A, impl_->factor->L, impl_->common());
+  if (impl_->common()->status == CHOLMOD_OUT_OF_MEMORY) throw std::bad_alloc();
 }
 
 SparseCholesky::SparseCholesky(SparseCholesky&&) noexcept = default;
@@ -200,25 +238,25 @@ SparseCholesky& SparseCholesky::operator=(SparseCholesky&&) noexcept = default;
 SparseCholesky::~SparseCholesky() = default;
 
 bool SparseCholesky::is_definite() const {
-  return impl_->common.get()->status == CHOLMOD_OK && impl_->L->minor == impl_->L->n;
+  return impl_->common()->status == CHOLMOD_OK && impl_->L()->minor == impl_->L()->n;
 }
 
 Eigen::MatrixXd SparseCholesky::solve(const Eigen::MatrixXd& rhs) const {
   if (!is_definite()) throw std::logic_error("SparseCholesky: the matrix is not positive definite");
   const OneThread one;
   cholmod_dense B = view_of(rhs);
-  cholmod_dense* X = cholmod_solve(CHOLMOD_A, impl_->L, &B, impl_->common.get());
+  cholmod_dense* X = cholmod_solve(CHOLMOD_A, impl_->factor->L, &B, impl_->common());
   if (!X) throw std::bad_alloc();
   Eigen::MatrixXd out =
       Eigen::Map<const Eigen::MatrixXd>(static_cast<const double*>(X->x), rhs.rows(), rhs.cols());
-  cholmod_free_dense(&X, impl_->common.get());
+  cholmod_free_dense(&X, impl_->common());
   return out;
 }
 
 Eigen::VectorXd SparseCholesky::inverse_diagonal() const {
   if (!is_definite()) throw std::logic_error("SparseCholesky: the matrix is not positive definite");
-  const Eigen::VectorXd permuted = InverseOnPattern(*impl_->L).diagonal();
-  const auto* order = static_cast<const int*>(impl_->L->Perm);
+  const Eigen::VectorXd permuted = InverseOnPattern(*impl_->L()).diagonal();
+  const auto* order = static_cast<const int*>(impl_->L()->Perm);
   Eigen::VectorXd out(permuted.size());
   for (Eigen::Index k = 0; k < out.size(); ++k) out[order[k]] = permuted[k];
   return out;

@@ -7,8 +7,8 @@
 
 namespace surf {
 
-/// What the factors of all matrices with the same nonzeros share: an order of little fill and the
-/// nonzeros of the factor.
+/// What the factors of all matrices with the same nonzeros share: an order of little fill, the
+/// nonzeros of the factor, and the memory of those that are gone.
 class CholeskyPattern {
  public:
   /// @param matrix  (n, n), symmetric; of its values only the places count

@@ -108,16 +108,15 @@ std::vector<FinishedObject<Dim>> finish_objects(const Setting<Dim>& setting,
 }
 
 template <int Dim>
-std::vector<std::uint8_t> label_map(const Setting<Dim>& setting,
+std::vector<std::uint8_t> label_map(const Setting<Dim>& setting, const ImageBox<Dim>& grid,
                                     std::span<const FinishedObject<Dim>> objects) {
   assert(objects.size() <= 255);
-  const ImageExtent<Dim>& extent = setting.extent();
   std::vector<std::uint8_t> out;
   const auto cells_in = [&](const Simplices<Dim>& shape) {
-    return setting.rasterized(shape, extent.size, extent.index_to_world);
+    return setting.rasterized(shape, grid.size, grid.index_to_world);
   };
   std::size_t n_cells = 1;
-  for (const int along : extent.size) n_cells *= std::size_t(along);
+  for (const int along : grid.size) n_cells *= std::size_t(along);
   out.assign(n_cells, 0);
   for (std::size_t n = 0; n < objects.size(); ++n) {
     if (!objects[n].finished) continue;
@@ -136,12 +135,12 @@ std::vector<std::uint8_t> label_map(const Setting<Dim>& setting,
       Vector<Dim> index;
       std::size_t rest = at;
       for (int axis = 0; axis < Dim; ++axis) {
-        index[axis] = double(rest % std::size_t(extent.size[axis]));
-        rest /= std::size_t(extent.size[axis]);
+        index[axis] = double(rest % std::size_t(grid.size[axis]));
+        rest /= std::size_t(grid.size[axis]);
       }
-      const Vector<Dim> center = extent.index_to_world * index;
+      const Vector<Dim> center = grid.index_to_world * index;
       if (std::any_of(distances.begin(), distances.end(), [&](const auto& distance) {
-            return distance(center) <= kMostGapOfWalls * extent.cell_mm();
+            return distance(center) <= kMostGapOfWalls * setting.extent().cell_mm();
           }))
         out[at] = std::uint8_t(n + 1);
     }
@@ -149,10 +148,10 @@ std::vector<std::uint8_t> label_map(const Setting<Dim>& setting,
   return out;
 }
 
-#define SURF_INSTANTIATE(Dim)                                                        \
-  template std::vector<FinishedObject<Dim>> finish_objects<Dim>(                     \
-      const Setting<Dim>&, std::span<const Result<Dim>* const>, const std::string&); \
-  template std::vector<std::uint8_t> label_map<Dim>(const Setting<Dim>&,             \
+#define SURF_INSTANTIATE(Dim)                                                                  \
+  template std::vector<FinishedObject<Dim>> finish_objects<Dim>(                               \
+      const Setting<Dim>&, std::span<const Result<Dim>* const>, const std::string&);           \
+  template std::vector<std::uint8_t> label_map<Dim>(const Setting<Dim>&, const ImageBox<Dim>&, \
                                                     std::span<const FinishedObject<Dim>>);
 SURF_INSTANTIATE(2)
 SURF_INSTANTIATE(3)

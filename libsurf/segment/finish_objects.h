@@ -44,11 +44,13 @@ std::vector<FinishedObject<Dim>> finish_objects(const Setting<Dim>& setting,
                                                 std::span<const Result<Dim>* const> results,
                                                 const std::string& extension);
 
-/// On the image's own cells: 0 outside all, n + 1 in object n; i fastest. Cells whose centres lie
-/// in the gap at a wall are the later object's, to which they belonged.
+/// On the cells of a grid: 0 outside all, n + 1 in object n; first index fastest. Cells whose
+/// centres lie in the gap at a wall are the later object's, to which they belonged.
+/// @param grid  that of the image's file, say; the setting's own extent() may have its axes in
+///              another order
 /// @pre  no more than 255
 template <int Dim>
-std::vector<std::uint8_t> label_map(const Setting<Dim>& setting,
+std::vector<std::uint8_t> label_map(const Setting<Dim>& setting, const ImageBox<Dim>& grid,
                                     std::span<const FinishedObject<Dim>> objects);
 
 }  // namespace surf::segment

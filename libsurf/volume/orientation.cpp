@@ -74,27 +74,4 @@ std::array<Eigen::Vector3d, 2> bounds_ras_mm(const Eigen::Affine3d& index_to_wor
   return {lower, upper};
 }
 
-std::vector<std::uint8_t> from_ras_order(const std::vector<std::uint8_t>& values,
-                                         const std::array<int, 3>& size,
-                                         const Eigen::Affine3d& index_to_world) {
-  const AxisOrder order = ras_order(index_to_world);
-  std::array<std::size_t, 3> stride = {};  // among the values, by axis of the grid
-  std::size_t step = 1;
-  for (int n = 0; n < 3; ++n) {
-    stride[order.axes[n]] = step;
-    step *= std::size_t(size[order.axes[n]]);
-  }
-  std::array<bool, 3> is_reversed = {};
-  for (int n = 0; n < 3; ++n) is_reversed[order.axes[n]] = order.are_reversed[n];
-  const auto part = [&](int axis, int index) {
-    return stride[axis] * std::size_t(is_reversed[axis] ? size[axis] - 1 - index : index);
-  };
-  std::vector<std::uint8_t> out;
-  out.reserve(values.size());
-  for (int k = 0; k < size[2]; ++k)
-    for (int j = 0; j < size[1]; ++j)
-      for (int i = 0; i < size[0]; ++i) out.push_back(values[part(0, i) + part(1, j) + part(2, k)]);
-  return out;
-}
-
 }  // namespace surf::volume

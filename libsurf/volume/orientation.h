@@ -3,7 +3,6 @@
 
 #include <Eigen/Geometry>
 #include <array>
-#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -29,13 +28,6 @@ struct AxisOrder {
 /// The index axes that run most nearly along R, A and S, reversed where they run to L, P or I.
 /// @param index_to_world  voxel centre to RAS mm, invertible
 AxisOrder ras_order(const Eigen::Affine3d& index_to_world);
-
-/// Values of voxels in RAS order (Volume::in_ras_order()), the first index fastest, in the order of
-/// the grid that they came from.
-/// @param size  of that grid
-std::vector<std::uint8_t> from_ras_order(const std::vector<std::uint8_t>& values,
-                                         const std::array<int, 3>& size,
-                                         const Eigen::Affine3d& index_to_world);
 
 /// Smallest and largest world coordinates of the voxel centres [mm, RAS].
 std::array<Eigen::Vector3d, 2> bounds_ras_mm(const Eigen::Affine3d& index_to_world,

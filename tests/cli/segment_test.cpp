@@ -1,4 +1,6 @@
 // From a phantom to a scored surface through the program, and what its options promise.
+#include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "libsurf/io/read_surface.h"
@@ -10,6 +12,7 @@
 #include "libsurf/mesh/rasterize.h"
 #include "libsurf/mesh/verify.h"
 #include "libsurf/volume/read_volume.h"
+#include "libsurf/volume/write_volume.h"
 #include "tests/cli/program.h"
 
 namespace surfseg::test {
@@ -171,6 +174,43 @@ TEST_F(Segment, MaskAgreesWithTheSurface) {
       }
   EXPECT_EQ(n_wrong, 0u);
   EXPECT_NEAR(double(n_inside), kVolumeMm3, kVolumeToleranceMm3);
+}
+
+// The same voxels stored along other axes, or backwards: the mask is on the file's grid.
+TEST_F(Segment, TheMaskIsOnTheGridOfAFileInAnyOrderOfAxes) {
+  const std::array<int, 3> size = {24, 30, 36};
+  const Eigen::Vector3d center(9, 12, 22);
+  constexpr double kRadius = 6;
+  for (const std::array<int, 3>& axes : {std::array{0, 1, 2}, {1, 2, 0}, {2, 1, 0}}) {
+    Eigen::Affine3d at = Eigen::Affine3d::Identity();  // LPS, with its axes exchanged
+    at.linear().setZero();
+    std::array<int, 3> stored;
+    for (int n = 0; n < 3; ++n) {
+      stored[n] = size[axes[n]];
+      at.linear()(axes[n], n) = axes[n] == 2 ? 1 : -1;
+      at.translation()[axes[n]] = axes[n] == 2 ? 0 : size[axes[n]] - 1;
+    }
+    std::vector<float> values;
+    std::vector<std::uint8_t> is_inside;
+    for (int k = 0; k < stored[2]; ++k)
+      for (int j = 0; j < stored[1]; ++j)
+        for (int i = 0; i < stored[0]; ++i) {
+          const double depth = kRadius - (at * Eigen::Vector3d(i, j, k) - center).norm();
+          values.push_back(float(std::clamp(depth + 0.5, 0.0, 1.0)));
+          is_inside.push_back(depth > 0);
+        }
+    surf::volume::write_volume(file("stored.nii.gz"), {stored, at, values});
+    must({"segment", "stored.nii.gz", "--seed", "9,12,22", "--space", "ras", "-o", "s.vtp",
+          "--mask", "m.nii.gz", "-q"});
+    const auto mask = surf::volume::read_volume(file("m.nii.gz"));
+    ASSERT_EQ(mask.size(), stored);
+    EXPECT_TRUE(mask.index_to_world().isApprox(at, 1e-6));
+    std::vector<float> labels(values.size());
+    mask.copy_box({0, 0, 0}, stored, labels.data());
+    int n_wrong = 0;
+    for (std::size_t n = 0; n < labels.size(); ++n) n_wrong += (labels[n] == 1) != is_inside[n];
+    EXPECT_LT(n_wrong, 20) << axes[0] << axes[1] << axes[2];  // of 905
+  }
 }
 
 TEST_F(Segment, MumfordShahFindsANoisyBallAndItsDenoisedVolume) {

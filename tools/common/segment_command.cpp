@@ -203,7 +203,8 @@ template <int Dim>
 void SegmentCommand<Dim>::write_labels_of(const Input& input, const Objects& objects,
                                           const Finished& finished) {
   if (labels_path().empty()) return;
-  std::vector<std::uint8_t> labels = surf::segment::label_map<Dim>(*input.setting, finished);
+  std::vector<std::uint8_t> labels =
+      surf::segment::label_map<Dim>(*input.setting, image_box(), finished);
   std::vector<std::uint8_t> now(objects.size() + 1);
   const auto n_wanted = std::count_if(objects.begin(), objects.end(),
                                       [](const auto& object) { return object.is_wanted; });

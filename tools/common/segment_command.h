@@ -81,6 +81,8 @@ class SegmentCommand {
                               const std::vector<surf::segment::Click<Dim>>& clicks) const = 0;
   /// The file of a map of labels; empty if none was asked for.
   virtual std::string labels_path() const = 0;
+  /// The grid of the map of labels: the image's own, as its file has it.
+  virtual surf::ImageBox<Dim> image_box() const = 0;
   /// Writes the map of labels.
   virtual void write_labels(const std::vector<std::uint8_t>& labels,
                             const std::vector<surf::volume::LabelName>& names) const = 0;

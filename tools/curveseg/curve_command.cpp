@@ -26,6 +26,10 @@ std::shared_ptr<const surf::segment::Setting<2>> CurveFiles::setting(
   return surf::curve::make_setting(image);
 }
 
+surf::ImageBox<2> CurveCommand::image_box() const {
+  return {image().size(), image().pixel_to_plane(), image().plane_to_pixel()};
+}
+
 void CurveCommand::write_labels(const std::vector<std::uint8_t>& labels,
                                 const std::vector<surf::volume::LabelName>& /*names*/) const {
   if (has_object(files().output))

@@ -36,6 +36,7 @@ class CurveCommand : public ImageCommand<2, CurveFiles> {
   const char* program() const override { return "curveseg"; }
   void write_together(const surf::Segments&,
                       const std::vector<surf::segment::Click<2>>&) const override {}
+  surf::ImageBox<2> image_box() const override;
   /// One object is white, 255; where -o asks for all of several they have their labels.
   void write_labels(const std::vector<std::uint8_t>& labels,
                     const std::vector<surf::volume::LabelName>& names) const override;

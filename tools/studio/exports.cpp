@@ -10,7 +10,6 @@
 #include "libsurf/mesh/form.h"
 #include "libsurf/mesh/region_intensities.h"
 #include "libsurf/segment/finish_objects.h"
-#include "libsurf/volume/orientation.h"
 #include "libsurf/volume/write_volume.h"
 #include "tools/common/outputs.h"
 #include "tools/report/report.h"
@@ -53,7 +52,10 @@ void write_surface(const State& state, const Export& wanted, const std::string& 
 /// Each object has its number, one alone has 1.
 void write_labels(const State& state, const Export& wanted, const std::string& path) {
   Finished all = finished(state, ".stl");
-  std::vector<std::uint8_t> labels = surf::segment::label_map<3>(*state.volume->setting, all);
+  const surf::volume::Volume& volume = state.volume->volume;
+  std::vector<std::uint8_t> labels = surf::segment::label_map<3>(
+      *state.volume->setting, {volume.size(), volume.index_to_world(), volume.world_to_index()},
+      all);
   if (wanted.object != 0) {
     const std::size_t n = index_of(state, wanted.object);
     sound(all[n]);
@@ -67,10 +69,7 @@ void write_labels(const State& state, const Export& wanted, const std::string& p
     else if (id == wanted.object)
       names.push_back({1, object.name, object.colour});
   }
-  const surf::volume::Volume& volume = state.volume->volume;
-  surf::volume::write_label_map(
-      path, volume, surf::volume::from_ras_order(labels, volume.size(), volume.index_to_world()),
-      names);
+  surf::volume::write_label_map(path, volume, labels, names);
 }
 
 std::string quoted(std::string text) {

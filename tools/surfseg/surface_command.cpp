@@ -10,7 +10,6 @@
 #include "libsurf/mesh/form.h"
 #include "libsurf/mesh/region_intensities.h"
 #include "libsurf/segment/segment.h"
-#include "libsurf/volume/orientation.h"
 #include "libsurf/volume/write_volume.h"
 #include "tools/common/command_line.h"
 #include "tools/common/objects.h"
@@ -92,11 +91,13 @@ void SurfaceCommand::write_together(const surf::Triangles& all,
     write_picture(files().thumbnail, all, image(), clicks, kThumbnailWidth);
 }
 
+surf::ImageBox<3> SurfaceCommand::image_box() const {
+  return {image().size(), image().index_to_world(), image().world_to_index()};
+}
+
 void SurfaceCommand::write_labels(const std::vector<std::uint8_t>& labels,
                                   const std::vector<surf::volume::LabelName>& names) const {
-  surf::volume::write_label_map(
-      files().mask, image(),
-      surf::volume::from_ras_order(labels, image().size(), image().index_to_world()), names);
+  surf::volume::write_label_map(files().mask, image(), labels, names);
 }
 
 void SurfaceCommand::write_shape(const std::string& path, const surf::segment::Finished<3>& shape,

@@ -46,6 +46,7 @@ class SurfaceCommand : public ImageCommand<3, SurfaceFiles> {
              const surf::segment::Finished<3>& finished) const override;
   void write_together(const surf::Triangles& all,
                       const std::vector<surf::segment::Click<3>>& clicks) const override;
+  surf::ImageBox<3> image_box() const override;
   void write_labels(const std::vector<std::uint8_t>& labels,
                     const std::vector<surf::volume::LabelName>& names) const override;
   void write_shape(const std::string& path, const surf::segment::Finished<3>& shape,

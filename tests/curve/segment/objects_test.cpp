@@ -56,7 +56,7 @@ TEST(CurveObjects, NeverOverlapAndShareOneMapOfLabels) {
   }
   ASSERT_FALSE(finished[1].walls.empty());
   EXPECT_LE(finished[1].walls.front().greatest_gap, segment::kMostGapOfWalls);
-  const auto labels = segment::label_map<2>(s.setting(), finished);
+  const auto labels = segment::label_map<2>(s.setting(), s.setting().extent(), finished);
   double n_wrong = 0;
   for (std::size_t at = 0; at < labels.size(); ++at)
     n_wrong += labels[at] != disc_at({double(at % kSize), double(at / kSize)});

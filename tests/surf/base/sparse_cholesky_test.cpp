@@ -56,6 +56,17 @@ TEST(SparseCholesky, OnePatternServesManyMatrices) {
   }
 }
 
+TEST(SparseCholesky, TheMemoryOfOneWithoutAFactorServesTheNext) {
+  const Sparse bad = squared_laplacian(20, 1, -10), good = squared_laplacian(20, 2, 1);
+  const CholeskyPattern pattern(bad);
+  EXPECT_FALSE(SparseCholesky(pattern, bad).is_definite());
+  const Eigen::VectorXd rhs = Eigen::VectorXd::LinSpaced(good.rows(), -1, 1);
+  const Eigen::MatrixXd fresh = SparseCholesky(good).solve(rhs);
+  EXPECT_EQ(SparseCholesky(pattern, good).solve(rhs), fresh);
+  const SparseCholesky first(pattern, good), second(pattern, squared_laplacian(20, 3, 1));
+  EXPECT_EQ(first.solve(rhs), fresh);  // both at once do not share it
+}
+
 TEST(SparseCholesky, SaysWhereThereIsNoFactor) {
   const Sparse A = squared_laplacian(5, 1, -10);
   const SparseCholesky factor(A);

@@ -133,7 +133,8 @@ TEST(Objects, KeepTheirNaturalGaps) {
 
 TEST(Objects, ShareOneMapOfLabels) {
   const FinishedAbdomen& made = finished_abdomen();
-  const auto labels = label_map<3>(made.segmentation.setting(), made.finished);
+  const auto labels = label_map<3>(made.segmentation.setting(),
+                                   made.segmentation.setting().extent(), made.finished);
   ASSERT_EQ(labels.size(), std::size_t(kSize) * kSize * kSize);
   std::vector<double> both(organs().size() + 1), found(both.size()), truth(both.size());
   for (std::size_t at = 0; at < labels.size(); ++at) {

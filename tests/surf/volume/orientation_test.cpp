@@ -99,22 +99,5 @@ TEST(Orientation, RasOrderIsTheSameVolumeHoweverTheFileHasItsAxes) {
   } while (std::next_permutation(axes.begin(), axes.end()));
 }
 
-TEST(Orientation, WhatIsInRasOrderGoesBackToTheFilesOrder) {
-  const std::array<int, 3> size = {3, 4, 5};
-  Eigen::Affine3d at = Eigen::Affine3d::Identity();
-  at.linear() << 0, 0, -1, 1, 0, 0, 0, -1, 0;
-  std::vector<float> values(60);
-  for (std::size_t n = 0; n < values.size(); ++n) values[n] = float(n);
-  const Volume ras = Volume(size, at, values).in_ras_order();
-  std::vector<std::uint8_t> in_ras_order;
-  for (int k = 0; k < ras.size()[2]; ++k)
-    for (int j = 0; j < ras.size()[1]; ++j)
-      for (int i = 0; i < ras.size()[0]; ++i)
-        in_ras_order.push_back(std::uint8_t(ras.value(i, j, k)));
-  const std::vector<std::uint8_t> back = from_ras_order(in_ras_order, size, at);
-  EXPECT_NE(in_ras_order, back);
-  for (std::size_t n = 0; n < values.size(); ++n) EXPECT_EQ(back[n], n);
-}
-
 }  // namespace
 }  // namespace surf::volume
