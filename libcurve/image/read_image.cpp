@@ -62,9 +62,9 @@ std::vector<float> greys(const Raster& raster) {
 std::vector<std::string> notes_of(const Raster& raster, int page) {
   std::vector<std::string> notes;
   if (raster.n_components >= 3)
-    notes.push_back("colors are turned into luminance: 0.2126 R + 0.7152 G + 0.0722 B");
+    notes.emplace_back("colors are turned into luminance: 0.2126 R + 0.7152 G + 0.0722 B");
   if (raster.n_components == 2 || raster.n_components == 4)
-    notes.push_back("transparency is dropped");
+    notes.emplace_back("transparency is dropped");
   if (raster.n_pages > 1)
     notes.push_back(fmt::format("the file has {} pages; this is page {}", raster.n_pages, page));
   return notes;

@@ -9,6 +9,7 @@
 #include <memory>
 #include <numbers>
 #include <optional>
+#include <utility>
 
 #include "libsurf/segment/cell_noise.h"
 #include "libsurf/segment/edge_profiles.h"
@@ -22,9 +23,10 @@ namespace {
 constexpr double kReachBlurs = 3, kReachCells = 1.5;
 constexpr double kPoolCells = 4;
 constexpr int kPasses = 4;
-// Of the prior: in the first pass, in those after it, where lengths are compared. With 3 everywhere
-// errors on phantoms are the same to a thousandth of a voxel, for twice the time.
-constexpr int kFirst = 3, kNext = 1, kCompared = 1;
+// Of the prior: in the first pass, in those after it, which begin where the one before has ended,
+// and where lengths are compared. With 3 everywhere errors on phantoms are the same to a thousandth
+// of a voxel, for twice the time.
+constexpr int kFirst = 3, kNext = 0, kCompared = 1;
 constexpr std::array kLengths = {4.0, 6.0, 8.0, 12.0, 16.0, 24.0};  // cells
 constexpr int kMiddle = 3;                                          // of the lengths
 constexpr double kLevelShare = 0.6;  // of the cells tell levels apart from the place
@@ -91,10 +93,13 @@ class Locator {
       out.correlation = expected.correlation;
       const Observations data = observations(expected, u, Part::kAll);
       if (pass == 1) {
-        out.length_mm = best_length(expected, u);
-        prior.emplace(bending_, geometry_, normals_, out.length_mm);
+        auto [length_mm, best] = best_prior(expected, u);
+        out.length_mm = length_mm;
+        prior.emplace(std::move(best));
       }
-      posterior = std::make_unique<Posterior>(after(*prior, data, pass == 1 ? kFirst : kNext));
+      posterior =
+          std::make_unique<Posterior>(posterior ? after(*prior, data, posterior->mean(), kNext)
+                                                : after(*prior, data, prior->smoothing(), kFirst));
       u = limited(posterior->mean());
     }
     out.blur_mm = median(profiles.width_mm);
@@ -184,8 +189,9 @@ class Locator {
     double correlation = 1;
   };
 
+  /// @param moves  that the prior's first weights are of
   Posterior after(const SmoothMoves<Dim>& prior, const Observations& data,
-                  int n_reweightings) const {
+                  const Eigen::VectorXd& moves, int n_reweightings) const {
     const Eigen::VectorXd information =
         (data.P * Eigen::VectorXd::Ones(data.b.size()))
             .cwiseQuotient(geometry_.lumped_mass().cwiseMax(1e-300));
@@ -196,7 +202,7 @@ class Locator {
     const auto n_seen = Eigen::Index(seen.size());
     const double tau = prior.stiffness(
         n_seen == 0 ? 1 : median(Eigen::Map<const Eigen::VectorXd>(seen.data(), n_seen)));
-    Eigen::VectorXd weights = prior.weights(prior.smoothing(), tau);
+    Eigen::VectorXd weights = prior.weights(moves, tau);
     for (int round = 0;; ++round) {
       Posterior out(bending_.cholesky(), prior.precision(tau, weights), data, prior.smoothing());
       if (round == n_reweightings) return out;
@@ -204,19 +210,23 @@ class Locator {
     }
   }
 
-  /// The length that predicts one half of the cells best from the other: found from the middle, to
-  /// the side where it gets better. A shorter one is better only if both halves say so: what they
-  /// do not agree on is noise, and a longer one tells more of it from the shape.
-  double best_length(const Expectations& expected, const Eigen::VectorXd& u) const {
+  /// The prior of the length [mm] that predicts one half of the cells best from the other: found
+  /// from the middle, to the side where it gets better. A shorter one is better only if both halves
+  /// say so: what they do not agree on is noise, and a longer one tells more of it from the shape.
+  std::pair<double, SmoothMoves<Dim>> best_prior(const Expectations& expected,
+                                                 const Eigen::VectorXd& u) const {
     const std::array parts = {observations(expected, u, Part::kOne),
                               observations(expected, u, Part::kOther)};
+    std::array<std::optional<SmoothMoves<Dim>>, kLengths.size()> priors;
     std::array<std::array<double, 2>, kLengths.size()> losses;
     const auto compare = [&](int first, int n) {
       tbb::parallel_for(0, n, [&](int k) {
-        const SmoothMoves<Dim> prior(bending_, geometry_, normals_, kLengths[first + k] * cell_mm_);
+        const SmoothMoves<Dim>& prior = priors[first + k].emplace(bending_, geometry_, normals_,
+                                                                  kLengths[first + k] * cell_mm_);
         tbb::parallel_for(0, 2, [&](int half) {
           // Moves further than they are allowed to go say nothing of the length.
-          const Eigen::VectorXd moves = limited(after(prior, parts[half], kCompared).mean());
+          const Eigen::VectorXd moves =
+              limited(after(prior, parts[half], prior.smoothing(), kCompared).mean());
           losses[first + k][half] =
               moves.dot(parts[1 - half].P * moves) / 2 - parts[1 - half].b.dot(moves);
         });
@@ -233,7 +243,7 @@ class Locator {
       if (step == 1 ? is_better(best, next) : !is_better(next, best)) break;
       best = next;
     }
-    return kLengths[best] * cell_mm_;
+    return {kLengths[best] * cell_mm_, *std::move(priors[best])};
   }
 
   Eigen::VectorXd limited(const Eigen::VectorXd& moves) const {

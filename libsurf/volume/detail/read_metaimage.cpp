@@ -206,7 +206,7 @@ Volume read_metaimage(const std::string& path, const ReadOptions& options) {
                                   ? "none"
                                   : "TransformMatrix";
   if (source.orientation_source == "none")
-    source.notes.push_back("no TransformMatrix: axes taken as L, P, S");
+    source.notes.emplace_back("no TransformMatrix: axes taken as L, P, S");
   const Eigen::Matrix4d affine =
       index_to_world(header, static_cast<int>(header.numbers({"NDims"}, 1)[0]));
   const std::string data = data_path(header);

@@ -179,7 +179,7 @@ Eigen::Matrix4d index_to_world(const Nrrd& nrrd, unsigned first, Source& source)
       result(row, 3) = airExists(origin) ? unit * origin : 0;
     }
     if (!airExists(nrrd.spaceOrigin[0]))
-      source.notes.push_back("no space origin: taken as 0, 0, 0");
+      source.notes.emplace_back("no space origin: taken as 0, 0, 0");
   } else {
     result = without_directions(nrrd, first, source);
   }

@@ -111,7 +111,7 @@ openvdb::GridBase::Ptr scalar_grid(const openvdb::GridPtrVecPtr& grids, Source& 
         source.notes.push_back(
             fmt::format("{} grids in the file, read '{}'", grids->size(), grid->getName()));
       if (grid->getGridClass() == openvdb::GRID_LEVEL_SET)
-        source.notes.push_back("a level set: values are distances, not intensities");
+        source.notes.emplace_back("a level set: values are distances, not intensities");
       return grid;
     }
     names += fmt::format(" '{}' ({})", grid->getName(), grid->valueType());
@@ -125,7 +125,7 @@ Volume read_grid(const std::string& path) {
   source.path = path;
   source.format = "OpenVDB";
   source.orientation_source = "grid transform";
-  source.notes.push_back("OpenVDB has no anatomical convention: coordinates taken as RAS mm");
+  source.notes.emplace_back("OpenVDB has no anatomical convention: coordinates taken as RAS mm");
   openvdb::GridPtrVecPtr grids = read_grids(path);
   const openvdb::GridBase::Ptr grid = scalar_grid(grids, source);
   grids.reset();

@@ -148,7 +148,7 @@ Volume read_vti(const std::string& path, const ReadOptions& options) {
   source.path = path;
   source.format = "VTK image data";
   source.orientation_source = "Origin, Spacing, Direction";
-  source.notes.push_back("VTI has no anatomical convention: coordinates taken as RAS mm");
+  source.notes.emplace_back("VTI has no anatomical convention: coordinates taken as RAS mm");
   const auto& size = geometry.size;
   const std::size_t n_values = std::size_t(size[0]) * size[1];
   const int depth = static_cast<int>(std::clamp<std::size_t>(kSlabValues / n_values, 1, size[2]));
