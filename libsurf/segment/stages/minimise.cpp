@@ -25,7 +25,7 @@ constexpr double kFittedShare = 1e-3;  // of the area, as StepOptions::exempt_sh
 constexpr int kFittedWindow = 4;       // steps
 constexpr double kAtRest = 0.02;       // cells: no vertex moved further in any step of the window
 constexpr double kFitted =
-    0.02;  // cells, in the mean: by what the shape moves from one fit to the next
+    0.04;  // cells, in the mean: by what the shape moves from one fit to the next
 
 template <int Dim>
 void lengthen_steps(const std::vector<EnergyTerm>& terms, const KindContext<Dim>& kind_context,

@@ -13,13 +13,13 @@ namespace {
 
 // Of a fitted energy, whose region term is of order 1, per cell and area: vertices move by less
 // than about a thirtieth of a cell.
-constexpr double kLeastGain = 3e-4;
+constexpr double kLeastGain = 1e-3;
 // Over three windows by that over one: 3 on the way, more where it slows down, 1 to 1.3 where
 // steps and mending undo each other.
 constexpr double kNowhere = 1.4;
 constexpr double kNear = 0.15;  // cells, in the mean over a window: further is a way
 constexpr std::size_t kWindows = 3;
-constexpr double kStill = 0.01;  // cells, in the mean over a window
+constexpr double kStill = 0.02;  // cells, in the mean over a window
 
 }  // namespace
 
