@@ -17,6 +17,8 @@ namespace {
 constexpr Eigen::Index kMostProfiles = 4000;
 constexpr double kFirstSigma = 0.4;  // cells
 constexpr int kMostScales = 5;
+constexpr double kShareOfThickness =
+    0.5;                      // of the wider smoothing; a ball is as thick as its radius
 constexpr double kClear = 3;  // deviations of the noise's slopes
 // How much of the flattening may be noise: where less is the blur is certain, where more is no
 // scale tells it.
@@ -228,14 +230,16 @@ class RayProfiles : public Profiles<Dim> {
 /// does so least. [mm]
 /// @param first_sigma_mm  the least smoothing
 /// @param wider  of the smoothing under which edges are looked for to that of the wider slope
+/// @param most_sigma_mm  under more smoothing the far sides flatten an edge too
 template <int Dim>
 double blur_of(Profiles<Dim>& profiles, const ImageExtent<Dim>& extent, double first_sigma_mm,
-               double wider) {
+               double wider, double most_sigma_mm = std::numeric_limits<double>::infinity()) {
   const double cell = extent.cell_mm();
   const auto variance = [&](double sigma) { return std::pow(blur_mm(sigma, cell), 2); };
   double out = kUnknownBlur * cell, least_doubt = kUncertain, sigma = first_sigma_mm;
   double noise = std::numeric_limits<double>::infinity();
   for (int scale = 0; scale < kMostScales && least_doubt > kCertain; ++scale, sigma *= 2) {
+    if (scale > 0 && 2 * sigma > most_sigma_mm) break;
     if (profiles.is_constant(sigma)) break;  // nor is there an edge at wider ones
     const double g = profiles.slope(sigma, 2 * sigma);
     noise = std::min(noise, profiles.noise(sigma));  // more blur leaves no more of it
@@ -285,7 +289,9 @@ template <int Dim>
 EdgesAlong edges_along(Fields<Dim>& fields, const Options<Dim>& options,
                        const Simplices<Dim>& shape, double reach_mm) {
   const ImageExtent<Dim>& extent = fields.setting().extent();
-  const Points<Dim> all = fem::Geometry<Dim>(shape.points, shape.elements).nodal_normals();
+  const fem::Geometry<Dim> geometry(shape.points, shape.elements);
+  const Points<Dim> all = geometry.nodal_normals();
+  const double thickness_mm = Dim * std::abs(geometry.enclosed()) / geometry.measure();
   const Eigen::Index stride = 1 + shape.points.rows() / kMostProfiles;
   const Eigen::Index n = (shape.points.rows() + stride - 1) / stride;
   Points<Dim> places(n, Dim), normals(n, Dim);
@@ -296,7 +302,8 @@ EdgesAlong edges_along(Fields<Dim>& fields, const Options<Dim>& options,
   const int reach = std::max(2, int(std::ceil(2 * reach_mm / extent.cell_mm())));
   const double cell = extent.cell_mm(), first = kFirstSigma * cell;
   NormalProfiles<Dim> profiles(fields, options, places, normals, reach, 2 * reach);
-  const double blur = blur_of<Dim>(profiles, extent, first, kOfNormals);
+  const double blur =
+      blur_of<Dim>(profiles, extent, first, kOfNormals, kShareOfThickness * thickness_mm);
   const int beside = int(std::ceil(2 * kBeside * std::hypot(blur, blur_mm(first, cell)) / cell));
   if (beside <= reach || blur <= kWide * cell)
     return edges_of<Dim>(profiles, extent, blur, first, options.sigma_mm, 0);
