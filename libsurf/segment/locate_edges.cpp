@@ -58,8 +58,9 @@ template <int Dim>
 class Locator {
  public:
   Locator(const Setting<Dim>& setting, const Simplices<Dim>& shape, double blur_mm,
-          const std::vector<char>& is_held)
+          const std::vector<char>& is_held, const std::stop_token& stop)
       : setting_(setting),
+        stop_(stop),
         geometry_(geometry_of(setting.extent(), shape, is_held)),
         normals_(directions_of<Dim>(geometry_)),
         cell_mm_(setting.extent().cell_mm()),
@@ -82,6 +83,8 @@ class Locator {
     std::unique_ptr<Posterior> posterior;
     std::optional<SmoothMoves<Dim>> prior;
     for (int pass = 0; pass < kPasses; ++pass) {
+      out.was_stopped = stop_.stop_requested();
+      if (out.was_stopped) return out;
       profiles = fit_edge_profiles<Dim>(geometry_, cells_, u, pool_, options);
       if (pass == 0) {
         options.width_mm = median(profiles.width_mm);
@@ -94,6 +97,8 @@ class Locator {
       const Observations data = observations(expected, u, Part::kAll);
       if (pass == 1) {
         auto [length_mm, best] = best_prior(expected, u);
+        out.was_stopped = stop_.stop_requested();
+        if (out.was_stopped) return out;
         out.length_mm = length_mm;
         prior.emplace(std::move(best));
       }
@@ -205,7 +210,7 @@ class Locator {
     Eigen::VectorXd weights = prior.weights(moves, tau);
     for (int round = 0;; ++round) {
       Posterior out(bending_.cholesky(), prior.precision(tau, weights), data, prior.smoothing());
-      if (round == n_reweightings) return out;
+      if (round == n_reweightings || stop_.stop_requested()) return out;
       weights = prior.weights(out.mean(), tau);
     }
   }
@@ -218,12 +223,13 @@ class Locator {
     const std::array parts = {observations(expected, u, Part::kOne),
                               observations(expected, u, Part::kOther)};
     std::array<std::optional<SmoothMoves<Dim>>, kLengths.size()> priors;
-    std::array<std::array<double, 2>, kLengths.size()> losses;
+    std::array<std::array<double, 2>, kLengths.size()> losses{};
     const auto compare = [&](int first, int n) {
       tbb::parallel_for(0, n, [&](int k) {
         const SmoothMoves<Dim>& prior = priors[first + k].emplace(bending_, geometry_, normals_,
                                                                   kLengths[first + k] * cell_mm_);
         tbb::parallel_for(0, 2, [&](int half) {
+          if (stop_.stop_requested()) return;
           // Moves further than they are allowed to go say nothing of the length.
           const Eigen::VectorXd moves =
               limited(after(prior, parts[half], prior.smoothing(), kCompared).mean());
@@ -238,7 +244,8 @@ class Locator {
     compare(kMiddle - 1, 2);
     const int step = is_better(kMiddle - 1, kMiddle) ? -1 : 1;
     int best = step == 1 ? kMiddle : kMiddle - 1;
-    for (int next = best + step; next >= 0 && next < int(kLengths.size()); next += step) {
+    for (int next = best + step;
+         !stop_.stop_requested() && next >= 0 && next < int(kLengths.size()); next += step) {
       compare(next, 1);
       if (step == 1 ? is_better(best, next) : !is_better(next, best)) break;
       best = next;
@@ -301,6 +308,7 @@ class Locator {
   }
 
   const Setting<Dim>& setting_;
+  std::stop_token stop_;
   fem::Geometry<Dim> geometry_;
   Points<Dim> normals_;
   double cell_mm_, blur_mm_, reach_mm_;
@@ -313,13 +321,14 @@ class Locator {
 
 template <int Dim>
 LocatedEdges<Dim> locate_edges(const Setting<Dim>& setting, const Simplices<Dim>& shape,
-                               double blur_mm, const std::vector<char>& is_held) {
-  return Locator<Dim>(setting, shape, blur_mm, is_held).run();
+                               double blur_mm, const std::vector<char>& is_held,
+                               const std::stop_token& stop) {
+  return Locator<Dim>(setting, shape, blur_mm, is_held, stop).run();
 }
 
 template LocatedEdges<2> locate_edges<2>(const Setting<2>&, const Segments&, double,
-                                         const std::vector<char>&);
+                                         const std::vector<char>&, const std::stop_token&);
 template LocatedEdges<3> locate_edges<3>(const Setting<3>&, const Triangles&, double,
-                                         const std::vector<char>&);
+                                         const std::vector<char>&, const std::stop_token&);
 
 }  // namespace surf::segment

@@ -1,6 +1,8 @@
 // Where the edge is along a shape, and how sure.
 #pragma once
 
+#include <stop_token>
+
 #include "libsurf/segment/certainty.h"
 #include "libsurf/segment/setting.h"
 
@@ -14,6 +16,7 @@ struct LocatedEdges {
   double blur_mm = 0;        ///< median width of the steps
   double noise = 0;          ///< median deviation of the cells [intensity]
   double correlation = 1;    ///< cells that tell as much as one with noise of its own, >= 1
+  bool was_stopped = false;  ///< nothing of it holds then
 };
 
 /// Fits a blurred step across the shape to the cells beside it.
@@ -21,8 +24,10 @@ struct LocatedEdges {
 /// @param blur_mm  about that of the edges: cells are looked at up to a few times as far
 /// @param is_held  of a part of a shape: the vertices that others need where they are; empty = the
 ///                 shape is whole
+/// @param stop  heard between factorisations and passes
 template <int Dim>
 LocatedEdges<Dim> locate_edges(const Setting<Dim>& setting, const Simplices<Dim>& shape,
-                               double blur_mm, const std::vector<char>& is_held = {});
+                               double blur_mm, const std::vector<char>& is_held = {},
+                               const std::stop_token& stop = {});
 
 }  // namespace surf::segment

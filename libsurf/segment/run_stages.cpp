@@ -149,6 +149,7 @@ Result<Dim> to_result(Work<Dim> work) {
   Result<Dim> out;
   out.stages = std::move(work.reports);
   const StageReport* main = out.main_stage();
+  if (main && out.stages.back().outcome == Outcome::kStopped) main = &out.stages.back();
   if (main) {
     out.outcome = main->outcome;
     out.message = main->message;

@@ -49,8 +49,10 @@ class Locate : public CorrectingStage<Dim> {
         has_known ? part_to_locate(work) : mesh::part_of<Dim>(work.shape, {});
     if (part.elements.empty()) return "nothing has moved";
     const bool is_whole = part.shape.elements.rows() == work.shape.elements.rows();
-    LocatedEdges<Dim> located = locate_edges<Dim>(work.setting(), part.shape, blur,
-                                                  is_whole ? std::vector<char>() : part.is_shared);
+    LocatedEdges<Dim> located =
+        locate_edges<Dim>(work.setting(), part.shape, blur,
+                          is_whole ? std::vector<char>() : part.is_shared, work.stop);
+    if (located.was_stopped) return "";
     Points<Dim> to = work.shape.points;
     to(part.vertices, Eigen::all) = located.points;
     work.shape = moved_past_clicks<Dim>(work, to);

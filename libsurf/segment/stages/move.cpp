@@ -1,4 +1,6 @@
 
+#include <fmt/format.h>
+
 #include "libsurf/segment/stages/stages.h"
 
 namespace surf::segment {
@@ -28,9 +30,14 @@ bool CorrectingStage<Dim>::run(Work<Dim>& work) const {
   report.energies = last.energies;
   report.sigma_mm = last.sigma_mm;
   report.edge_length_mm = last.edge_length_mm;
-  report.message = correct(work);
+  if (!work.is_stopped()) report.message = correct(work);
+  const bool was_stopped = report.message.empty();
+  if (was_stopped) {
+    report.outcome = Outcome::kStopped;
+    report.message = fmt::format("interrupted before the {} was corrected", work.setting().noun());
+  }
   work.reports.push_back(std::move(report));
-  return true;
+  return !was_stopped;
 }
 
 template <int Dim>

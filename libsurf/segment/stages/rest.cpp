@@ -19,7 +19,7 @@ constexpr double kLeastGain = 1e-3;
 constexpr double kNowhere = 1.4;
 constexpr double kNear = 0.15;  // cells, in the mean over a window: further is a way
 constexpr std::size_t kWindows = 3;
-constexpr double kStill = 0.02;  // cells, in the mean over a window
+constexpr double kStill = 0.01;  // cells, in the mean over a window
 
 }  // namespace
 

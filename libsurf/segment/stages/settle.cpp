@@ -9,7 +9,7 @@ namespace {
 // What lies on a weak edge shall stay about where it is: an energy of edges alone has its minimum
 // elsewhere.
 constexpr int kMostSteps = 8;
-constexpr double kLongestStep = 0.25;  // cells
+constexpr double kLongestStep = 0.25;  // cells, or deviations of the blur of wider edges
 
 /// Half the median |grad I| on the shape: edges found so far are strong, noise is not.
 template <int Dim>
@@ -38,7 +38,7 @@ class Settle : public Stage<Dim> {
     out.flow = work.options.flow;
     out.flow.max_steps = std::min(out.flow.max_steps, kMostSteps);
     out.shape = shape_options(work, work.edge_length_mm, work.sigma_mm);
-    out.shape.max_displacement_mm = kLongestStep * work.cell_mm();
+    out.shape.max_displacement_mm = kLongestStep * std::max(work.cell_mm(), work.whole_blur_mm);
     minimise(work, out);
     StageReport& report = work.reports.back();
     report.kind = StageKind::kCorrects;

@@ -53,7 +53,8 @@ class CorrectingStage : public Stage<Dim> {
  private:
   virtual const char* name() const = 0;
   /// Moves work.shape.
-  /// @return  what was done, in one sentence for a person
+  /// @return  what was done, in one sentence for a person; empty: it was stopped and has done
+  /// nothing
   virtual std::string correct(Work<Dim>& work) const = 0;
 };
 

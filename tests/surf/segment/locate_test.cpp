@@ -4,6 +4,8 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <numbers>
+#include <stop_token>
+#include <utility>
 
 #include "libsurf/io/read_surface.h"
 #include "libsurf/mesh/distance.h"
@@ -12,6 +14,7 @@
 #include "libsurf/segment/detail/options_json.h"
 #include "libsurf/segment/finish.h"
 #include "libsurf/segment/locate_edges.h"
+#include "libsurf/segment/run_stages.h"
 #include "libsurf/segment/segment.h"
 #include "libsurf/segment/stages/stages.h"
 #include "libsurf/volume/phantom.h"
@@ -69,6 +72,31 @@ TEST(LocateEdges, HalvesTheDistanceAndHoldsItsWord) {
               3 * located.certainty.content_deviation);
   }
   EXPECT_GT(covered, 0.92);
+}
+
+// The shape stays that of the minimiser, and the whole counts as stopped.
+TEST(LocateEdges, IsStopped) {
+  const auto setting = make_setting(volume::make_phantom(phantom(volume::PhantomKind::kBall, 0)));
+  const Triangles start = mesh::ball({0, 0, 0}, 0.58, 0.1);
+  std::stop_source stop;
+  stop.request_stop();
+  EXPECT_TRUE(locate_edges<3>(*setting, start, 0.03, {}, stop.get_token()).was_stopped);
+
+  Fields<3> fields(setting);
+  const Options<3> options;
+  Work<3> work{fields, options, {}, {}, {}, stop.get_token()};
+  work.shape = start;
+  StageReport minimised;
+  minimised.name = "evolve";
+  work.reports.push_back(minimised);
+  EXPECT_FALSE(locate_stage<3>()->run(work));
+  EXPECT_EQ(work.reports.back().outcome, Outcome::kStopped);
+  EXPECT_EQ(work.shape.points, start.points);
+  EXPECT_FALSE(work.certainty);
+  const Result<3> result = to_result(std::move(work));
+  EXPECT_EQ(result.outcome, Outcome::kStopped);
+  EXPECT_EQ(result.main_stage()->name, "evolve");
+  EXPECT_EQ(result.shape.elements.rows(), start.elements.rows());
 }
 
 // The lower half of the ball has no contrast.
