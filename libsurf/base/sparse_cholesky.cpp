@@ -174,7 +174,7 @@ class InverseOnPattern {
 
 /// With the factors that are no longer needed, whose memory serves the next ones: where each had
 /// its own, the kernel's clearing of fresh pages took a quarter of the time of locating the edges
-/// of a brain (41,000 vertices, 27 factors of 100 MB).
+/// of a brain (41,000 vertices, some 25 factors).
 struct CholeskyPattern::Impl : Factor {
   mutable std::mutex mutex;
   mutable std::vector<std::unique_ptr<Factor>> spare;

@@ -12,7 +12,7 @@ namespace surf::segment {
 namespace {
 
 // Of a fitted energy, whose region term is of order 1, per cell and area: vertices move by less
-// than about a thirtieth of a cell.
+// than about a sixteenth of a cell.
 constexpr double kLeastGain = 1e-3;
 // Over three windows by that over one: 3 on the way, more where it slows down, 1 to 1.3 where
 // steps and mending undo each other.
