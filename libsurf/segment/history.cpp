@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "libsurf/segment/clicks.h"
+#include "libsurf/segment/fields.h"
 
 namespace surf::segment {
 namespace {
@@ -20,6 +21,14 @@ std::size_t bytes_of(const NodeSet<Dim>& nodes) {
   if (box.n() == 0) return 0;
   const std::size_t row = std::size_t(box.size[0]);
   return box.n() / row * ((row + kBits - 1) / kBits) * sizeof(std::uint64_t);
+}
+
+/// Of no matter which shape.
+template <int Dim>
+bool have_same_energy(const Options<Dim>& a, const Options<Dim>& b) {
+  return has_same_grid(a, b) && a.energies == b.energies && a.samples_mm == b.samples_mm &&
+         a.seed_radius_mm == b.seed_radius_mm && a.edge_length_mm == b.edge_length_mm &&
+         a.geometry_tolerance_mm == b.geometry_tolerance_mm;
 }
 
 }  // namespace
@@ -96,6 +105,24 @@ template <int Dim>
 std::shared_ptr<const Result<Dim>> History<Dim>::settled() const {
   const Moment* moment = last_evolution(n_done);
   return moment && moment->after.state() == Outcome::kConverged ? moment->after.result : nullptr;
+}
+
+template <int Dim>
+std::shared_ptr<const Result<Dim>> History<Dim>::unfinished() const {
+  const Outcome outcome = now().state();
+  if (outcome != Outcome::kStopped && outcome != Outcome::kAtLimit) return nullptr;
+  for (std::size_t n = n_done; n-- > 0;) {
+    const auto& [action, after] = moments[n];
+    if (std::holds_alternative<Evolve<Dim>>(action))
+      return !after.result->energies.empty() && after.result->shape.elements.rows() > 0 &&
+                     have_same_energy(after.options, now().options)
+                 ? after.result
+                 : nullptr;
+    if (std::holds_alternative<Propose<Dim>>(action) || std::holds_alternative<Choose>(action) ||
+        std::holds_alternative<TakeBackClick>(action))
+      return nullptr;
+  }
+  return nullptr;
 }
 
 template const std::shared_ptr<const Result<2>>& result_to_be_made<2>();

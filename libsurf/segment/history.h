@@ -63,6 +63,9 @@ struct History {
   std::shared_ptr<const Result<Dim>> settled() const;
   /// Whether the result of settled() is there, if there is one.
   bool has_settled() const { return has_settled(n_done); }
+  /// What an evolution had reached when it was stopped or came to a limit, if nothing has been done
+  /// since then but to click, and to set options that its energy does not depend on; else null.
+  std::shared_ptr<const Result<Dim>> unfinished() const;
   /// How many moments there are before the first action that has to be repeated to make the present
   /// result, and settled(): up to one where both are there, or before an evolution that needs none.
   std::size_t n_before_repeated() const;

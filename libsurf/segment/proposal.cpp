@@ -163,6 +163,7 @@ std::string to_string(const Proposal<Dim>& proposal) {
         "{:.4g}, settled on the edges near by; score {:.2f}",
         proposal.n_clicks, change_words(proposal.family), low, high, proposal.score);
   std::string what;
+  bool has_necks = true;
   switch (proposal.family) {
     case Family::kAlike:
       what = fmt::format("intensities between {:.4g} and {:.4g}", low, high);
@@ -170,16 +171,22 @@ std::string to_string(const Proposal<Dim>& proposal) {
     case Family::kBrighter:
       what = fmt::format("intensities above {:.4g}, nearly all below {:.4g}", low, high);
       break;
+    case Family::kCut:
+      has_necks = false;
+      what = fmt::format(
+          "what a least cut parts from the box, nearly all intensities between {:.4g} and {:.4g}",
+          low, high);
+      break;
     default:
       what = fmt::format(
           "what is reached before an edge, nearly all intensities between {:.4g} and {:.4g}", low,
           high);
       break;
   }
-  return fmt::format(
-      "{}, cut off where a neck is thinner than {:.3g} mm, settled on the edges near by; score "
-      "{:.2f}",
-      what, 2 * proposal.neck_radius_mm, proposal.score);
+  if (has_necks)
+    what += fmt::format(", cut off where a neck is thinner than {:.3g} mm",
+                        2 * proposal.neck_radius_mm);
+  return fmt::format("{}, settled on the edges near by; score {:.2f}", what, proposal.score);
 }
 
 #define SURF_INSTANTIATE(Dim)                                                                     \

@@ -132,7 +132,7 @@ void run_stages(Work<Dim>& work, const Checkpointing& checkpointing) {
   // What is amended begins anew: a state does not hold the region that it moves in.
   const bool is_amended = work.settled != nullptr;
   const bool searches = work.options.energies.empty() && !work.start_is_given;
-  const std::vector<StagePointer<Dim>> stages = plan(work.options, work.start_is_given, is_amended);
+  const std::vector<StagePointer<Dim>> stages = plan(work);
   const std::optional<std::size_t> first =
       resumed(stages, is_amended ? std::string() : checkpointing.state, searches, work);
   for (std::size_t n = first.value_or(stages.size()); n < stages.size(); ++n) {
@@ -178,6 +178,7 @@ Result<Dim> to_result(Work<Dim> work) {
   out.geometry_tolerance_mm = work.geometry_tolerance_mm;
   out.seed_radius_mm = work.seed_radius_mm;
   out.edge_blur_mm = work.edge_blur_mm;
+  out.whole_blur_mm = work.whole_blur_mm;
   out.border_share = work.border_share;
   return out;
 }

@@ -193,6 +193,7 @@ const Result<Dim>& Segmentation<Dim>::propose_beside(Id id, const std::vector<Cl
   if (work.seeds_mm.empty())
     throw UsageError(fmt::format("'{}' has no inside click to look for it", after.name));
   run_proposal(work);
+  fields_.shrink();
   if (!work.is_stopped()) {
     after.result = std::make_shared<const Result<Dim>>(to_result(std::move(work)));
     find(id).add(Propose<Dim>{others}, std::move(after));
@@ -268,10 +269,12 @@ Result<Dim> Segmentation<Dim>::evolved(const History<Dim>& history,
   if (!goes_on) work.proposals.clear();
   work.start_is_given = goes_on || uses_initial;
   if (goes_on && object.options.energies.empty()) work.verdict = before.verdict;
+  if (goes_on) work.unfinished = history.unfinished();
   const auto settled = history.settled();
   if (object.options.energies.empty() && settled && settled->search && (is_answer || !goes_on))
     work.settled = settled;
   run_stages(work, checkpointing_);
+  fields_.shrink();
   // What was found earlier and is handed on is not of these clicks.
   is_anew = !goes_on && !work.settled && (!work.search || work.search != before.search);
   return to_result(std::move(work));
@@ -300,6 +303,19 @@ const Result<Dim>& Segmentation<Dim>::evolve_beside(Id id, const std::vector<Cli
   find(id).add(action, std::move(after));
   drop_past();
   return *object(id).result;
+}
+
+template <int Dim>
+const Result<Dim>& Segmentation<Dim>::step(Id id, int n_steps, const ProgressOf<Dim>& progress,
+                                           const std::stop_token& stop) {
+  int n_done = 0;
+  return evolve(
+      id,
+      [&](const std::string& stage, const flow::StepRecord& record, const auto& shape) {
+        n_done += record.k > 0 && record.n_elements > 0;
+        return (!progress || progress(stage, record, shape)) && n_done < n_steps;
+      },
+      stop);
 }
 
 template <int Dim>

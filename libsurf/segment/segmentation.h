@@ -98,13 +98,21 @@ class Segmentation {
   /// click, from options.initial. After a click that was heeded has been taken back it begins anew,
   /// too. What has come to rest and obeys all clicks that were added since then stays as it is;
   /// what does not obey them evolves again where they change the region, and stays elsewhere
-  /// (amend.h).
+  /// (amend.h). What was stopped or came to a limit goes on with the energy that it had, unless
+  /// options that the energy depends on have changed.
   /// @throws UsageError  there is nothing to start from, or an inside click is in a cell with that
   ///                     of another object
   const Result<Dim>& evolve(Id id, const ProgressOf<Dim>& progress = {},
                             const std::stop_token& stop = {}) {
     return evolve_beside(id, others_of(id), progress, stop);
   }
+
+  /// evolve() that is stopped after n_steps steps, unless it comes to its end before; the next call
+  /// goes on from there.
+  /// @param n_steps  rest is seen within one call: at least the window of the options' flow, or it
+  ///                 goes on for ever
+  const Result<Dim>& step(Id id, int n_steps, const ProgressOf<Dim>& progress = {},
+                          const std::stop_token& stop = {});
 
   /// Of each further evolve(): where it leaves its state between the stages, and the state that it
   /// goes on from. An evolution that only finds itself at rest leaves none.

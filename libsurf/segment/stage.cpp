@@ -19,17 +19,20 @@ bool Work<Dim>::tell(const std::string& stage, const flow::StepRecord& record,
 }
 
 template <int Dim>
-std::vector<StagePointer<Dim>> plan(const Options<Dim>& options, bool has_start, bool has_settled) {
-  const bool is_automatic = options.energies.empty() && !has_start;
+std::vector<StagePointer<Dim>> plan(const Work<Dim>& work) {
+  const Options<Dim>& options = work.options;
+  const bool is_automatic = options.energies.empty() && !work.start_is_given;
   const bool has_parts = options.n_coarse_steps > 0 &&
                          options.flow.method == flow::Method::kGradientFlow &&
                          !options.flow.keeps_content();
   std::vector<StagePointer<Dim>> out;
   if (is_automatic) out.push_back(propose_stage<Dim>());
-  if (!options.energies.empty())
+  if (work.unfinished)
+    out.push_back(go_on_stage<Dim>());
+  else if (!options.energies.empty())
     out.push_back(start_stage<Dim>());
   else
-    out.push_back(has_settled ? amend_stage<Dim>() : fit_stage<Dim>());
+    out.push_back(work.settled ? amend_stage<Dim>() : fit_stage<Dim>());
   for (int level = options.n_levels - 1; level > 0; --level) out.push_back(level_stage<Dim>(level));
   if (coarse_terms<Dim>(options.energies) && has_parts) out.push_back(coarse_stage<Dim>());
   out.push_back(evolve_stage<Dim>());
@@ -45,7 +48,7 @@ std::vector<StagePointer<Dim>> plan(const Options<Dim>& options, bool has_start,
 
 template struct Work<2>;
 template struct Work<3>;
-template std::vector<StagePointer<2>> plan<2>(const Options<2>&, bool, bool);
-template std::vector<StagePointer<3>> plan<3>(const Options<3>&, bool, bool);
+template std::vector<StagePointer<2>> plan<2>(const Work<2>&);
+template std::vector<StagePointer<3>> plan<3>(const Work<3>&);
 
 }  // namespace surf::segment

@@ -66,6 +66,9 @@ struct Work {
   /// What an evolution with these options had come to rest at before further clicks; null if there
   /// is none.
   std::shared_ptr<const Result<Dim>> settled = {};
+  /// An evolution with these options that had not come to its end, and whose shape is `shape`: to
+  /// go on with its energy. Null if there is none.
+  std::shared_ptr<const Result<Dim>> unfinished = {};
   std::vector<Proposal<Dim>> proposals = {};  ///< best first
   std::size_t chosen = 0;                     ///< of the proposals
   Simplices<Dim> start = {};    ///< that the evolution begins with; the same in all stages after it
@@ -107,12 +110,10 @@ class Stage {
 template <int Dim>
 using StagePointer = std::unique_ptr<const Stage<Dim>>;
 
-/// The stages that the options ask for, in order. A new one is a file in stages/ and a line here.
-/// @param has_start    the evolution goes on from a shape that is there: nothing is proposed
-/// @param has_settled  there is a Work::settled
+/// The stages that the work asks for before the first of them has run, in order. A new one is a
+/// file in stages/ and a line here.
 /// @throws UsageError  an energy is unknown
 template <int Dim>
-std::vector<StagePointer<Dim>> plan(const Options<Dim>& options, bool has_start,
-                                    bool has_settled = false);
+std::vector<StagePointer<Dim>> plan(const Work<Dim>& work);
 
 }  // namespace surf::segment

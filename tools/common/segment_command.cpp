@@ -57,6 +57,10 @@ std::string certainty_of(const surf::segment::Finished<Dim>& finished) {
                                 certainty.content_deviation, Dim);
   if (certainty.share_without_edge > 0)
     out += fmt::format(", {:.2g} % without an edge", 100 * certainty.share_without_edge);
+  if (certainty.next_click_mm)
+    out += fmt::format(
+        ", next click at ({:.4g}) mm",
+        fmt::join(certainty.next_click_mm->begin(), certainty.next_click_mm->end(), ", "));
   return out;
 }
 
@@ -221,6 +225,8 @@ void SegmentCommand<Dim>::write_labels_of(const Input& input, const Objects& obj
 template <int Dim>
 void SegmentCommand<Dim>::note_result(const Result& result, const std::string& name) {
   const std::string whose = name.empty() ? "" : name + ": ";
+  if (result.chosen < result.proposals.size())
+    progress_.note(fmt::format("found: {}{}", whose, to_string(result.proposals[result.chosen])));
   for (const std::string& note : result.notes) progress_.note("note: " + whose + note);
   if (result.border_share > 0)
     progress_.note(

@@ -1,5 +1,6 @@
 #include "tools/python/segmentation.h"
 
+#include <fmt/format.h>
 #include <pybind11/stl.h>
 
 #include <chrono>
@@ -123,9 +124,11 @@ void Segmentation<Dim>::choose(Id id, std::size_t proposal) {
 }
 
 template <int Dim>
-void Segmentation<Dim>::evolve(Id id, const py::object& progress) {
+void Segmentation<Dim>::evolve(Id id, std::optional<int> n_steps, const py::object& progress) {
+  if (n_steps && *n_steps < 1)
+    throw surf::UsageError(fmt::format("steps: expected 1 or more; got {}", *n_steps));
   compute(progress, [&](const Told& told, const std::stop_token& stop) {
-    segmentation_.evolve(id, told, stop);
+    n_steps ? segmentation_.step(id, *n_steps, told, stop) : segmentation_.evolve(id, told, stop);
   });
 }
 
@@ -177,7 +180,7 @@ void add_segmentation_of(py::module_& module, const char* name) {
       .def("set_options", &Of::set_options, py::arg("object"), py::arg("words"), py::arg("box"))
       .def("propose", &Of::propose, py::arg("object"), py::arg("progress"))
       .def("choose", &Of::choose, py::arg("object"), py::arg("proposal"))
-      .def("evolve", &Of::evolve, py::arg("object"), py::arg("progress"))
+      .def("evolve", &Of::evolve, py::arg("object"), py::arg("steps"), py::arg("progress"))
       .def("undo", &Of::undo, py::arg("object"))
       .def("redo", &Of::redo, py::arg("object"))
       .def("outcome", &Of::outcome, py::arg("object"))

@@ -57,9 +57,10 @@ class Segmentation {
   /// A line of text for each, the best first.
   std::vector<std::string> propose(Id id, const py::object& progress);
   void choose(Id id, std::size_t proposal);
+  /// @param n_steps  None = to its end
   /// @throws py::error_already_set  what progress raised, KeyboardInterrupt; the shape so far is
   ///                                that of the object then
-  void evolve(Id id, const py::object& progress);
+  void evolve(Id id, std::optional<int> n_steps, const py::object& progress);
   bool undo(Id id);
   bool redo(Id id);
   std::string outcome(Id id);

@@ -17,6 +17,9 @@ StagePointer<Dim> amend_stage();
 /// Chooses smoothing, lengths and the energy of a result from the edges along the proposal.
 template <int Dim>
 StagePointer<Dim> fit_stage();
+/// Takes energy, smoothing and lengths of an evolution that had not come to its end.
+template <int Dim>
+StagePointer<Dim> go_on_stage();
 /// Seed balls or the initial shape, and the parameters of explicit energies that are not given.
 template <int Dim>
 StagePointer<Dim> start_stage();

@@ -121,16 +121,18 @@ class Segmentation:
         """The next evolve() starts from this one of propose(), from 0."""
         self._segmentation.choose(self._id(object), proposal)
 
-    def evolve(self, *, object: Optional[str] = None,
+    def evolve(self, *, object: Optional[str] = None, steps: Optional[int] = None,
                progress: Optional[ProgressFunction] = None) -> Shape:
         """The surface at the minimum of its energy, from where it is.
 
+        steps: stops after so many, with outcome "interrupted"; the next call goes on with the same
+        energy. Rest is seen within one call: fewer than 8 at a time go on for ever.
         progress: called on this thread with a Progress, after steps at most 20 times a second, in
         a step that takes long ten times; False stops with the surface so far. What it raises, and
         Ctrl-C, pass through; the surface so far is that of surface() then.
         Raises NoObject where no object stands out round the clicks.
         """
-        self._segmentation.evolve(self._id(object), _told(progress))
+        self._segmentation.evolve(self._id(object), steps, _told(progress))
         return self.surface(object=object)
 
     def surface(self, *, object: Optional[str] = None) -> Shape:
