@@ -158,4 +158,29 @@ Segments kept(const Segments& curves, const CurveHierarchy& hierarchy,
   return out;
 }
 
+Segments in_file_order(const Segments& curves) {
+  const CurveHierarchy hierarchy = curve_hierarchy(curves);
+  std::vector<int> order;
+  std::vector<char> is_of_region(hierarchy.components.size(), 0);
+  for (const Region& region : regions(hierarchy)) {
+    order.push_back(region.outer);
+    order.insert(order.end(), region.holes.begin(), region.holes.end());
+  }
+  for (const int component : order) is_of_region[component] = 1;
+  for (int n = 0; n < int(is_of_region.size()); ++n)
+    if (!is_of_region[n]) order.push_back(n);
+  std::vector<int> next(std::size_t(curves.points.rows()), -1), nodes;
+  for (const auto element : curves.elements.rowwise()) next[element[0]] = element[1];
+  Elements<2> elements(curves.elements.rows(), 2);
+  for (const int component : order) {
+    const int first = int(nodes.size()), n = hierarchy.components[component].n_elements;
+    int node = curves.elements(hierarchy.components[component].first_element, 0);
+    for (int i = 0; i < n; ++i, node = next[node]) {
+      nodes.push_back(node);
+      elements.row(first + i) << first + i, first + (i + 1) % n;
+    }
+  }
+  return {curves.points(nodes, Eigen::all), elements};
+}
+
 }  // namespace surf::curve

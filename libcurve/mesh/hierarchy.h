@@ -45,4 +45,9 @@ std::vector<Region> regions(const CurveHierarchy& hierarchy);
 Segments kept(const Segments& curves, const CurveHierarchy& hierarchy,
               const std::vector<char>& keep);
 
+/// The curves as contour files give them back: ring after ring, each from its first element on,
+/// holes after the outer ring of their region. What bounds no region comes last.
+/// @throws InvalidMesh  as curve_hierarchy()
+Segments in_file_order(const Segments& curves);
+
 }  // namespace surf::curve

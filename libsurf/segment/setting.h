@@ -74,6 +74,9 @@ class Setting {
   /// Rounded to the numbers of a file of this kind, such as ".stl"; as it is for "".
   virtual Simplices<Dim> rounded_to_file(const Simplices<Dim>& shape,
                                          const std::string& extension) const = 0;
+  /// As files that hold doubles give it back: a start that was written and read again is the same
+  /// to the bit.
+  virtual Simplices<Dim> in_file_order(const Simplices<Dim>& shape) const = 0;
   /// SHA-1 of size, affine and values, in hexadecimal digits: the image that a recipe belongs to.
   /// Computed once.
   const std::string& content_hash() const {

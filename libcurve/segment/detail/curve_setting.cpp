@@ -153,6 +153,10 @@ Segments CurveSetting::rounded_to_file(const Segments& shape, const std::string&
   return shape;
 }
 
+Segments CurveSetting::in_file_order(const Segments& shape) const {
+  return curve::in_file_order(shape);
+}
+
 std::string CurveSetting::hash_content() const {
   ContentHash hash;
   hash.add(image_.size());

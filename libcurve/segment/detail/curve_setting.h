@@ -34,6 +34,7 @@ class CurveSetting : public segment::Setting<2> {
                          const mesh::PartOptions<2>& options) const override;
   segment::Measures<2> measures(const Segments& shape) const override;
   Segments rounded_to_file(const Segments& shape, const std::string& extension) const override;
+  Segments in_file_order(const Segments& shape) const override;
   const char* noun() const override { return "curve"; }
 
  private:

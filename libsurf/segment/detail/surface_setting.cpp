@@ -171,6 +171,23 @@ Triangles SurfaceSetting::rounded_to_file(const Triangles& shape,
   return extension.empty() ? shape : io::rounded_to_file(shape, extension);
 }
 
+Triangles SurfaceSetting::in_file_order(const Triangles& shape) const {
+  std::vector<int> place(std::size_t(shape.points.rows()), -1);
+  Triangles out{Points<3>(shape.points.rows(), 3), shape.elements};
+  int n = 0;
+  for (Eigen::Index t = 0; t < out.elements.rows(); ++t)
+    for (int i = 0; i < 3; ++i) {
+      int& vertex = out.elements(t, i);
+      if (place[vertex] < 0) {
+        place[vertex] = n;
+        out.points.row(n++) = shape.points.row(vertex);
+      }
+      vertex = place[vertex];
+    }
+  out.points.conservativeResize(n, 3);
+  return out;
+}
+
 std::string SurfaceSetting::hash_content() const {
   ContentHash hash;
   hash.add(volume_.size());

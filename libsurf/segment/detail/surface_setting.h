@@ -35,6 +35,8 @@ class SurfaceSetting : public Setting<3> {
                          const mesh::PartOptions<3>& options) const override;
   Measures<3> measures(const Triangles& shape) const override;
   Triangles rounded_to_file(const Triangles& shape, const std::string& extension) const override;
+  /// Points in the order in which triangles use them, and none besides.
+  Triangles in_file_order(const Triangles& shape) const override;
   const char* noun() const override { return "surface"; }
 
  private:

@@ -28,7 +28,7 @@ class Amend : public Stage<Dim> {
   bool run(Work<Dim>& work) const override {
     const std::optional<Amended<Dim>> amended = amend(work);
     if (!amended) return fit_stage<Dim>()->run(work);
-    work.start = in_file_order<Dim>(amended->shape);
+    work.start = work.setting().in_file_order(amended->shape);
     work.shape = work.start;
     work.start_is_given = true;
     work.region = amended->region;

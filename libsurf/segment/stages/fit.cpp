@@ -26,18 +26,20 @@ constexpr double kStrength = 0.5;
 constexpr double kEdgeWeight = 1, kAreaWeight = 0.02;
 
 template <int Dim>
+double node_mm(const Work<Dim>& work) {
+  return SearchLattice<Dim>(work.setting().extent(), SearchOptions().max_nodes).node_mm;
+}
+
+template <int Dim>
 class Fit : public Stage<Dim> {
  public:
   bool run(Work<Dim>& work) const override {
-    work.start = in_file_order<Dim>(work.shape);
+    work.start = work.setting().in_file_order(work.shape);
     work.shape = work.start;
     work.start_is_given = true;
     const double cell = work.cell_mm();
-    const double node =
-        SearchLattice<Dim>(work.setting().extent(), SearchOptions().max_nodes).node_mm;
-    const EdgesAlong edges =
-        edges_along<Dim>(work.fields, work.options, work.shape, kLookNodes * node);
-    const double reach = kReachNodes * node + kReachBlurs * edges.blur_mm;
+    const EdgesAlong edges = edges_along_start(work);
+    const double reach = kReachNodes * node_mm(work) + kReachBlurs * edges.blur_mm;
     work.edge_blur_mm = edges.blur_mm;
     work.sigma_mm = edges.sigma_mm;
     work.edge_length_mm =
@@ -68,10 +70,17 @@ class Fit : public Stage<Dim> {
 }  // namespace
 
 template <int Dim>
+EdgesAlong edges_along_start(Work<Dim>& work) {
+  return edges_along<Dim>(work.fields, work.options, work.start, kLookNodes * node_mm(work));
+}
+
+template <int Dim>
 StagePointer<Dim> fit_stage() {
   return std::make_unique<Fit<Dim>>();
 }
 
+template EdgesAlong edges_along_start<2>(Work<2>&);
+template EdgesAlong edges_along_start<3>(Work<3>&);
 template StagePointer<2> fit_stage<2>();
 template StagePointer<3> fit_stage<3>();
 

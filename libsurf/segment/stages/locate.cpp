@@ -32,18 +32,23 @@ mesh::ShapePart<Dim> part_to_locate(const Work<Dim>& work) {
   return mesh::part_of<Dim>(shape, is_left_out);
 }
 
+/// Taken again along a shape that has moved a little it jumps from one scale to another: so along
+/// the start, if the energy was fitted to it.
+template <int Dim>
+double edge_blur_mm(Work<Dim>& work) {
+  if (work.edge_blur_mm > 0) return work.edge_blur_mm;
+  if (work.start_is_given && are_fitted<Dim>(work.energies)) return edges_along_start(work).blur_mm;
+  return edges_along<Dim>(work.fields, work.options, work.shape, kLookCells * work.cell_mm())
+      .blur_mm;
+}
+
 /// locate_edges() from the shape of the minimiser, or of the part of it that has moved.
 template <int Dim>
 class Locate : public CorrectingStage<Dim> {
   const char* name() const override { return "locate"; }
 
   std::string correct(Work<Dim>& work) const override {
-    const double cell = work.cell_mm();
-    // Taken again along a shape that has moved a little it jumps from one scale to another.
-    const double blur =
-        work.edge_blur_mm > 0
-            ? work.edge_blur_mm
-            : edges_along<Dim>(work.fields, work.options, work.shape, kLookCells * cell).blur_mm;
+    const double blur = edge_blur_mm(work);
     const bool has_known = work.settled && work.settled->certainty;
     const mesh::ShapePart<Dim> part =
         has_known ? part_to_locate(work) : mesh::part_of<Dim>(work.shape, {});

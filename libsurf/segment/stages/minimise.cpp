@@ -103,24 +103,6 @@ mesh::MovingShapeOptions<Dim> shape_options(const Work<Dim>& work, double edge_l
 double held_distance_mm(double cell_mm) { return kHeldCells * cell_mm; }
 
 template <int Dim>
-Simplices<Dim> in_file_order(const Simplices<Dim>& shape) {
-  std::vector<int> place(std::size_t(shape.points.rows()), -1);
-  Simplices<Dim> out{Points<Dim>(shape.points.rows(), Dim), shape.elements};
-  int n = 0;
-  for (Eigen::Index t = 0; t < out.elements.rows(); ++t)
-    for (int i = 0; i < Dim; ++i) {
-      int& vertex = out.elements(t, i);
-      if (place[vertex] < 0) {
-        place[vertex] = n;
-        out.points.row(n++) = shape.points.row(vertex);
-      }
-      vertex = place[vertex];
-    }
-  out.points.conservativeResize(n, Dim);
-  return out;
-}
-
-template <int Dim>
 bool minimise(Work<Dim>& work, const Minimisation<Dim>& minimisation) {
   const auto model = work.fields.model(field_options(work.options, minimisation.sigma_mm));
   const std::vector<EnergyTerm>& terms = minimisation.terms;
@@ -188,8 +170,6 @@ template KindContext<2> context<2>(const Work<2>&, EnergyModel<2>&);
 template KindContext<3> context<3>(const Work<3>&, EnergyModel<3>&);
 template mesh::MovingShapeOptions<2> shape_options<2>(const Work<2>&, double, double);
 template mesh::MovingShapeOptions<3> shape_options<3>(const Work<3>&, double, double);
-template Segments in_file_order<2>(const Segments&);
-template Triangles in_file_order<3>(const Triangles&);
 template bool minimise<2>(Work<2>&, const Minimisation<2>&);
 template bool minimise<3>(Work<3>&, const Minimisation<3>&);
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "libsurf/segment/clicks.h"
+#include "libsurf/segment/edges_along.h"
 #include "libsurf/segment/energy_assembly.h"
 #include "libsurf/segment/stage.h"
 
@@ -85,10 +86,9 @@ template <int Dim>
 mesh::MovingShapeOptions<Dim> shape_options(const Work<Dim>& work, double edge_length_mm,
                                             double sigma_mm);
 
-/// The shape as files that hold doubles give it back (.vtp): points in the order in which elements
-/// use them, and none besides. So a start that was written and read again is the same to the bit.
+/// What the edges along work.start look like, as far from it as a proposal may be off.
 template <int Dim>
-Simplices<Dim> in_file_order(const Simplices<Dim>& shape);
+EdgesAlong edges_along_start(Work<Dim>& work);
 
 /// One minimisation from work.shape.
 template <int Dim>

@@ -85,7 +85,7 @@ class Start : public Stage<Dim> {
         std::max(std::clamp(0.7 * work.seed.radius_mm, kLeastRadius * cell, kMostRadius * cell),
                  std::min({kBlurs * edges.blur_mm, kShareOfNearest * edges.nearest_mm,
                            kShareBetween * least_distance(work.seeds_mm)})));
-    work.shape = work.start_is_given ? in_file_order<Dim>(work.shape) : seed_balls(work);
+    work.shape = work.start_is_given ? work.setting().in_file_order(work.shape) : seed_balls(work);
     work.start = work.shape;
     work.energies = completed<Dim>(options.energies, context(work, *model));
     if (!work.is_stopped()) return true;

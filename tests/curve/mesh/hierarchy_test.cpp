@@ -1,5 +1,7 @@
 #include "libcurve/mesh/hierarchy.h"
 
+#include <algorithm>
+
 #include "libcurve/mesh/primitives.h"
 #include "libsurf/base/error.h"
 #include "tests/curve/curves.h"
@@ -47,6 +49,27 @@ TEST(CurveHierarchy, DropsPhantomsAndKeepsTheRestBitForBit) {
   const Segments left = kept(curves, h, keep);
   EXPECT_EQ(left.points, real.points);
   EXPECT_EQ(left.elements, real.elements);
+}
+
+// From whichever order nodes and elements were in, as long as rings begin where they began.
+TEST(CurveHierarchy, FileOrderIsRingAfterRing) {
+  const Segments in_order = joined({disc(0, 3), hole(0, 2), hole(2.5, 0.1), disc(10, 1)});
+  EXPECT_EQ(in_file_order(in_order).points, in_order.points);
+  EXPECT_EQ(in_file_order(in_order).elements, in_order.elements);
+  // Another region before the holes of the first one; first elements first, all else backwards.
+  const Segments apart = joined({disc(0, 3), disc(10, 1), hole(0, 2), hole(2.5, 0.1)});
+  std::vector<int> rows;
+  for (const Component& part : curve_hierarchy(apart).components)
+    rows.push_back(part.first_element);
+  const std::size_t n_first = rows.size();
+  for (int e = int(apart.elements.rows()) - 1; e >= 0; --e)
+    if (std::find(rows.begin(), rows.begin() + n_first, e) == rows.begin() + n_first)
+      rows.push_back(e);
+  Segments mixed{apart.points.colwise().reverse(), apart.elements(rows, Eigen::all)};
+  for (int& node : mixed.elements.reshaped()) node = int(apart.points.rows()) - 1 - node;
+  const Segments back = in_file_order(mixed);
+  EXPECT_EQ(back.elements, in_order.elements);
+  EXPECT_EQ(back.points, in_order.points);
 }
 
 TEST(CurveHierarchy, NestsHundredsOfRings) {
