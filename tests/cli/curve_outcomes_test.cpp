@@ -95,5 +95,43 @@ TEST_F(CurveOutcomes, ASignalBeforeThereIsACurveLeavesNone) {
   EXPECT_EQ(json("s.json")["outcome"], "interrupted");
 }
 
+// The blob's edges are wider than pixels, so what is seen of them depends on where one looks.
+TEST_F(CurveOutcomes, TheStatedEnergyGivesTheSameBytesFromTheWrittenStart) {
+  for (const auto& [noise, start] :
+       {std::pair<std::string, std::string>{"0", "start.json"}, {"0.1", "start.csv"}}) {
+    make_blob({"--noise", noise});
+    must(segment({"-q", "--start", start}));
+    const auto chosen = json("s.json")["chosen"];
+    Words again = {"segment", "blob.tif", "--contour", start, "-o", "again.json", "-q"};
+    for (const auto& [option, key] : {std::pair{"--sigma", "sigma_mm"},
+                                      {"--edge-length", "edge_length_mm"},
+                                      {"--geometry-tolerance", "geometry_tolerance_mm"}}) {
+      again.push_back(option);
+      again.push_back(fmt::format("{}mm", chosen[key].get<double>()));
+    }
+    for (const auto& energy : chosen["energies"]) {
+      again.push_back("--energy");
+      again.push_back(energy);
+    }
+    must(again);
+    EXPECT_EQ(bytes("again.json"), bytes("c.json")) << start;
+  }
+}
+
+// Two parts, one with a hole.
+TEST_F(CurveOutcomes, AGivenStartIsWrittenAsItWasRead) {
+  make_blob();
+  write("files/parts.json", R"({"type": "MultiPolygon", "coordinates": [
+    [[[20,20],[40,20],[40,40],[20,40],[20,20]]],
+    [[[90,90],[160,90],[160,160],[90,160],[90,90]],
+     [[120,120],[120,130],[130,130],[130,120],[120,120]]]]})");
+  const Words run = {"segment", "blob.tif", "--energy", "chan-vese", "-q", "-o", "c.json"};
+  must(joined(run, {"--contour", "parts.json", "--start", "a.json"}));
+  const std::string first = bytes("c.json");
+  must(joined(run, {"--contour", "a.json", "--start", "b.json"}));
+  EXPECT_EQ(bytes("b.json"), bytes("a.json"));
+  EXPECT_EQ(bytes("c.json"), first);
+}
+
 }  // namespace
 }  // namespace surfseg::test

@@ -244,6 +244,7 @@ const std::vector<Row> kRows = {
     {"OutputEnding", {"segment", "good.tif", "--seed", "8,8", "-o", "out.stl"}, 2, "ends in .svg"},
     {"OutputFolder", {"segment", "good.tif", "--seed", "8,8", "-o", "no/o.svg"}, 4, "folder no"},
     {"MaskEnding", segment({"--mask", "m.nii"}), 2, "--mask: m.nii: expected a name"},
+    {"StartEnding", segment({"--start", "a.svg"}), 2, "--start: a.svg: expected a name"},
     {"FramesMissing", segment({"--frames", "no"}), 4, "--frames: the folder no does not exist"},
     {"OutputIsInput", segment({"--overlay", "good.png", "--mask", "good.png"}), 2, "too; give"},
     {"NoSeed", {"segment", "good.tif", "-o", "out.json"}, 2, "--seed: at least one point"},

@@ -7,6 +7,7 @@
 
 #include "libcurve/image/read_image.h"
 #include "libcurve/image/write_image.h"
+#include "libcurve/io/contour_file.h"
 #include "libsurf/base/error.h"
 #include "libsurf/segment/energy_assembly.h"
 #include "tools/common/option_group.h"
@@ -23,7 +24,7 @@ using surf::Segments;
 using surf::curve::Image;
 
 struct Arguments : CurveArguments, CurveFiles {
-  std::string overlay, frames, denoised;
+  std::string overlay, frames, denoised, start;
 };
 
 /// Pictures of the evolution, one for each step.
@@ -56,13 +57,18 @@ class SegmentCurves : public CurveCommand {
     if (!arguments_.denoised.empty() && !surf::curve::is_writable_image(arguments_.denoised))
       throw surf::UsageError(fmt::format(
           "--denoised: {}: expected a name that ends in .png or .tif", arguments_.denoised));
+    if (!arguments_.start.empty() && !surf::curve::is_readable_contour(arguments_.start))
+      throw surf::UsageError(
+          fmt::format("--start: {}: expected a name that ends in .json or .csv", arguments_.start));
     check_curve_arguments(command(), arguments_);
     if (!arguments_.denoised.empty() &&
         !surf::segment::is_piecewise_smooth<2>(arguments_.terms(command())))
       throw surf::UsageError("--denoised: belongs to --energy mumford-shah, which is not used");
     arguments_.image.check();
     check_objects(command(), arguments_,
-                  {{"-o", arguments_.output}, {"--denoised", arguments_.denoised}});
+                  {{"-o", arguments_.output},
+                   {"--denoised", arguments_.denoised},
+                   {"--start", arguments_.start}});
     if (!arguments_.objects.empty() && arguments_.has_initial())
       throw surf::UsageError(
           "--object: each is looked for from its own --seed, not from an initial curve");
@@ -70,6 +76,7 @@ class SegmentCurves : public CurveCommand {
                                   {"--mask", arguments_.mask},
                                   {"--picture", arguments_.overlay},
                                   {"--denoised", arguments_.denoised},
+                                  {"--start", arguments_.start},
                                   {"--recipe", arguments_.recipe},
                                   {"--checkpoint", checkpoint_path()},
                                   {"--json", arguments_.json}},
@@ -106,6 +113,8 @@ class SegmentCurves : public CurveCommand {
     if (!arguments_.denoised.empty())
       surf::curve::write_image(path(arguments_.denoised),
                                surf::curve::denoised(image(), object.options, *object.result));
+    if (!arguments_.start.empty())
+      surf::curve::write_contours(path(arguments_.start), object.result->start, image());
   }
 
   void write_together(const surf::Segments& all,
@@ -150,6 +159,10 @@ void add_options(CLI::App& command, Arguments& a) {
   output.add("--mask", a.mask,
              "Mask on the image's pixels, of several objects their labels 1, 2, ...: .png");
   output.add("--picture,--overlay", a.overlay, "Picture of the contours over the image: .png");
+  output.add(
+      "--start", a.start,
+      "The curves that the evolution began with, .json or .csv: given to --contour, with the "
+      "energies and lengths under `chosen` of the summary, they give the same bytes again");
   output.add("--denoised", a.denoised,
              "With mumford-shah: the piecewise smooth image: .tif, or .png with its range "
              "mapped to 0..65535");
