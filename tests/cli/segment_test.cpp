@@ -4,51 +4,19 @@
 #include <cmath>
 
 #include "libsurf/io/read_surface.h"
-#include "libsurf/io/write_surface.h"
 #include "libsurf/mesh/distance.h"
 #include "libsurf/mesh/measure.h"
 #include "libsurf/mesh/point_obstacles.h"
-#include "libsurf/mesh/primitives.h"
 #include "libsurf/mesh/rasterize.h"
 #include "libsurf/mesh/verify.h"
 #include "libsurf/volume/read_volume.h"
 #include "libsurf/volume/write_volume.h"
-#include "tests/cli/program.h"
+#include "tests/cli/ball.h"
 
 namespace surfseg::test {
 namespace {
 
-using Words = std::vector<std::string>;
-
-/// A ball of radius 0.6 * 19.5 mm in 40^3 voxels of 1 mm: phantom.h.
-constexpr double kRadiusMm = 0.6 * 19.5;
-const double kVolumeMm3 = 4.0 / 3 * M_PI * std::pow(kRadiusMm, 3);
-/// A shell of 0.15 mm on the ball: what Dice > 0.98 allows.
-const double kVolumeToleranceMm3 = 0.04 * kVolumeMm3;
-
-Words joined(Words first, const Words& second) {
-  first.insert(first.end(), second.begin(), second.end());
-  return first;
-}
-Words segment(const Words& more) {
-  return joined({"segment", "ball.nii.gz", "--seed", "0,0,0", "-q"}, more);
-}
-
-class Segment : public Program {
- protected:
-  void make_ball(const Words& more = {}) const {
-    must(joined({"phantom", "ball", "--size", "40", "-o", "ball.nii.gz"},
-                more.empty() ? Words{"--spacing", "1"} : more));
-  }
-  /// Dice with the ball itself: its voxels alone are 1 % off at this size, for they count only
-  /// where their centres lie.
-  double dice(const std::string& surface) const {
-    constexpr double kFineMm = 0.4;  // chords take 0.1 % of the volume
-    surf::io::write_surface(file("truth.vtp"), surf::mesh::ball({0, 0, 0}, kRadiusMm, kFineMm));
-    must({"evaluate", surface, "--reference", "truth.vtp", "--json", "e.json"});
-    return json("e.json")["dice"];
-  }
-};
+class Segment : public BallTest {};
 
 TEST_F(Segment, FindsABallFromOneSeed) {
   for (const std::string noise : {"0", "0.1"}) {
@@ -75,23 +43,6 @@ TEST_F(Segment, HasAnOutsidePointOutside) {
   EXPECT_EQ(bytes("again.vtp"), bytes("s.vtp"));
   must({"replay", "r.json", "-o", "third.vtp", "-q"});
   EXPECT_EQ(bytes("third.vtp"), bytes("s.vtp"));
-}
-
-// The ball in its box, whichever corners and space, and by recipe and summary again.
-TEST_F(Segment, FindsABallInItsBox) {
-  make_ball({"--spacing", "1", "--noise", "0.1"});
-  must(segment(
-      {"--box", "-16,-16,-16,16,16,16", "-o", "s.vtp", "--json", "s.json", "--recipe", "r.json"}));
-  EXPECT_GT(dice("s.vtp"), 0.98);
-  must(segment({"--box", "16,16,-16,-16,-16,16", "--space", "lps", "-o", "lps.vtp", "-q"}));
-  EXPECT_EQ(bytes("lps.vtp"), bytes("s.vtp"));
-  must({"segment", "ball.nii.gz", "--config", "s.json", "-o", "again.vtp", "-q"});
-  EXPECT_EQ(bytes("again.vtp"), bytes("s.vtp"));
-  must({"replay", "r.json", "-o", "third.vtp", "-q"});
-  EXPECT_EQ(bytes("third.vtp"), bytes("s.vtp"));
-  const Outcome idle = must({"segment", "ball.nii.gz", "--seed", "0,0,0", "--box",
-                             "-16,-16,-16,16,16,16", "--energy", "minimal-surface", "-o", "e.vtp"});
-  EXPECT_NE(idle.err.find("--box has no effect"), std::string::npos) << idle.err;
 }
 
 TEST_F(Segment, SummaryHasEveryKey) {
@@ -238,17 +189,6 @@ TEST_F(Segment, DenoisedNeedsTheMumfordShahModel) {
   EXPECT_NE(name.err.find("u.png"), std::string::npos) << name.err;
 }
 
-TEST_F(Segment, SeedsOfEverySpaceGiveTheSameSurface) {
-  make_ball();
-  const auto from = [&](const char* space, const char* seed, const char* name) {
-    must({"segment", "ball.nii.gz", "--space", space, "--seed", seed, "-q", "-o", name});
-    return bytes(name);
-  };
-  const std::string ras = from("ras", "-2.5,1.5,3.5", "a.stl");
-  EXPECT_EQ(from("lps", "2.5,-1.5,3.5", "b.stl"), ras);
-  EXPECT_EQ(from("ijk", "17,21,23", "c.stl"), ras);  // voxel 0 is at -19.5 mm
-}
-
 TEST_F(Segment, SameBytesAgainAndForAnyNumberOfThreads) {
   make_ball({"--spacing", "1", "--noise", "0.1"});
   must(segment({"-o", "a.stl"}));
@@ -346,33 +286,6 @@ TEST_F(Segment, WritesTheCandidatesOfEveryClickAndSaysWhere) {
     volume_mm3 = candidates[n]["volume_mm3"];
   }
   EXPECT_FALSE(exists("s.candidate-" + std::to_string(candidates.size() + 1) + ".ply"));
-}
-
-TEST_F(Segment, InitialBodiesReachTheSameBall) {
-  make_ball();
-  for (const auto& [option, value] : std::vector<std::pair<const char*, const char*>>{
-           {"--initial-ball", "1,0,0,6mm"},
-           {"--initial-ellipsoid", "1,0,0,7mm,5vox,6mm"},
-           {"--initial-box", "-5,-4,-5,5,4,6"}}) {
-    must({"segment", "ball.nii.gz", option, value, "-q", "-o", "s.stl"});
-    EXPECT_GT(dice("s.stl"), 0.98) << option;
-  }
-}
-
-/// In a mirrored grid of unequal spacing, bodies given in voxels are outward in the world too;
-/// the surface is written before the first step.
-TEST_F(Segment, InitialBodiesInVoxelsFollowTheGrid) {
-  make_ball({"--spacing", "1,1,1.5", "--direction", "-1,0,0,0,1,0,0,0,1"});
-  for (const auto& [option, value, expected] :
-       std::vector<std::tuple<std::string, std::string, double>>{
-           {"--initial-ellipsoid", "19.5,19.5,19.5,5mm,4mm,6mm", 4.0 / 3 * M_PI * 5 * 4 * 6},
-           {"--initial-box", "16,17,16,23,22,23", 7.0 * 5 * 7 * 1.5}}) {
-    run({"segment", "ball.nii.gz", "--space", "ijk", option, value, "-q", "-o", "s.stl", "--json",
-         "s.json", "--max-iterations", "0", "--no-settle", "--energy", "area"});
-    EXPECT_EQ(json("s.json")["outward"], true) << option;
-    constexpr double kChords = 0.1;  // edges of 1.7 mm cut the ellipsoid's caps off
-    EXPECT_NEAR(json("s.json")["volume_mm3"], expected, kChords * expected) << option;
-  }
 }
 
 /// Radii 11.7 and 5.85 mm; the surface starts on the voxels' stairs, cavity included.
