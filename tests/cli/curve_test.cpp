@@ -1,6 +1,8 @@
 // curveseg: from a phantom to scored contours, and what is wrong ends in one line.
+#include <algorithm>
 #include <cmath>
 
+#include "libcurve/image/write_image.h"
 #include "libsurf/volume/phantom.h"
 #include "libsurf/volume/read_volume.h"
 #include "libsurf/volume/write_volume.h"
@@ -58,6 +60,33 @@ TEST_F(Curveseg, HasAnOutsidePointOutside) {
   EXPECT_GE(nearest, 0.5);
   EXPECT_LT(nearest, 8);  // a dent, no more
   EXPECT_NEAR(winding, 0, 1e-6);
+}
+
+// Of radius 12 in 48 x 48 pixels without noise, its edge a pixel wide: about a corner of pixels and
+// about the middle of one. It ends by itself, by energies with their defaults and from the seed
+// alone.
+TEST_F(Curveseg, ADiscWithoutNoiseConverges) {
+  constexpr int kSize = 48;
+  constexpr double kRadius = 12, kArea = M_PI * kRadius * kRadius;
+  for (const double middle : {23.5, 24.0}) {
+    std::vector<float> values;
+    for (int j = 0; j < kSize; ++j)
+      for (int i = 0; i < kSize; ++i)
+        values.push_back(
+            float(std::clamp(kRadius - std::hypot(i - middle, j - middle) + 0.5, 0.0, 1.0)));
+    surf::curve::write_image(
+        file("disc.tif"),
+        surf::curve::Image({kSize, kSize}, surf::curve::pixel_to_plane({1, 1}), values));
+    for (const Words& energy :
+         {Words{}, Words{"--energy", "minimal-surface"}, Words{"--energy", "chan-vese"}}) {
+      must(joined(
+          {"segment", "disc.tif", "--seed", "24,24", "-o", "d.json", "--json", "s.json", "-q"},
+          energy));
+      const std::string name = energy.empty() ? "the seed alone" : energy.back();
+      EXPECT_EQ(json("s.json")["outcome"], "converged") << name;
+      EXPECT_NEAR(json("s.json")["area_mm2"], kArea, 0.01 * kArea) << name;
+    }
+  }
 }
 
 TEST_F(Curveseg, KeepsTheAreaThatIsAskedFor) {

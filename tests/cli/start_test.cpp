@@ -1,6 +1,8 @@
 // Where a run starts: seeds in any space, boxes, bodies.
+#include <algorithm>
 #include <tuple>
 
+#include "libsurf/volume/write_volume.h"
 #include "tests/cli/ball.h"
 
 namespace surfseg::test {
@@ -34,6 +36,37 @@ TEST_F(Start, SeedsOfEverySpaceGiveTheSameSurface) {
   const std::string ras = from("ras", "-2.5,1.5,3.5", "a.stl");
   EXPECT_EQ(from("lps", "2.5,-1.5,3.5", "b.stl"), ras);
   EXPECT_EQ(from("ijk", "17,21,23", "c.stl"), ras);  // voxel 0 is at -19.5 mm
+}
+
+// Half a ball of 8 voxels' radius about the middle of a face, clicked in a voxel that lies there:
+// the volume reaches to its voxels' outer faces. The voxel's centre is (1/3, 14/3, 29/7) mm.
+TEST_F(Start, SeedsInTheOuterHalfOfABorderVoxelAreInTheVolume) {
+  constexpr int kSize = 24;
+  constexpr double kRadius = 8, kSpacingMm = 1.0 / 3;
+  const Eigen::Vector3d center(-0.5, 12, 12);
+  std::vector<float> values;
+  for (int k = 0; k < kSize; ++k)
+    for (int j = 0; j < kSize; ++j)
+      for (int i = 0; i < kSize; ++i) {
+        const double depth = kRadius - (Eigen::Vector3d(i, j, k) - center).norm();
+        values.push_back(float(std::clamp(depth + 0.5, 0.0, 1.0)));
+      }
+  surf::volume::write_volume(file("half.nii"),
+                             surf::volume::Volume({kSize, kSize, kSize},
+                                                  Eigen::Translation3d(1.0 / 3, 2.0 / 3, 1.0 / 7) *
+                                                      Eigen::Affine3d(Eigen::Scaling(kSpacingMm)),
+                                                  values));
+  const double expected = 2.0 / 3 * M_PI * std::pow(kRadius * kSpacingMm, 3);
+  for (const auto& [space, seed] : {std::pair{"ijk", "-0.3,12,12"},
+                                    {"ijk", "-0.499,12,12"},
+                                    {"ras", "0.333333,4.666667,4.142857"}}) {
+    must({"segment", "half.nii", "--space", space, "--seed", seed, "-o", "s.stl", "--json",
+          "s.json", "-q"});
+    EXPECT_NEAR(json("s.json")["volume_mm3"], expected, 0.01 * expected) << seed;
+  }
+  EXPECT_EQ(run({"segment", "half.nii", "--space", "ijk", "--seed", "-0.51,12,12", "-o", "s.stl"})
+                .exit_code,
+            2);
 }
 
 TEST_F(Start, InitialBodiesReachTheSameBall) {
