@@ -8,11 +8,13 @@
 #include <cstdint>
 #include <functional>
 #include <numbers>
+#include <optional>
 #include <random>
 
 #include "libsurf/base/error.h"
 #include "libsurf/base/threads.h"
 #include "libsurf/mesh/distance.h"
+#include "libsurf/mesh/measure.h"
 #include "libsurf/segment/finish.h"
 #include "libsurf/segment/segment.h"
 
@@ -224,8 +226,13 @@ TEST(Property, BytesAreTheSameForAnyThreads) {
 /// voxels on R >= 5, and by what half a node of the search's grid does to the start.
 constexpr double kOtherMesh = 0.06;  // voxels, in the mean
 
-/// The distance to the surface in the plain view [voxels].
-std::string compared(const Scene& plain, const Scene& scene, const View& view) {
+/// Of the enclosed volume, where axes are permuted and flipped: all is computed in RAS order.
+constexpr double kSameVolume = 1e-3;
+
+/// Whether the surface is that of the plain view, by its distance and, if this is given, its
+/// volume.
+std::string compared(const Scene& plain, const Scene& scene, const View& view,
+                     std::optional<double> volume_tolerance = {}) {
   const Segmented before = run(plain), now = run(scene, view);
   if (has_shape(before.result.outcome) != has_shape(now.result.outcome))
     return fmt::format("'{}' became '{}'", to_string(before.result.outcome),
@@ -238,7 +245,11 @@ std::string compared(const Scene& plain, const Scene& scene, const View& view) {
   const double voxel = std::cbrt(plain.spacing.prod());
   const double mean =
       mesh::surface_distances(before.result.shape, back, {.n_samples = 5000}).mean_mm / voxel;
-  return mean < kOtherMesh ? "" : fmt::format("the surface moved by {:.3f} voxels", mean);
+  if (!(mean < kOtherMesh)) return fmt::format("the surface moved by {:.3f} voxels", mean);
+  const double more = mesh::volume_mm3(back) / mesh::volume_mm3(before.result.shape) - 1;
+  if (volume_tolerance && !(std::abs(more) < *volume_tolerance))
+    return fmt::format("the volume changed by {:.2g} %", 100 * more);
+  return {};
 }
 
 std::string compared(const Scene& s, const View& view) { return compared(s, s, view); }
@@ -254,10 +265,12 @@ TEST(Property, CropAndPadDoNotMatter) {
 
 TEST(Property, PermutationsAndFlipsOfAxesDoNotMatter) {
   check("axes", 4, [](const Scene& s) {
-    return compared(s, {.axes = {2, 0, 1}, .are_flipped = {true, false, true}});
+    return compared(s, s, {.axes = {2, 0, 1}, .are_flipped = {true, false, true}}, kSameVolume);
   });
 }
 
+// Volumes differ by up to 0.7 % of bodies as small as these: the balls that explicit energies start
+// from do not turn with the grid. Larger ones are compared in invariance_test.cpp.
 TEST(Property, FrameAndUnitDoNotMatter) {
   check("frame", 4, [](const Scene& s) {
     View view;
