@@ -1,5 +1,13 @@
-# Fails when a step fails: install, configure the stranger, build it, run it.
+# Fails when a step fails: compare with the guide, install, configure the stranger, build it, run it.
 file(REMOVE_RECURSE ${SCRATCH})
+
+# The guide shows the program that is built below, byte for byte.
+file(READ ${GUIDE} guide)
+file(READ ${STRANGER}/dialogue.cpp dialogue)
+string(FIND "${guide}" "\n```cpp\n${dialogue}```\n" at)
+if(at EQUAL -1)
+  message(FATAL_ERROR "${GUIDE} does not show ${STRANGER}/dialogue.cpp as it is")
+endif()
 
 function(run)
   execute_process(COMMAND ${ARGN} RESULT_VARIABLE code OUTPUT_VARIABLE output
