@@ -318,7 +318,8 @@ void MumfordShah::differentiate(const fem::Curvature& curvature, double weight,
 void MumfordShah::differentiate_twice(const fem::Curvature&, double,
                                       energy::SecondDerivative<2>&) const {
   throw UsageError(
-      "energy mumford-shah: it has no second derivative as a matrix; use --flow h1 or l2");
+      "energy mumford-shah: it has no second derivative as a matrix; FlowOptions::method has to be "
+      "a gradient flow, h1 or l2");
 }
 
 MumfordShah::Traces MumfordShah::traces() const {

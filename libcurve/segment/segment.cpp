@@ -15,7 +15,8 @@ std::shared_ptr<const segment::Setting<2>> make_setting(const Image& image) {
 Image denoised(const Image& image, const CurveOptions& options, const CurveResult& result) {
   const auto parameters = segment::piecewise_smooth<2>(result.energies);
   if (!parameters)
-    throw UsageError("a denoised image belongs to --energy mumford-shah, which is not used");
+    throw UsageError(
+        "a denoised image belongs to Options::energies mumford-shah, which is not used");
   const auto energy = mumford_shah(
       image, intensity_field(image, segment::field_options<2>(options, result.sigma_mm)),
       *parameters);

@@ -245,7 +245,7 @@ void MumfordShah::differentiate(const fem::Curvature& curvature, double weight,
 void MumfordShah::differentiate_twice(const fem::Curvature&, double, SecondDerivative<3>&) const {
   throw UsageError(
       "energy mumford-shah: its second derivative needs u' of every velocity (Theorem 2.2.11) and "
-      "has no matrix; use the h1 or the l2 flow");
+      "has no matrix; FlowOptions::method has to be a gradient flow, h1 or l2");
 }
 
 void MumfordShah::add_density(const Points<3>& points, double weight,

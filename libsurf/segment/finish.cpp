@@ -16,7 +16,7 @@ std::string no_object(const Result<Dim>& result) {
            "; start from a larger shape, or give the length or area of the boundary less weight";
   return fmt::format(
       "no object stands out round the clicks: {}; click in the middle of the object, or say what "
-      "it is by --energy",
+      "it is by Options::energies",
       result.message);
 }
 

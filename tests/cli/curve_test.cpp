@@ -238,7 +238,7 @@ const std::vector<Row> kRows = {
      {"segment", "good.tif", "-o", "out.json", "--circle", "8,8,3px", "--energy", "mumford-shah",
       "--flow", "newton"},
      2,
-     "no second derivative"},
+     "no second derivative as a matrix; --flow has to be a gradient flow"},
     {"BoxOfThree", segment({"--box", "1,2,3"}), 2, "--box: expected 4 numbers X,Y,X,Y"},
     {"BoxOfNoPixel", segment({"--box", "90,90,99,99"}), 2, "holds no pixel"},
     {"OutsideBeyondTheImage", segment({"--outside", "99,0"}), 2, "--outside: (99, 0) mm is"},

@@ -13,6 +13,7 @@
 #include "libsurf/segment/recipe.h"
 #include "libsurf/segment/segment.h"
 #include "tools/common/config.h"
+#include "tools/common/field_names.h"
 #include "tools/common/memory_limit.h"
 #include "tools/common/profile.h"
 #include "tools/common/program.h"
@@ -350,7 +351,7 @@ ExitCode SegmentCommand<Dim>::run_several(const Input& input, const Objects& obj
       } catch (const surf::NoObject& error) {
         entry["not_written"] = result.outcome == surf::segment::Outcome::kEmpty
                                    ? "interrupted before it was begun"
-                                   : error.what();
+                                   : with_option_names(error.what(), program());
         if (signal_exit_code() == kDone) code = kNoObject;
       } catch (const surf::InvalidMesh& error) {
         entry["not_written"] = error.what();

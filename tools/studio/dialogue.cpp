@@ -10,6 +10,7 @@
 #include "libsurf/base/file.h"
 #include "libsurf/base/log.h"
 #include "libsurf/segment/recipe.h"
+#include "tools/common/field_names.h"
 
 namespace surfseg::studio {
 namespace {
@@ -355,7 +356,7 @@ void Dialogue::publish_error(const std::string& text) {
   {
     std::lock_guard lock(mutex_);
     auto next = std::make_shared<State>(*state_);
-    next->error = text;
+    next->error = with_option_names(text, "surfseg");
     std::replace(next->error.begin(), next->error.end(), '\n', ' ');
     ++next->error_number;
     state_ = std::move(next);
