@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "libsurf/base/error.h"
+#include "libsurf/base/log.h"
 
 namespace surf::mesh {
 namespace {
@@ -153,6 +154,11 @@ Parameters<Dim> minimise(const Points<Dim>& local, const Vector<Dim>& deviations
   options.logging_type = ceres::SILENT;
   ceres::Solver::Summary summary;
   ceres::Solve(options, &problem, &summary);
+  if (summary.termination_type != ceres::CONVERGENCE)
+    log(LogLevel::kWarning,
+        fmt::format("landmarks: the {} is not sure, the points hardly determine it; click some on "
+                    "other sides of the object ({})",
+                    Dim == 2 ? "ellipse" : "ellipsoid", summary.message));
   return p;
 }
 

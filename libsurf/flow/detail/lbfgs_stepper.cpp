@@ -204,6 +204,8 @@ class LbfgsStepper : public Stepper<Dim> {
     Eigen::VectorXd y = Eigen::VectorXd::Zero(chart.NumParameters());
     ceres::GradientProblemSolver::Summary summary;
     ceres::Solve(options, problem, y.data(), &summary);
+    // A round that ends at kMostIterations, NO_CONVERGENCE, goes on from there in the next; whether
+    // the flow has converged is asked of dJ.
     if (summary.termination_type == ceres::FAILURE && !chart.has_met_bound())
       log(LogLevel::kWarning, fmt::format("L-BFGS: {}", summary.message));
     return y;

@@ -22,6 +22,8 @@ struct QuadraticModel {
 struct TrustRegionOptions {
   /// Conjugate gradients stop when the residual, in the norm of P^-1, falls to this share.
   double tolerance = 1e-3;
+  /// Or after so many. That is no failure: every iterate lowers m, and what the step gains is held
+  /// against what m says of it, however near to m's minimum it is.
   int max_iterations = 200;
 };
 

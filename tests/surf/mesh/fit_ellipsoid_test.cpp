@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 
 #include "libsurf/base/error.h"
+#include "libsurf/base/log.h"
 #include "tests/surf/fixtures.h"
 
 namespace surf::mesh {
@@ -101,6 +102,25 @@ TEST(FitEllipsoidInSpace, IsABallForPointsInAPlane) {
   const Ellipsoid<3> fit = fit_ellipsoid<3>(points);
   EXPECT_LT((fit.center - Vector<3>(0, 0, 30)).norm(), 0.01);
   for (int i = 0; i < 3; ++i) EXPECT_NEAR(fit.axes.col(i).norm(), 8, 0.01);
+}
+
+/// What fit_ellipsoid() says in the log.
+template <int Dim>
+std::vector<std::string> warnings(const Points<Dim>& points) {
+  std::vector<std::string> out;
+  set_log_sink([&](LogLevel, const std::string& message) { out.push_back(message); });
+  fit_ellipsoid<Dim>(points);
+  set_log_sink({});
+  return out;
+}
+
+TEST(FitEllipsoidInSpace, WarnsWherePointsHardlyDetermineIt) {
+  EXPECT_TRUE(warnings<3>(directions<3>(3, 60) * lengths<3>().asDiagonal()).empty());
+  Points<3> cloud(7, 3);
+  cloud << 0, -10, -6, 2, 16, -15, -28, -6, -2, 10, -14, 2, 4, 8, -3, -9, -2, -3, -5, -4, 5;
+  const std::vector<std::string> found = warnings<3>(cloud);
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_NE(found[0].find("the points hardly determine it"), std::string::npos) << found[0];
 }
 
 TYPED_TEST(FitEllipsoid, SaysWhenThePointsDoNotDo) {
