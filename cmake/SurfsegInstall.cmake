@@ -17,10 +17,10 @@ else()
                 ${CMAKE_BINARY_DIR}/surfsegConfigVersion.cmake
           DESTINATION ${SURFSEG_PACKAGE_DIR})
 
-  # Headers in detail/ are shared between sources only; some of them show OpenVDB.
+  # Headers in detail/ and segment/stages/ are shared between sources only; some of them show OpenVDB.
   install(DIRECTORY ${PROJECT_SOURCE_DIR}/libsurf ${PROJECT_SOURCE_DIR}/libcurve
           DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/surfseg
-          FILES_MATCHING PATTERN "*.h" PATTERN detail EXCLUDE)
+          FILES_MATCHING PATTERN "*.h" PATTERN detail EXCLUDE PATTERN stages EXCLUDE)
 endif()
 
 # Where libsurf/segment/presets.cpp looks for presets; the build folder has them at the same place.

@@ -7,8 +7,8 @@
 #include <cmath>
 #include <optional>
 
-#include "libsurf/segment/change.h"
-#include "libsurf/segment/click_cut.h"
+#include "libsurf/segment/detail/change.h"
+#include "libsurf/segment/detail/click_cut.h"
 #include "libsurf/segment/object_box.h"
 #include "libsurf/segment/settle_cut.h"
 
@@ -35,6 +35,8 @@ struct CutGrowth {
 constexpr CutGrowth kCutGrowth{0.35, 0.15, 1.4}, kCutGrowthInBox{0.6, 0.2, 1.7};
 constexpr std::array kObjectWeights = {0.0, 0.5};
 constexpr double kLeastDepth = 0.55, kDepth = 2;
+// Before it settles: 23 structures end at the same regions after each of nine clicks without it.
+constexpr double kLeastDepthOfPiece = 0.3;
 constexpr double kShare = 0.5, kFirstDepth = 0.3, kCalmDepth = 0.75, kSize = 1.05,
                  kAgreement = 0.25;
 constexpr double kLeastGrowth = 0.1;
@@ -133,24 +135,53 @@ class Corrector {
     std::vector<Rung<Dim>> found = pieces(scene_, stop_);
     tbb::parallel_for(std::size_t(0), found.size(), [&](std::size_t n) {
       Rung<Dim>& rung = found[n];
-      const NodeSet<Dim> part = rung.inside.component(starts_in(rung.inside));
-      const double depth = depths_of<Dim>(box_, part, scene_.click().seed.nodes).share() *
-                           double(part.count()) / double(rung.n_nodes);
       const ChangeFeatures change =
           measure_change(box_, rung.inside, scene_.before, side_, scene_.grid.level(), edge_);
-      rung.score = change.score(side_) * std::pow(depth, kDepth) * growth_of(rung.features);
+      rung.score = change.score(side_) * growth_of(rung.features);
     });
-    std::vector<const Rung<Dim>*> all;
-    for (const Rung<Dim>& rung : found) all.push_back(&rung);
-    const auto best = differing(std::move(all), kMostPieces, kMostSame);
     std::vector<Candidate<Dim>> out;
-    for (const Rung<Dim>* rung : best) {
+    for (const Rung<Dim>* rung : best_by_depth(found)) {
       Candidate<Dim> candidate(scene_.before, rung->family, false, growth_of(rung->features));
       const NodeSet<Dim> piece = rung->inside.in(box_);
       adds() ? candidate.after |= piece : candidate.after -= piece;
       if (candidate.after.count() >= kLeastObject) out.push_back(std::move(candidate));
     }
     return out;
+  }
+
+  /// The best that differ. Depths cost most, so they are taken of those alone that may be among
+  /// them: a score without its depth is the most that it can be.
+  std::vector<const Rung<Dim>*> best_by_depth(std::vector<Rung<Dim>>& found) const {
+    std::vector<Rung<Dim>*> order;
+    for (Rung<Dim>& rung : found) order.push_back(&rung);
+    std::stable_sort(order.begin(), order.end(),
+                     [](const auto* a, const auto* b) { return a->score > b->score; });
+    std::vector<const Rung<Dim>*> best;
+    for (std::size_t n_known = 0; n_known < order.size();) {
+      const std::size_t end = std::min(n_known + kMostPieces, order.size());
+      tbb::parallel_for(n_known, end, [&](std::size_t n) {
+        Rung<Dim>& rung = *order[n];
+        const NodeSet<Dim> part = rung.inside.component(starts_in(rung.inside));
+        rung.score *=
+            std::pow(depth_share(part) * double(part.count()) / double(rung.n_nodes), kDepth);
+      });
+      n_known = end;
+      std::vector<const Rung<Dim>*> known(order.begin(), order.begin() + std::ptrdiff_t(n_known));
+      std::sort(known.begin(), known.end());  // of equals that which was found first
+      best = differing(std::move(known), kMostPieces, kMostSame);
+      if (best.size() == kMostPieces && n_known < order.size() &&
+          order[n_known]->score < best.back()->score)
+        break;
+    }
+    return best;
+  }
+
+  /// 0 where it is too little for the change that will come of it.
+  double depth_share(const NodeSet<Dim>& part) const {
+    const auto& nodes = scene_.click().seed.nodes;
+    if (most_share<Dim>(part, nodes) < kLeastDepthOfPiece) return 0;
+    const double share = depths_of<Dim>(box_, part, nodes).share();
+    return share < kLeastDepthOfPiece ? 0 : share;
   }
 
   /// Cuts between all clicks, one of them near the object.

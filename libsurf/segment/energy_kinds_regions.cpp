@@ -6,7 +6,7 @@
 #include "libsurf/energy/fields.h"
 #include "libsurf/energy/region_statistics.h"
 #include "libsurf/segment/detail/built_in_kinds.h"
-#include "libsurf/segment/local_means.h"
+#include "libsurf/segment/detail/local_means.h"
 
 namespace surf::segment {
 namespace {

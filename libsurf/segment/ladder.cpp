@@ -7,7 +7,7 @@
 #include <cmath>
 #include <limits>
 
-#include "libsurf/segment/arrival.h"
+#include "libsurf/segment/detail/arrival.h"
 
 namespace surf::segment {
 namespace {

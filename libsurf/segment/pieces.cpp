@@ -7,7 +7,7 @@
 #include <limits>
 #include <numeric>
 
-#include "libsurf/segment/arrival.h"
+#include "libsurf/segment/detail/arrival.h"
 #include "libsurf/segment/ladder.h"
 #include "libsurf/segment/object_box.h"
 

@@ -10,8 +10,8 @@
 #include <numeric>
 #include <thread>
 
-#include "libsurf/segment/change.h"
-#include "libsurf/segment/click_cut.h"
+#include "libsurf/segment/detail/change.h"
+#include "libsurf/segment/detail/click_cut.h"
 #include "libsurf/segment/object_box.h"
 #include "libsurf/segment/settle_cut.h"
 

@@ -7,9 +7,9 @@
 
 #include "libsurf/base/error.h"
 #include "libsurf/segment/clicks.h"
+#include "libsurf/segment/detail/run_stages.h"
 #include "libsurf/segment/detail/work_json.h"
 #include "libsurf/segment/energy_assembly.h"
-#include "libsurf/segment/run_stages.h"
 #include "libsurf/segment/stages/stages.h"
 
 namespace surf::segment {

@@ -7,7 +7,7 @@
 #include <maxflow/graph.cpp>
 #include <memory>
 
-#include "libsurf/segment/node_field.h"
+#include "libsurf/segment/detail/node_field.h"
 
 namespace surf::segment {
 namespace {

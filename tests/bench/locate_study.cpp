@@ -13,7 +13,7 @@
 #include "libsurf/mesh/distance.h"
 #include "libsurf/mesh/measure.h"
 #include "libsurf/mesh/verify.h"
-#include "libsurf/segment/locate_edges.h"
+#include "libsurf/segment/detail/locate_edges.h"
 #include "libsurf/segment/segment.h"
 #include "libsurf/volume/phantom.h"
 

@@ -1,4 +1,4 @@
-#include "libsurf/segment/amend.h"
+#include "libsurf/segment/detail/amend.h"
 
 #include <fmt/format.h>
 

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "libsurf/segment/nucleation.h"
+#include "libsurf/segment/detail/nucleation.h"
 #include "libsurf/segment/stages/stages.h"
 
 namespace surf::segment {

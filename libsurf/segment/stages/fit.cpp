@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "libsurf/segment/edges_along.h"
+#include "libsurf/segment/detail/edges_along.h"
 #include "libsurf/segment/stages/stages.h"
 
 namespace surf::segment {

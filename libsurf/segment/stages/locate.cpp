@@ -4,8 +4,8 @@
 #include <cmath>
 
 #include "libsurf/mesh/shape_part.h"
-#include "libsurf/segment/edges_along.h"
-#include "libsurf/segment/locate_edges.h"
+#include "libsurf/segment/detail/edges_along.h"
+#include "libsurf/segment/detail/locate_edges.h"
 #include "libsurf/segment/result.h"
 #include "libsurf/segment/stages/stages.h"
 

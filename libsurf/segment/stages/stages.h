@@ -2,7 +2,7 @@
 #pragma once
 
 #include "libsurf/segment/clicks.h"
-#include "libsurf/segment/edges_along.h"
+#include "libsurf/segment/detail/edges_along.h"
 #include "libsurf/segment/energy_assembly.h"
 #include "libsurf/segment/stage.h"
 

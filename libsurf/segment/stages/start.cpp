@@ -5,8 +5,8 @@
 #include <numbers>
 
 #include "libsurf/fem/geometry.h"
+#include "libsurf/segment/detail/edges_along.h"
 #include "libsurf/segment/detail/point_text.h"
-#include "libsurf/segment/edges_along.h"
 #include "libsurf/segment/seed_model.h"
 #include "libsurf/segment/stages/size.h"
 #include "libsurf/segment/stages/stages.h"

@@ -1,4 +1,4 @@
-#include "libsurf/segment/arrival.h"
+#include "libsurf/segment/detail/arrival.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "libsurf/segment/change.h"
+#include "libsurf/segment/detail/change.h"
 
 #include <gtest/gtest.h>
 
@@ -107,6 +107,31 @@ TYPED_TEST(Change, MeasuresDepthsToTheOutsideAndTheBorder) {
   EXPECT_EQ(d.share(0.5), 1);
   nodes[0][0] = 0;
   EXPECT_NEAR(depths_of<Dim>(box, inside, nodes).at_nodes, 1, 1e-6);  // the border
+}
+
+// In a bar and in a large ball, deep inside and near the outside.
+TYPED_TEST(Change, BoundsTheShareOfADepth) {
+  constexpr int Dim = TypeParam::value;
+  const auto box = NodeBox<Dim>::cube(0, 50);
+  const auto ball = NodeSet<Dim>::where(box, [&](std::size_t at) {
+    double sum = 0;
+    for (const int i : box.node(at)) sum += (i - 24) * (i - 24);
+    return sum <= 22 * 22;
+  });
+  for (const NodeSet<Dim>& inside : {ball, this->bar([](int) { return true; })}) {
+    double tightest = 1;
+    for (int x = 3; x < 48; ++x) {
+      typename NodeBox<Dim>::Index node;
+      node.fill(Dim == 3 ? 14 : 10);
+      node[0] = x;
+      if (!inside.box().contains(node) || !inside.contains(node)) continue;
+      const std::vector<typename NodeBox<Dim>::Index> nodes = {node};
+      const double share = depths_of<Dim>(inside.box(), inside, nodes).share();
+      EXPECT_GE(most_share<Dim>(inside, nodes), share);
+      tightest = std::min(tightest, most_share<Dim>(inside, nodes));
+    }
+    if (inside.box().n() == box.n()) EXPECT_LT(tightest, 0.3);
+  }
 }
 
 }  // namespace

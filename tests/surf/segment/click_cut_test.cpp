@@ -1,4 +1,4 @@
-#include "libsurf/segment/click_cut.h"
+#include "libsurf/segment/detail/click_cut.h"
 
 #include <gtest/gtest.h>
 

@@ -7,8 +7,8 @@
 #include <memory>
 #include <vector>
 
-#include "libsurf/segment/click_cut.h"
 #include "libsurf/segment/click_search.h"
+#include "libsurf/segment/detail/click_cut.h"
 #include "tests/surf/fixtures.h"
 #include "tests/surf/segment/lattice_image.h"
 

@@ -1,4 +1,4 @@
-#include "libsurf/segment/edge_offset.h"
+#include "libsurf/segment/detail/edge_offset.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "libsurf/segment/edge_profiles.h"
+#include "libsurf/segment/detail/edge_profiles.h"
 
 #include <gtest/gtest.h>
 
@@ -8,9 +8,9 @@
 #include <set>
 
 #include "libsurf/mesh/primitives.h"
-#include "libsurf/segment/locate_edges.h"
+#include "libsurf/segment/detail/locate_edges.h"
+#include "libsurf/segment/detail/smooth_moves.h"
 #include "libsurf/segment/segment.h"
-#include "libsurf/segment/smooth_moves.h"
 
 namespace surf::segment {
 namespace {

@@ -1,4 +1,4 @@
-#include "libsurf/segment/local_means.h"
+#include "libsurf/segment/detail/local_means.h"
 
 #include <gtest/gtest.h>
 

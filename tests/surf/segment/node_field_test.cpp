@@ -1,4 +1,4 @@
-#include "libsurf/segment/node_field.h"
+#include "libsurf/segment/detail/node_field.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "libsurf/segment/smooth_moves.h"
+#include "libsurf/segment/detail/smooth_moves.h"
 
 #include <tbb/parallel_for.h>
 

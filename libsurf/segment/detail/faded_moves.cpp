@@ -1,4 +1,4 @@
-#include "libsurf/segment/faded_moves.h"
+#include "libsurf/segment/detail/faded_moves.h"
 
 #include <Eigen/SparseCholesky>
 #include <algorithm>

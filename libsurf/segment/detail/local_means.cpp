@@ -1,11 +1,11 @@
-#include "libsurf/segment/local_means.h"
+#include "libsurf/segment/detail/local_means.h"
 
 #include <algorithm>
 #include <cmath>
 
 #include "libsurf/base/error.h"
+#include "libsurf/segment/detail/node_field.h"
 #include "libsurf/segment/node_box.h"
-#include "libsurf/segment/node_field.h"
 
 namespace surf::segment {
 namespace {

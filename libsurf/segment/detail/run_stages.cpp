@@ -1,4 +1,4 @@
-#include "libsurf/segment/run_stages.h"
+#include "libsurf/segment/detail/run_stages.h"
 
 #include <fmt/format.h>
 

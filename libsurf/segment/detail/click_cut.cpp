@@ -1,4 +1,4 @@
-#include "libsurf/segment/click_cut.h"
+#include "libsurf/segment/detail/click_cut.h"
 
 #include <maxflow/graph.h>
 #include <tbb/parallel_for.h>
@@ -10,7 +10,7 @@
 #include <maxflow/graph.cpp>
 #include <numbers>
 
-#include "libsurf/segment/arrival.h"
+#include "libsurf/segment/detail/arrival.h"
 
 namespace surf::segment {
 namespace {

@@ -1,4 +1,4 @@
-#include "libsurf/segment/locate_edges.h"
+#include "libsurf/segment/detail/locate_edges.h"
 
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
@@ -11,11 +11,11 @@
 #include <optional>
 #include <utility>
 
-#include "libsurf/segment/cell_noise.h"
-#include "libsurf/segment/edge_profiles.h"
-#include "libsurf/segment/facet_offsets.h"
-#include "libsurf/segment/faded_moves.h"
-#include "libsurf/segment/smooth_moves.h"
+#include "libsurf/segment/detail/cell_noise.h"
+#include "libsurf/segment/detail/edge_profiles.h"
+#include "libsurf/segment/detail/facet_offsets.h"
+#include "libsurf/segment/detail/faded_moves.h"
+#include "libsurf/segment/detail/smooth_moves.h"
 
 namespace surf::segment {
 namespace {

@@ -1,4 +1,4 @@
-#include "libsurf/segment/change.h"
+#include "libsurf/segment/detail/change.h"
 
 #include <algorithm>
 #include <cmath>
@@ -109,13 +109,72 @@ Depths depths_of(const NodeBox<Dim>& grid, const NodeSet<Dim>& inside,
   return out;
 }
 
+namespace {
+
+constexpr int kCell = 4;  // nodes along each axis
+
+/// No more than the depth of the deepest node.
+template <int Dim>
+double least_greatest(const NodeSet<Dim>& inside) {
+  const NodeBox<Dim>& box = inside.box();
+  NodeBox<Dim> cells;
+  std::size_t n_in_cell = 1;
+  for (int axis = 0; axis < Dim; ++axis) {
+    cells.size[axis] = (box.size[axis] + kCell - 1) / kCell + 2;  // one beyond the box on each side
+    n_in_cell *= kCell;
+  }
+  std::vector<std::uint8_t> n_inside(cells.n(), 0);  // at most 64
+  inside.for_each([&](std::size_t at) {
+    auto node = box.node(at);
+    for (int axis = 0; axis < Dim; ++axis) node[axis] = (node[axis] - box.lower[axis]) / kCell + 1;
+    ++n_inside[cells.at(node)];
+  });
+  Flags is_open(cells.n());
+  for (std::size_t at = 0; at < is_open.size(); ++at) is_open[at] = n_inside[at] < n_in_cell;
+  const std::vector<float> squared = exact_squared_distances(cells, is_open);
+  float greatest = 0;
+  for (const float value : squared)
+    if (std::isfinite(value)) greatest = std::max(greatest, value);
+  // What is outside is half a diagonal at most from the centre of its cell, as is a node from that
+  // of its own.
+  return kCell * std::sqrt(double(greatest)) - (kCell - 1) * std::sqrt(double(Dim));
+}
+
+/// No less than the depth of a node.
+template <int Dim>
+double most_depth(const NodeSet<Dim>& inside, const typename NodeBox<Dim>::Index& node) {
+  int least = std::numeric_limits<int>::max();
+  for (int axis = 0; axis < Dim; ++axis)
+    for (const int step : {-1, 1}) {
+      auto at = node;
+      int n = 0;
+      while (inside.box().contains(at) && inside.contains(at)) {
+        at[axis] += step;
+        ++n;
+      }
+      if (inside.box().contains(at)) least = std::min(least, n);
+    }
+  return least;
+}
+
+}  // namespace
+
+template <int Dim>
+double most_share(const NodeSet<Dim>& inside, std::span<const typename NodeBox<Dim>::Index> nodes) {
+  Depths out{0, least_greatest(inside)};
+  for (const auto& node : nodes)
+    if (inside.contains(node)) out.at_nodes = std::max(out.at_nodes, most_depth(inside, node));
+  return out.share();
+}
+
 #define SURF_INSTANTIATE(Dim)                                              \
   template ChangeFeatures measure_change<Dim>(                             \
       const NodeBox<Dim>&, const NodeSet<Dim>&, const NodeSet<Dim>&, Side, \
       const std::vector<std::uint16_t>&, const NodeSet<Dim>&);             \
   template std::size_t largest_component<Dim>(const NodeSet<Dim>&);        \
   template Depths depths_of<Dim>(const NodeBox<Dim>&, const NodeSet<Dim>&, \
-                                 std::span<const NodeBox<Dim>::Index>);
+                                 std::span<const NodeBox<Dim>::Index>);    \
+  template double most_share<Dim>(const NodeSet<Dim>&, std::span<const NodeBox<Dim>::Index>);
 SURF_INSTANTIATE(2)
 SURF_INSTANTIATE(3)
 #undef SURF_INSTANTIATE

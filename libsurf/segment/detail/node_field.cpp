@@ -1,4 +1,4 @@
-#include "libsurf/segment/node_field.h"
+#include "libsurf/segment/detail/node_field.h"
 
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>

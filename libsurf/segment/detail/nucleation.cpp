@@ -1,4 +1,4 @@
-#include "libsurf/segment/nucleation.h"
+#include "libsurf/segment/detail/nucleation.h"
 
 #include <algorithm>
 #include <cmath>

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "libsurf/base/sparse_cholesky.h"
-#include "libsurf/segment/edge_cells.h"
+#include "libsurf/segment/detail/edge_cells.h"
 
 namespace surf::segment {
 

@@ -1,4 +1,4 @@
-#include "libsurf/segment/facet_offsets.h"
+#include "libsurf/segment/detail/facet_offsets.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "libsurf/segment/edges_along.h"
+#include "libsurf/segment/detail/edges_along.h"
 
 #include <algorithm>
 #include <cmath>

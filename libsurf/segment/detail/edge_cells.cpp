@@ -1,4 +1,4 @@
-#include "libsurf/segment/edge_cells.h"
+#include "libsurf/segment/detail/edge_cells.h"
 
 #include <tbb/parallel_for.h>
 #include <tbb/parallel_sort.h>

@@ -1,4 +1,4 @@
-#include "libsurf/segment/edge_profiles.h"
+#include "libsurf/segment/detail/edge_profiles.h"
 
 #include <ceres/tiny_solver.h>
 #include <tbb/parallel_for.h>

@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "libsurf/segment/edge_cells.h"
+#include "libsurf/segment/detail/edge_cells.h"
 
 namespace surf::segment {
 

@@ -56,4 +56,10 @@ template <int Dim>
 Depths depths_of(const NodeBox<Dim>& grid, const NodeSet<Dim>& inside,
                  std::span<const typename NodeBox<Dim>::Index> nodes);
 
+/// No less than depths_of(grid, inside, nodes).share(), in a sixth of its time: of the nodes the
+/// way out along the axes, of the deepest node that of the cells of 4 nodes along each axis which
+/// are inside as a whole.
+template <int Dim>
+double most_share(const NodeSet<Dim>& inside, std::span<const typename NodeBox<Dim>::Index> nodes);
+
 }  // namespace surf::segment

@@ -1,4 +1,4 @@
-#include "libsurf/segment/cell_noise.h"
+#include "libsurf/segment/detail/cell_noise.h"
 
 #include <tbb/parallel_for.h>
 
