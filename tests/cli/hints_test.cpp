@@ -76,6 +76,8 @@ const std::vector<Idle> kIdle = {
     {"Threshold", kArea, {"--selective-threshold", "3"}},
     {"NoSettle", {"--energy", "willmore"}, {"--no-settle"}},
     {"NoSettleWithContent", joined(kArea, {"--volume", "keep"}), {"--no-settle"}},
+    {"NoLocate", kArea, {"--no-locate"}},
+    {"NoLocateWithoutSettling", {"--no-settle"}, {"--no-locate"}},
     {"SheetDistance", kArea, {"--sheet-distance", "1mm"}},
     {"TopologyResolution",
      joined(kArea, {"--topology", "fixed"}),
@@ -121,7 +123,8 @@ TEST_F(IdleOptions, AreNotTheShorthandsButTheyLeaveTheAutomaticWay) {
 
 TEST_F(IdleOptions, AreNotThoseWithAnEffectNorDefaultsOfASummaryThatIsFedBack) {
   for (const Words& options :
-       {Words{}, Words{"--energy", "minimal-surface", "--gamma", "-0.1", "--levels", "2"},
+       {Words{}, Words{"--no-locate"},
+        Words{"--energy", "minimal-surface", "--gamma", "-0.1", "--levels", "2"},
         Words{"--energy", "area", "--topology", "fixed", "--sheet-distance", "1mm"}}) {
     const std::string notes = run_with(options).err;
     EXPECT_EQ(notes.find("has no effect"), std::string::npos) << notes;

@@ -35,6 +35,9 @@ std::vector<std::string> idle_options(const CLI::App& command, const RunArgument
   const auto terms = a.terms(command);
   const bool is_automatic = terms.empty();
   const bool has_time_step = a.flow != "newton" && a.flow != "lbfgs";
+  const bool may_settle = is_automatic || (surf::segment::settle_on_edges<3>(terms) &&
+                                           a.kept_content.empty() && a.flow != "h-1");
+  const bool is_fitted = is_automatic || surf::segment::are_fitted<3>(terms);
   if (const auto given = shorthands(command, a); !given.empty() && !has_energy(a))
     out.push_back(
         fmt::format("{} {} --energy minimal-surface: the object is not looked for as it is "
@@ -47,10 +50,10 @@ std::vector<std::string> idle_options(const CLI::App& command, const RunArgument
        "with an energy, whose minimum is not looked for in it");
   note(a.selective_threshold != 0 && a.selective_sigma.empty(), "--selective-threshold",
        "without --selective-sigma");
-  note(
-      a.no_settle && !is_automatic &&
-          (!surf::segment::settle_on_edges<3>(terms) || !a.kept_content.empty() || a.flow == "h-1"),
-      "--no-settle", "here: this energy, or a content that is kept, has no such stage");
+  note(a.no_settle && !may_settle, "--no-settle",
+       "here: this energy, or a content that is kept, has no such stage");
+  note(a.no_locate && !(is_fitted && may_settle && !a.no_settle), "--no-locate",
+       "here: without --locate only what is fitted to the image, and settles, is located");
   note(!a.sheet_distance.empty() && a.topology != "fixed", "--sheet-distance",
        fmt::format("with --topology {}, where sheets may meet; it belongs to fixed", a.topology));
   note(!a.topology_resolution.empty() && a.topology == "fixed", "--topology-resolution",
