@@ -84,7 +84,6 @@ const std::vector<Idle> kIdle = {
      {"--topology-resolution", "1mm"}},
     {"Scheme", joined(kArea, {"--flow", "newton"}), {"--scheme", "explicit"}},
     {"StepRule", joined(kArea, {"--flow", "lbfgs"}), {"--step-rule", "backtracking"}},
-    {"GeometryTolerance", joined(kArea, {"--coarseness", "1"}), {"--geometry-tolerance", "1mm"}},
     {"Radius", joined(kArea, {"--initial-ball", "0,0,0,5mm"}), {"--radius", "3mm"}}};
 
 class IdleOptions : public FileTest {

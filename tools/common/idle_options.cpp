@@ -62,8 +62,6 @@ std::vector<std::string> idle_options(const CLI::App& command, const RunArgument
        fmt::format("with --flow {}, which has no time step", a.flow));
   note(!has_time_step && a.step_rule != "line-search", "--step-rule",
        fmt::format("with --flow {}, which has no time step", a.flow));
-  note(a.coarseness == 1 && !a.geometry_tolerance.empty(), "--geometry-tolerance",
-       "with --coarseness 1, where all edges are alike");
   note(!a.radius.empty() && has_initial && !is_automatic, "--radius",
        "where the initial shape is given");
   return out;
