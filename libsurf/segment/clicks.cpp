@@ -95,10 +95,13 @@ void check_box(const ImageExtent<Dim>& extent, const std::optional<BoxCorners<Di
                const std::vector<Click<Dim>>& clicks) {
   if (!box_mm) return;
   const NodeBox<Dim> cells = cells_of_box(extent, *box_mm);
-  for (const Click<Dim>& click : clicks)
-    if (click.side == Side::kInside && !is_in_cells(extent, cells, click.point_mm))
-      throw UsageError(fmt::format("Options::box_mm: the inside click ({}) mm is outside the box",
-                                   point_text<Dim>(click.point_mm)));
+  for (const Click<Dim>& click : clicks) {
+    if (click.side != Side::kInside) continue;
+    for (const Vector<Dim>& point : points_of(click))
+      if (!is_in_cells(extent, cells, point))
+        throw UsageError(fmt::format("Options::box_mm: the inside click ({}) mm is outside the box",
+                                     point_text<Dim>(point)));
+  }
 }
 
 template <int Dim>

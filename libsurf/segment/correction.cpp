@@ -20,6 +20,7 @@ constexpr double kMargin = 0.5;           // of their extent
 constexpr std::size_t kLeastObject = 50;  // nodes
 constexpr std::size_t kMostPieces = 10, kMostWhole = 8;
 constexpr double kMostSame = 0.9;  // Dice of two changes
+constexpr double kClosed = 5;      // nodes from an addition: farther off nothing is closed
 constexpr double kFree = 3.5;      // nodes from the change: what may settle
 constexpr int kSettleMargin = 14;  // nodes, for the means
 constexpr double kWhole = 1.25;
@@ -217,7 +218,7 @@ class Corrector {
   void settle(Candidate<Dim>& candidate) const {
     NodeSet<Dim>& after = candidate.after;
     const NodeSet<Dim> unsettled = after ^ scene_.before;
-    if (adds()) after = after.closed().filled();
+    if (adds()) after = (after | (after.closed() & unsettled.dilated(kClosed))).filled();
     const NodeSet<Dim> change = after ^ scene_.before;
     const NodeBox<Dim> part = change.bounds(kSettleMargin);
     if (part.n() == 0) return;

@@ -25,7 +25,7 @@ struct Correction {
 ///   change.score * C^2 * growth_out * exp(-growth_in / 4),
 ///   C = (depth of the click in the piece + 0.7) / greatest depth of the piece
 ///
-/// are added to the object (closed by a node, holes filled) or taken away, and settle on the edges
+/// are added to the object (closed by a node near the piece, holes filled) or taken away, and settle on the edges
 /// within 3.5 nodes of the change (settle_cut.h); all else stays. With two cuts between all clicks
 /// (click_cut.h), settled as well, and up to eight regions of the first click that obey all clicks
 /// they are scored by the change that they really make, P being its part with the click:

@@ -14,15 +14,24 @@
 namespace surfseg {
 namespace {
 
-/// A value that no label has, if there is one: intensities have some that are negative or no whole
-/// numbers.
-std::optional<float> value_of_no_label(const surf::volume::Volume& volume) {
+constexpr int kMostLabels = 255;
+
+/// What speaks against labels, if anything does: intensities have values that are negative or no
+/// whole numbers, or many.
+std::optional<std::string> no_label_map(const surf::volume::Volume& volume) {
   const auto [nx, ny, nz] = volume.size();
   std::vector<float> slice(std::size_t(nx) * ny);
+  std::vector<char> is_there(1 << 16, 0);
+  int n_labels = 0;
   for (int k = 0; k < nz; ++k) {
     volume.copy_box({0, 0, k}, {nx, ny, k + 1}, slice.data());
-    for (const float value : slice)
-      if (value < 0 || value != std::floor(value)) return value;
+    for (const float value : slice) {
+      if (value == 0) continue;
+      if (!(value > 0) || value != std::floor(value)) return fmt::format("{} is no label", value);
+      if (value >= float(is_there.size()) || is_there[std::size_t(value)]) continue;
+      is_there[std::size_t(value)] = 1;
+      if (++n_labels > kMostLabels) return fmt::format("more than {} values", kMostLabels);
+    }
   }
   return std::nullopt;
 }
@@ -37,11 +46,11 @@ Reference read_reference(const std::string& path, const std::optional<int>& labe
     reference.surface = surf::io::read_surface(path, {file_space(unstated_space)});
   } else {
     reference.labels = which.read(path);
-    if (const auto value = label ? std::nullopt : value_of_no_label(*reference.labels))
+    if (const auto why = label ? std::nullopt : no_label_map(*reference.labels))
       surf::log(surf::LogLevel::kWarning,
-                fmt::format("{}: {} is no label: is this a label map? All voxels that are not 0 "
-                            "count as the object",
-                            path, *value));
+                fmt::format("{}: {}: is this a label map? All voxels that are not 0 count as the "
+                            "object",
+                            path, *why));
     reference.surface = surf::mesh::surface_of_label_map(*reference.labels, label);
   }
   return reference;

@@ -70,6 +70,12 @@ TEST_F(EvaluateCommand, SaysWhereTheReferenceHoldsIntensities) {
   EXPECT_EQ(run(fmt::format("{} --reference {}", surface, path("ct.nii.gz"))), 0) << output_;
   EXPECT_NE(output_.find("ct.nii.gz: -1000 is no label: is this a label map?"), std::string::npos)
       << output_;
+  for (std::size_t n = 0; n < values.size(); ++n) values[n] = float(n % 300);
+  volume::write_volume(path("mr.nii.gz"), {{32, 32, 32}, affine, values});
+  EXPECT_EQ(run(fmt::format("{} --reference {}", surface, path("mr.nii.gz"))), 0) << output_;
+  EXPECT_NE(output_.find("mr.nii.gz: more than 255 values: is this a label map?"),
+            std::string::npos)
+      << output_;
 }
 
 TEST_F(EvaluateCommand, MeasuresConcentricBalls) {

@@ -132,6 +132,23 @@ TEST(Strokes, AreObstaclesWithAllTheirPoints) {
   for (const char is_inside : mesh::are_inside<3>(result.shape, points)) EXPECT_FALSE(is_inside);
 }
 
+// Inside ones not at any of their points; what outside ones say beyond the box is known.
+TEST(Strokes, MayNotLeaveTheBox) {
+  Segmentation<3> s(make_setting(test::two_balls()));
+  const int object = s.add_object();
+  Options<3> options;
+  options.box_mm = {Vector<3>(-0.95, -0.45, -0.45), Vector<3>(0, 0.45, 0.45)};
+  s.set_options(object, options);
+  Click<3> both{{-0.5, 0, 0}, Side::kInside};
+  both.stroke_mm = {{-0.5, 0, 0}, {0.5, 0, 0}};
+  EXPECT_THROW(s.add_click(object, both), UsageError);
+  s.add_click(object, {{-0.5, 0, 0}, Side::kInside});
+  s.add_click(object, line(-0.1, 0.5, Side::kOutside));
+  const Result<3>& result = s.evolve(object);
+  EXPECT_EQ(result.outcome, Outcome::kConverged);
+  EXPECT_LT(result.shape.points.col(0).maxCoeff(), 0);
+}
+
 TEST(Strokes, MayNotContradictEachOther) {
   Segmentation<3> s(make_setting(test::two_balls()));
   const int first = s.add_object("first"), second = s.add_object("second");
