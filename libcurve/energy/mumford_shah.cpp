@@ -309,8 +309,7 @@ void MumfordShah::differentiate(const fem::Curvature& curvature, double weight,
   // d_nu u_i = 0, so d_nu (u_i - I)^2 = -2 (u_i - I) d_nu I.
   const Eigen::ArrayXd second = 0.5 * curvature.mean.array() * (jump + options_.mu * slopes) -
                                 (at.inside - at.outside).array() * at.intensity_slope.array();
-  const Eigen::ArrayXd G =
-      0.5 * (jump + options_.mu * slopes) + options_.gamma * curvature.mean.array();
+  const Eigen::ArrayXd G = shape_gradient(at, curvature.mean);
   const double step = options_.step_mm > 0 ? options_.step_mm : 4 * options_.pixel_mm;
   terms.beta.array() += weight * second.max(G.abs() / step);
 }
@@ -358,11 +357,11 @@ MumfordShah::Traces MumfordShah::traces() const {
   return out;
 }
 
-Eigen::VectorXd MumfordShah::shape_gradient(const Eigen::VectorXd& curvature) const {
-  const Traces at = traces();
+Eigen::ArrayXd MumfordShah::shape_gradient(const Traces& at,
+                                           const Eigen::VectorXd& curvature) const {
   const Eigen::ArrayXd a = at.inside - at.intensity, b = at.outside - at.intensity;
-  return 0.5 * (a.square() - b.square()) +
-         options_.mu / 2 * (at.slope_inside - at.slope_outside).array() +
+  const Eigen::ArrayXd slopes = at.slope_inside - at.slope_outside;
+  return 0.5 * (a.square() - b.square() + options_.mu * slopes) +
          options_.gamma * curvature.array();
 }
 

@@ -75,7 +75,7 @@ class MumfordShah : public energy::ShapeEnergy<2> {
   /// @throws InvalidMesh  the current curves meet one another
   Traces traces() const;
   /// G = 1/2 [|u - I|^2] + mu/2 [|grad_Gamma u|^2] + gamma kappa at the vertices (Theorem 2.2.10).
-  Eigen::VectorXd shape_gradient(const Eigen::VectorXd& curvature) const;
+  Eigen::ArrayXd shape_gradient(const Traces& at, const Eigen::VectorXd& curvature) const;
 
   /// The mesh and u, in multiples of the contrast above offset().
   const Neumann& solution() const;

@@ -43,18 +43,9 @@ SparseMatrix mass_nodal_weight(const Geometry<Dim>& shape, const Eigen::VectorXd
   });
 }
 
-template <int Dim>
-std::array<SparseMatrix, Dim> normal_mass(const Geometry<Dim>& shape) {
-  std::array<SparseMatrix, Dim> N;
-  for (int k = 0; k < Dim; ++k) N[k] = mass<Dim>(shape, shape.normals().col(k));
-  return N;
-}
-
 template SparseMatrix mass<2>(const Geometry<2>&, const Eigen::VectorXd&);
 template SparseMatrix mass<3>(const Geometry<3>&, const Eigen::VectorXd&);
 template SparseMatrix mass_nodal_weight<2>(const Geometry<2>&, const Eigen::VectorXd&);
 template SparseMatrix mass_nodal_weight<3>(const Geometry<3>&, const Eigen::VectorXd&);
-template std::array<SparseMatrix, 2> normal_mass<2>(const Geometry<2>&);
-template std::array<SparseMatrix, 3> normal_mass<3>(const Geometry<3>&);
 
 }  // namespace surf::fem

@@ -1,8 +1,6 @@
 // Mass matrices and loads of 3.5.
 #pragma once
 
-#include <array>
-
 #include "libsurf/fem/geometry.h"
 
 namespace surf::fem {
@@ -18,9 +16,5 @@ SparseMatrix mass(const Geometry<Dim>& shape, const Eigen::VectorXd& w);
 /// w phi_i phi_j.
 template <int Dim>
 SparseMatrix mass_nodal_weight(const Geometry<Dim>& shape, const Eigen::VectorXd& w);
-
-/// The matrices N^k_ij = <phi_i, phi_j nu^k> of 3.5, k = 1..Dim.
-template <int Dim>
-std::array<SparseMatrix, Dim> normal_mass(const Geometry<Dim>& shape);
 
 }  // namespace surf::fem

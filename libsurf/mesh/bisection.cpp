@@ -2,7 +2,6 @@
 
 #include <cassert>
 #include <cstdint>
-#include <tuple>
 #include <vector>
 
 #include "libsurf/mesh/detail/bisection_marks.h"
@@ -17,20 +16,13 @@ std::uint8_t steps_to_start(const TriMesh& mesh, HalfedgeHandle halfedge) {
   return mesh.next_halfedge_handle(halfedge) == start ? 1 : 2;
 }
 
-/// Which edge the closure takes as that of a face.
-enum class EdgeChoice {
-  kMarked,
-  kLongest  ///< marks it first if the refinement edge is shorter
-};
-
 /// One call of bisect().
 class Bisection {
  public:
-  Bisection(TriMesh& mesh, const BisectionHook& hook, EdgeChoice choice)
+  Bisection(TriMesh& mesh, const BisectionHook& hook)
       : mesh_(mesh),
         marks_(find_marks(mesh)),
         hook_(hook),
-        choice_(choice),
         call_(++mesh.property(marks_.n_calls)),
         is_bisected_(mesh.n_faces(), false),
         position_(mesh.n_faces(), kNotOnStack) {}
@@ -48,13 +40,11 @@ class Bisection {
   /// The closure: neighbours that are refined at another edge go first. The stack holds no face
   /// twice, so its length is bounded.
   void bisect(FaceHandle face) {
-    choose_edge(face);
     push(face);
     while (!stack_.empty()) {
       const HalfedgeHandle halfedge = mesh_.property(marks_.edge, stack_.back());
       const HalfedgeHandle opposite = mesh_.opposite_halfedge_handle(halfedge);
       const FaceHandle neighbour = mesh_.face_handle(opposite);
-      choose_edge(neighbour);
       if (mesh_.property(marks_.edge, neighbour) == opposite) {
         pop();
         split(halfedge);
@@ -69,16 +59,6 @@ class Bisection {
   void push(FaceHandle face) {
     position_[face.idx()] = static_cast<int>(stack_.size());
     stack_.push_back(face);
-  }
-
-  /// Children are left alone, and so is a face where a cycle was broken: the edge it got there is
-  /// not shorter than its own was.
-  void choose_edge(FaceHandle face) {
-    if (choice_ == EdgeChoice::kMarked || !is_old(face)) return;
-    const HalfedgeHandle longest = longest_edge(mesh_, face);
-    if (std::get<0>(rank(mesh_, longest)) >
-        std::get<0>(rank(mesh_, mesh_.property(marks_.edge, face))))
-      mark(mesh_, marks_, face, longest);
   }
 
   void pop() {
@@ -135,11 +115,6 @@ class Bisection {
     for (int k = 0; k < 4; ++k) mesh_.property(marks_.edge, face(k)) = star.rim[k];
   }
 
-  /// Whether the face is one of before the call.
-  bool is_old(FaceHandle face) const {
-    return face.idx() < static_cast<int>(is_bisected_.size()) && !is_bisected_[face.idx()];
-  }
-
   void note(FaceHandle face) {
     if (face.idx() < static_cast<int>(is_bisected_.size())) is_bisected_[face.idx()] = true;
   }
@@ -147,7 +122,6 @@ class Bisection {
   TriMesh& mesh_;
   const Marks marks_;
   const BisectionHook& hook_;
-  const EdgeChoice choice_;
   const int call_;
   std::vector<bool> is_bisected_;  // faces before the call
   std::vector<FaceHandle> stack_;
@@ -155,23 +129,13 @@ class Bisection {
   int n_new_vertices_ = 0;
 };
 
-int bisect(TriMesh& mesh, std::span<const FaceHandle> marked, const BisectionHook& hook,
-           EdgeChoice choice) {
-  if (!has_refinement_edges(mesh)) mark_longest_edges(mesh);
-  Bisection bisection(mesh, hook, choice);
-  for (const FaceHandle face : marked) bisection.bisect_once(face);
-  return bisection.n_new_vertices();
-}
-
 }  // namespace
 
 int bisect(TriMesh& mesh, std::span<const FaceHandle> marked, const BisectionHook& hook) {
-  return bisect(mesh, marked, hook, EdgeChoice::kMarked);
-}
-
-int bisect_at_longest_edges(TriMesh& mesh, std::span<const FaceHandle> marked,
-                            const BisectionHook& hook) {
-  return bisect(mesh, marked, hook, EdgeChoice::kLongest);
+  if (!has_refinement_edges(mesh)) mark_longest_edges(mesh);
+  Bisection bisection(mesh, hook);
+  for (const FaceHandle face : marked) bisection.bisect_once(face);
+  return bisection.n_new_vertices();
 }
 
 }  // namespace surf::mesh

@@ -95,23 +95,4 @@ std::array<OpenMesh::VertexHandle, 2> bisected_edge(const TriMesh& mesh,
 int coarsen(TriMesh& mesh, std::span<const OpenMesh::FaceHandle> marked,
             const std::function<bool(OpenMesh::VertexHandle)>& may_remove = {});
 
-/// bisect() that halves longest edges where faces carry others: before a marked face, or one that
-/// the closure comes to, is bisected, the longest edge becomes its refinement edge. Where it
-/// was not so before, bisections that made its vertices cannot be undone any more. For surfaces
-/// that have moved far since their edges were chosen, where halving these leaves thin children.
-/// Measured on a ball that is stretched in 100 small steps to the axes 1:3:1 while its area grows
-/// by 118, edges limited in each step, alone and with improve() (improve.h)
-/// after each step, which removes most of the history by itself:
-///
-///                                     alone                              with improve()
-///     halved               triangles  smallest angle  < 25 deg  triangles  smallest angle
-///     edges carried            39576            12.4      32 %      25816            29.4
-///     longest, all faces       30976            14.1       7 %      23508            30.1
-///     as here                  30976            14.1       7 %      23508            30.1
-///
-/// ("all faces": mark_longest_edges() for the whole surface each time, so without any history.)
-/// As here, the bisections of 33 % of the vertices can be undone at the end without improve().
-int bisect_at_longest_edges(TriMesh& mesh, std::span<const OpenMesh::FaceHandle> marked,
-                            const BisectionHook& hook = {});
-
 }  // namespace surf::mesh

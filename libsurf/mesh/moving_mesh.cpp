@@ -246,17 +246,6 @@ bool MovingMesh<Dim>::mend() {
 }
 
 template <int Dim>
-void MovingMesh<Dim>::set_edge_length(double edge_length_mm) {
-  options_.max_displacement_mm *= edge_length_mm / options_.edge_length_mm;
-  options_.edge_length_mm = edge_length_mm;
-}
-
-template <int Dim>
-void MovingMesh<Dim>::set_integrands(std::vector<std::shared_ptr<const Field<Dim>>> integrands) {
-  options_.adaptivity.integrands = std::move(integrands);
-}
-
-template <int Dim>
 std::vector<flow::TopologyEvent> MovingMesh<Dim>::take_events() {
   return std::exchange(events_, {});
 }

@@ -81,11 +81,6 @@ class MovingMesh : public flow::MovingShape<Dim> {
   bool is_limited() const { return is_limited_; }
   /// Nothing of the object is left, or less than options.min_radius allows.
   bool has_vanished() const;
-  /// Changes the wanted edge length, and the largest displacement in proportion; the mesh follows
-  /// with the next mend.
-  void set_edge_length(double edge_length_mm);
-  /// Changes what Alg. 7 looks at.
-  void set_integrands(std::vector<std::shared_ptr<const Field<Dim>>> integrands);
 
   /// With the box's faces as its border.
   fem::Geometry<Dim> geometry() const override;

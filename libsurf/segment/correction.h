@@ -37,7 +37,7 @@ struct Correction {
 /// number of nodes, growth that of the piece's ladder, and agreement
 /// the mean Dice of this change and the others. See docs/clicks.md for what was tried.
 ///
-/// O(ladders) as in search_regions, in the surroundings of object and clicks alone.
+/// O(ladders) as in search_rungs(), in the surroundings of object and clicks alone.
 ///
 /// @param before  the object, in the box of the grid
 /// @param clicks  in their order; the last is the one to heed, the first inside one made the object

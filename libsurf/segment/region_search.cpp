@@ -274,27 +274,10 @@ SearchedRegions<Dim> search_rungs(const SearchGrid<Dim>& grid, std::span<const V
   return out;
 }
 
-template <int Dim>
-std::vector<Region<Dim>> search_regions(const SearchGrid<Dim>& grid,
-                                        std::span<const Vector<Dim>> seeds,
-                                        const SearchOptions& options,
-                                        const SearchProgress<Dim>& progress,
-                                        const std::stop_token& stop) {
-  std::vector<Region<Dim>> out;
-  if (seeds.empty()) return out;
-  const SeedView<Dim> view(grid, seeds);
-  for (const Rung<Dim>& rung : search_rungs(grid, seeds, options, progress, stop).found)
-    out.push_back(region_of(view, rung));
-  return out;
-}
-
 #define SURF_INSTANTIATE(Dim)                                                     \
   template Region<Dim> region_of<Dim>(const SeedView<Dim>&, const Rung<Dim>&);    \
   template std::vector<float> shares<Dim>(const NodeSet<Dim>&);                   \
   template SearchedRegions<Dim> search_rungs<Dim>(                                \
-      const SearchGrid<Dim>&, std::span<const Vector<Dim>>, const SearchOptions&, \
-      const SearchProgress<Dim>&, const std::stop_token&);                        \
-  template std::vector<Region<Dim>> search_regions<Dim>(                          \
       const SearchGrid<Dim>&, std::span<const Vector<Dim>>, const SearchOptions&, \
       const SearchProgress<Dim>&, const std::stop_token&);
 SURF_INSTANTIATE(2)

@@ -66,28 +66,20 @@ struct SearchedRegions {
 template <int Dim>
 using SearchProgress = std::function<bool(int n_done, const Rung<Dim>* seen)>;
 
-/// The regions that search_regions() looks at.
-template <int Dim>
-SearchedRegions<Dim> search_rungs(const SearchGrid<Dim>& grid, std::span<const Vector<Dim>> seeds,
-                                  const SearchOptions& options = {},
-                                  const SearchProgress<Dim>& progress = {},
-                                  const std::stop_token& stop = {});
-
 /// Ladders of three families climb (ladder.h); the best ten rungs that differ settle on the edges
 /// near their boundary (settle_cut.h), are scored again (settled_score), and of those the best that
-/// differ are returned.
+/// differ are found.
 ///
 /// O(windows (1 + neck radii) nodes in the component's box); one thread per window or region.
 ///
 /// @param seeds  world mm, in the image
 /// @param stop   when it is requested, what has been found is judged
-/// @return  best score first; empty if no region of the size of a ball of 3 nodes or more stands
-///          out from noise
+/// @return  best score first; none is found if no region of the size of a ball of 3 nodes or more
+///          stands out from noise
 template <int Dim>
-std::vector<Region<Dim>> search_regions(const SearchGrid<Dim>& grid,
-                                        std::span<const Vector<Dim>> seeds,
-                                        const SearchOptions& options = {},
-                                        const SearchProgress<Dim>& progress = {},
-                                        const std::stop_token& stop = {});
+SearchedRegions<Dim> search_rungs(const SearchGrid<Dim>& grid, std::span<const Vector<Dim>> seeds,
+                                  const SearchOptions& options = {},
+                                  const SearchProgress<Dim>& progress = {},
+                                  const std::stop_token& stop = {});
 
 }  // namespace surf::segment

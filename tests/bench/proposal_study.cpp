@@ -157,13 +157,14 @@ void noise_row(int size, int n_blurs, unsigned seed) {
       box.size, Eigen::Transform<double, Dim, Eigen::Affine>::Identity(), values);
   const segment::SearchGrid<Dim> grid(image, image.extent(), {image.extent(), 1.5e6});
   const auto found =
-      segment::search_regions<Dim>(grid, std::vector<Vector<Dim>>{Vector<Dim>::Constant(size / 2)});
+      segment::search_rungs<Dim>(grid, std::vector<Vector<Dim>>{Vector<Dim>::Constant(size / 2)})
+          .found;
   fmt::print("{}-D, {:3} cells, {} blurs: ", Dim, size, n_blurs);
-  for (const auto& region : found)
+  for (const segment::Rung<Dim>& region : found)
     fmt::print(" {:.3f} (sep {:.2f} edge {:.2f} round {:.2f} in {:.2f} out {:.2f}, {:.0f})",
                region.score, region.features.separation, region.features.edge_share,
                region.features.sphericity, region.features.growth_in, region.features.growth_out,
-               region.features.enclosed);
+               double(region.n_nodes) * std::pow(grid.node_mm(), Dim));
   fmt::print("\n");
   std::fflush(stdout);
 }

@@ -72,7 +72,7 @@ TEST(MumfordShah, DerivativeConvergesToTheBoundaryForm) {
     MumfordShah J(bright_waves(), options(3.0 / n));
     J.reset(shape);
     const auto A = fem::stiffness<2>(shape, Eigen::VectorXd::Ones(shape.n_elements()));
-    const Eigen::VectorXd G = J.shape_gradient(fem::mean_curvature<2>(shape, A));
+    const Eigen::VectorXd G = J.shape_gradient(J.traces(), fem::mean_curvature<2>(shape, A));
     const Eigen::VectorXd normal_part =
         derivative(J, shape).cwiseProduct(shape.nodal_normals()).rowwise().sum();
     const Eigen::VectorXd weak = G.cwiseProduct(shape.lumped_mass());

@@ -1,5 +1,7 @@
 #include "libsurf/fem/mass.h"
 
+#include <Eigen/Cholesky>
+
 #include "libsurf/fem/quadrature.h"
 #include "tests/surf/fixtures.h"
 
@@ -78,17 +80,6 @@ TYPED_TEST(Mass, WithNodalWeightAppliedToOneIsTheMassAppliedToTheWeight) {
   const Eigen::VectorXd load =
       mass_nodal_weight<Dim>(shape, w) * Eigen::VectorXd::Ones(shape.n_vertices());
   EXPECT_LT((load - M * w).cwiseAbs().maxCoeff(), kTolerance);
-}
-
-TYPED_TEST(Mass, OfTheNormalHasTheNodalNormalsAsRowSums) {
-  constexpr int Dim = TypeParam::value;
-  const auto shape = test::rough_geometry<Dim>(6);
-  const auto N = normal_mass<Dim>(shape);
-  for (int k = 0; k < Dim; ++k) {
-    const Eigen::VectorXd sums = N[k] * Eigen::VectorXd::Ones(shape.n_vertices());
-    const Eigen::VectorXd expected = shape.lumped_mass().cwiseProduct(shape.nodal_normals().col(k));
-    EXPECT_LT((sums - expected).cwiseAbs().maxCoeff(), kTolerance) << k;
-  }
 }
 
 }  // namespace

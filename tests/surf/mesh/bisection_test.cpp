@@ -147,22 +147,6 @@ TEST(Bisection, RefinesLongEdgesUntilThereIsNone) {
   }
 }
 
-TEST(Bisection, AtLongestEdgesHalvesThoseThatMovesHaveStretched) {
-  TriMesh mesh = to_mesh(some_surface(0));
-  bisect(mesh, all_faces(mesh));
-  for (const auto vertex : mesh.vertices()) {
-    const Eigen::Vector3d x = mesh.point(vertex);
-    mesh.set_point(vertex, Eigen::Vector3d(4 * x[0], x[1], x[2]));
-  }
-  TriMesh other = mesh;
-  const double angle = min_angle_deg(mesh);
-  bisect_at_longest_edges(mesh, all_faces(mesh));
-  bisect(other, all_faces(other));
-  check_mesh(mesh);
-  EXPECT_GT(share_of_angles_above(mesh, 15), share_of_angles_above(other, 15) + 0.05);
-  EXPECT_GE(min_angle_deg(mesh), 0.5 * angle * (1 - 1e-9));
-}
-
 TEST(Bisection, IsTheSameTwice) {
   const auto refined = [] {
     std::mt19937 random(5);

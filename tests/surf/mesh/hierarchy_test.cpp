@@ -105,7 +105,6 @@ TEST(ShellHierarchy, NumbersTheSidesOfPhantoms) {
   const int before[5] = {-1, -1, 0, 1, 1};
   for (int n = 0; n < 5; ++n) {
     EXPECT_EQ(shells[n].winding_before, before[n]) << n;
-    EXPECT_EQ(shells[n].winding_behind(), before[n] + 1) << n;
     EXPECT_EQ(shells[n].is_real(), n == 2) << n;
   }
 }

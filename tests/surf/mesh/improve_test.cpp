@@ -250,37 +250,6 @@ TEST(ImproveRun, OfABallInAWavyFlowHasGoodTriangles) {
   expect_good_triangles(mesh);
 }
 
-void bisect_until_short(TriMesh& mesh, double max_length) {
-  while (true) {
-    std::vector<OpenMesh::FaceHandle> marked;
-    for (const auto face : mesh.faces())
-      for (const auto edge : mesh.fe_range(face))
-        if (mesh.calc_edge_length(edge) > max_length) marked.push_back(face);
-    if (marked.empty()) return;
-    bisect(mesh, marked);
-  }
-}
-
-// What the comment of bisect_at_longest_edges() says: without improve(), longest edges give
-// better angles than those that faces carry, and most bisections can be undone.
-TEST(ImproveRun, WithoutImproveHalvingLongestEdgesGivesTheBetterAnglesAndKeepsHistory) {
-  TriMesh longest = to_mesh(ball(Vector3d::Zero(), 1, kEdge)), carried = longest;
-  constexpr int kSteps = 100;
-  const Vector3d factors(std::pow(7.0, 1.0 / kSteps), std::pow(21.0, 1.0 / kSteps),
-                         std::pow(7.0, 1.0 / kSteps));
-  for (int step = 0; step < kSteps; ++step) {
-    scale(longest, factors);
-    scale(carried, factors);
-    refine_long_edges(longest, 1.5 * kEdge);
-    bisect_until_short(carried, 1.5 * kEdge);
-  }
-  check_mesh(longest);
-  EXPECT_GT(share_of_angles_above(longest, 25), share_of_angles_above(carried, 25) + 0.1);
-  int n_removable = 0;
-  for (const auto vertex : longest.vertices()) n_removable += is_removable(longest, vertex);
-  EXPECT_GT(4 * n_removable, static_cast<int>(longest.n_vertices()));
-}
-
 // A poor place is mended; bisections elsewhere can be undone, and what is left is what was there.
 TEST(Improve, ForgetsBisectionsOnlyWhereItFlipsOrCollapses) {
   TriMesh mesh = to_mesh(ball(Vector3d::Zero(), 1, 0.3));

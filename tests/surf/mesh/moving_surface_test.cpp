@@ -96,13 +96,6 @@ TEST(MovingSurface, BeginsAsCoarseAsGeometryAllows) {
   EXPECT_TRUE(verify(surface.simplices()).passed());
 }
 
-TEST(MovingSurface, FollowsAnotherEdgeLengthWithTheNextMend) {
-  MovingSurface surface(ball({0, 0, 0}, 2, 0.5), {.edge_length_mm = 0.5, .box = {}});
-  surface.set_edge_length(0.3);
-  EXPECT_TRUE(surface.mend());
-  EXPECT_LE(quality(surface.simplices()).max_edge_mm, 0.3 * 4 / 3 * 1.001);
-}
-
 TEST(MovingSurface, IsClampedAtTheBorderOfTheVolume) {
   MovingSurfaceOptions options{.edge_length_mm = 0.6, .box = {}};
   options.box = some_box();
@@ -242,13 +235,6 @@ TEST(MovingSurface, SaysThatTheNumberOfTrianglesHasLimitedIt) {
   EXPECT_FALSE(MovingSurface(ball({0, 0, 0}, 1, 0.2), options).is_limited());
   options.adaptivity.max_elements = 500;
   EXPECT_TRUE(MovingSurface(ball({0, 0, 0}, 1, 0.3), options).is_limited());
-}
-
-TEST(MovingSurface, ScalesItsLargestStepWithTheEdgeLength) {
-  MovingSurface surface(ball({0, 0, 0}, 2, 0.5),
-                        {.edge_length_mm = 0.5, .max_displacement_mm = 0.2, .box = {}});
-  surface.set_edge_length(0.75);
-  EXPECT_DOUBLE_EQ(surface.max_displacement(), 0.3);
 }
 
 // Vertices that jitter by as much as a step allows: every triangle may fold onto a neighbour.

@@ -109,7 +109,7 @@ inline double longest_edge(const TriMesh& mesh) {
   return longest;
 }
 
-/// Bisects faces at their longest edges until none is longer. Returns the number of new vertices.
+/// Bisects faces until no edge is longer. Returns the number of new vertices.
 inline int refine_long_edges(TriMesh& mesh, double max_length, const BisectionHook& hook = {}) {
   for (int n_new_vertices = 0;;) {
     std::vector<FaceHandle> marked;
@@ -118,7 +118,7 @@ inline int refine_long_edges(TriMesh& mesh, double max_length, const BisectionHo
                       [&](const auto edge) { return mesh.calc_edge_length(edge) > max_length; }))
         marked.push_back(face);
     if (marked.empty()) return n_new_vertices;
-    n_new_vertices += bisect_at_longest_edges(mesh, marked, hook);
+    n_new_vertices += bisect(mesh, marked, hook);
   }
 }
 

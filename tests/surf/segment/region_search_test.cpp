@@ -40,7 +40,11 @@ std::vector<Region<Dim>> search(const LatticeImage<Dim>& image,
                                 const SearchProgress<Dim>& progress = {},
                                 const std::stop_token& stop = {}) {
   const SearchGrid<Dim> grid(image, image.extent(), {image.extent(), options.max_nodes});
-  return search_regions<Dim>(grid, seeds, options, progress, stop);
+  const SeedView<Dim> view(grid, seeds);
+  std::vector<Region<Dim>> out;
+  for (const Rung<Dim>& rung : search_rungs<Dim>(grid, seeds, options, progress, stop).found)
+    out.push_back(region_of(view, rung));
+  return out;
 }
 
 /// [mm^Dim], from the shares.
