@@ -3,8 +3,8 @@
 #include <fmt/format.h>
 
 #include "libcurve/image/write_image.h"
-#include "libcurve/io/contour_file.h"
 #include "libcurve/mesh/rasterize.h"
+#include "libcurve/segment/finish.h"
 #include "libcurve/segment/segment.h"
 #include "tools/curveseg/curve_run.h"
 
@@ -40,7 +40,7 @@ void CurveCommand::write_labels(const std::vector<std::uint8_t>& labels,
 
 void CurveCommand::write_shape(const std::string& path, const surf::segment::Finished<2>& shape,
                                const surf::segment::Object<2>& /*object*/) const {
-  surf::curve::write_contours(path, shape.shape, image(), file_space(files().output_space));
+  surf::curve::write(path, shape, image(), file_space(files().output_space));
 }
 
 std::string CurveCommand::describe(const surf::segment::Measures<2>& measures) const {

@@ -7,6 +7,7 @@
 #include "libcurve/image/write_image.h"
 #include "libcurve/io/contour_file.h"
 #include "libcurve/mesh/rasterize.h"
+#include "libcurve/segment/finish.h"
 #include "libsurf/base/error.h"
 #include "libsurf/base/file.h"
 
@@ -30,7 +31,7 @@ void Curve::save(const std::string& path) const {
         path, image_.size(),
         surf::curve::rasterize(finished().shape, image_.size(), image_.pixel_to_plane()));
   else if (surf::curve::is_writable_contour(path))
-    surf::curve::write_contours(path, finished().shape, image_);
+    surf::curve::write(path, finished(), image_);
   else
     throw surf::UsageError(fmt::format(
         "{}: expected a name that ends in .svg, .json, .vtp or .csv, or of a mask in .png", path));

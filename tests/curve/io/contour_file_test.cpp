@@ -2,6 +2,8 @@
 
 #include "libcurve/image/phantom.h"
 #include "libcurve/mesh/verify.h"
+#include "libcurve/segment/finish.h"
+#include "libcurve/segment/segment.h"
 #include "libsurf/base/error.h"
 #include "libsurf/fem/geometry.h"
 #include "tests/surf/io/scratch_folder.h"
@@ -33,6 +35,15 @@ TEST_F(ContourFile, CurvesComeBackBitForBit) {
     EXPECT_EQ(back.points, ring_.points) << name;  // written with all digits, in the same order
     EXPECT_EQ(back.elements, ring_.elements) << name;
   }
+}
+
+TEST_F(ContourFile, WhatIsFinishedIsWrittenAsAnyCurvesAre) {
+  segment::Proposal<2> proposal;
+  proposal.shape = ring_;
+  const auto finished = segment::finish<2>(*make_setting(image_), proposal, ".json");
+  curve::write(path("finished.json"), finished, image_, io::Space::kRas);
+  write_contours(path("r.json"), ring_, image_, io::Space::kRas);
+  EXPECT_EQ(read(path("finished.json")), read(path("r.json")));
 }
 
 TEST_F(ContourFile, RingsAreTurnedToTheDomain) {
