@@ -18,8 +18,7 @@ std::vector<Click<Dim>> clicks_of(const Options<Dim>& options);
 
 /// One object, from the seeds of the options or its initial shape, that obeys their outside points.
 /// @throws UsageError  options.error() is not empty, there is neither a seed nor an initial shape,
-/// a
-///                     seed lies outside the image, an energy or one of its parameters is unknown
+///                     a seed lies outside the image, an energy or one of its parameters is unknown
 template <int Dim>
 Result<Dim> segment(std::shared_ptr<const Setting<Dim>> setting, const Options<Dim>& options,
                     const ProgressOf<Dim>& progress = {}, const std::stop_token& stop = {});

@@ -33,9 +33,8 @@ struct Reading {
 inline constexpr std::size_t kFreeBytes = std::size_t(48) << 20;
 
 /// Runs the reader on these bytes, from a file in a folder of its own.
-/// @throws std::logic_error  more memory than allowed, a message of several lines; and whatever
-/// else
-///                           than surf::Error the reader throws
+/// @throws std::logic_error  more memory than allowed, a message of several lines; and whatever the
+///                           reader throws that is no surf::Error
 Reading run(const Target& target, std::span<const std::uint8_t> bytes);
 
 }  // namespace surf::fuzz

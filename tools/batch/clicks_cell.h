@@ -24,8 +24,7 @@ std::vector<std::string> point_words(const std::string& option, const std::strin
 
 /// Inside clicks as words: the points of a file as io::read_landmarks() reads it.
 /// @param space  of plain points: "ras", "lps" or "ijk"; of what they are in afterwards: a file
-/// that
-///               states its space gives "ras"
+///               that states its space gives "ras"
 /// @throws surf::InputError  as io::read_landmarks(), or there is no point in space
 std::vector<std::string> landmark_words(const std::string& path, std::string& space);
 

@@ -11,8 +11,7 @@
 namespace surfseg {
 
 /// @tparam TheFiles  what was typed: `output`, a pattern, and `mask`; read(path) gives the image,
-/// and
-///                   setting(image) what is segmented
+///                   and setting(image) what is segmented
 template <int Dim, class TheFiles>
 class ImageCommand : public SegmentCommand<Dim> {
  public:

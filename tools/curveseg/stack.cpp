@@ -167,9 +167,8 @@ void add_stack_command(CLI::App& app, ExitCode& exit_code) {
       app, exit_code,
       {"stack", "Follow contours through the slices of a volume, each started from the last",
        "Example:\n"
-       "  curveseg stack spine.nii.gz --from 20 --to 45 --space ras --seed 3,-20,35 -o cord.vtp "
-       "\\\n"
-       "          --mask cord.nii.gz\n"
+       "  curveseg stack spine.nii.gz --from 20 --to 45 --space ras --seed 3,-20,35 \\\n"
+       "          -o cord.vtp --mask cord.nii.gz\n"
        "Contours are in the world. Where the object ends, so does the stack, with a note."},
       add_options);
 }

@@ -240,10 +240,8 @@ void add_segment_command(CLI::App& app, ExitCode& exit_code) {
        "kidney.nii.gz\n"
        "  surfseg segment mr.nrrd --seed -12,40,7 --energy window:mean=380,half-width=150 \\\n"
        "          --energy area:weight=2 --json summary.json -o tumour.obj\n"
-       "  surfseg segment ct.nii.gz --object liver --seed 95,182,373 --object kidney --seed "
-       "60,150,380 "
-       "\\\n"
-       "          -o {object}.stl --mask labels.nii.gz --recipe organs.json\n"
+       "  surfseg segment ct.nii.gz --object liver --seed 95,182,373 --object kidney \\\n"
+       "          --seed 60,150,380 -o {object}.stl --mask labels.nii.gz --recipe organs.json\n"
        "Exit codes: 0 done, 2 usage, 3 input, 4 output, 5 stopped at the iteration limit (result\n"
        "written), 6 result fails a guarantee, 7 some of several objects not written, 8 no object\n"
        "found (not written), 130/143 interrupted (last surface written)."},
