@@ -104,7 +104,7 @@ struct ScreenedPoisson::Impl {
 
   void start_from(const Impl& other, const std::array<int, 3>& shift);
 
-  NodeBox box;
+  PaddedGrid box;
   std::span<const double> I;
   double blend;
   CellMetric metric;
@@ -125,7 +125,7 @@ class Equations {
   Equations(const DomainCells& cells, const Eigen::Matrix3d& index_to_world, double mu,
             std::span<const double> I)
       : multigrid_(cells, index_to_world, mu), b_(A().box().n_values(), 0) {
-    const NodeBox& box = A().box();
+    const PaddedGrid& box = A().box();
     Values padded(box.n_values());
     tbb::parallel_for(0, box.size[2], [&](int k) {
       std::size_t from = std::size_t(k) * box.size[0] * box.size[1];

@@ -14,7 +14,7 @@
 namespace surf::volume {
 
 /// Values at the nodes of a grid, i fastest, with one more node on every side that is 0.
-struct NodeBox {
+struct PaddedGrid {
   std::array<int, 3> size;  ///< nodes
 
   std::array<std::size_t, 3> strides() const {
@@ -53,7 +53,7 @@ class CutMatrix {
   CutMatrix(const DomainCells& cells, const Eigen::Matrix3d& index_to_world, double mass,
             double stiffness);
 
-  const NodeBox& box() const { return box_; }
+  const PaddedGrid& box() const { return box_; }
   /// Sum of |entries| of each row, inverted: with it Jacobi's method contracts on every domain,
   /// however small the parts of the cells. 0 at nodes that are not active.
   const Values& inverse_scale() const { return inverse_scale_; }
@@ -86,7 +86,7 @@ class CutMatrix {
              const std::array<int, 3>& node) const;
   void multiply_slab(const Slab& slab, const double* x, double* y) const;
 
-  NodeBox box_;
+  PaddedGrid box_;
   std::array<std::ptrdiff_t, 27> offsets_;
   std::array<Row, 27> stencils_;
   std::array<double, 27> stencil_scales_;

@@ -65,7 +65,7 @@ void for_parent_lines(int j, int k, const std::array<int, 3>& factor, const Visi
 /// Adds the interpolant of the coarse values to x.
 void prolong(const CutMatrix& coarse, const Values& from, const CutMatrix& fine,
              const std::array<int, 3>& factor, Values& x) {
-  const NodeBox &box = fine.box(), &coarse_box = coarse.box();
+  const PaddedGrid &box = fine.box(), &coarse_box = coarse.box();
   tbb::parallel_for(0, box.size[2], [&](int k) {
     std::vector<double> line(coarse_box.size[0] + 1);
     for (const NodeRange& range : fine.active(k)) {
@@ -88,7 +88,7 @@ void prolong(const CutMatrix& coarse, const Values& from, const CutMatrix& fine,
 /// Transpose of prolong.
 void restrict_to(const CutMatrix& coarse, const CutMatrix& fine, const Values& from,
                  const std::array<int, 3>& factor, Values& to) {
-  const NodeBox &box = coarse.box(), &fine_box = fine.box();
+  const PaddedGrid &box = coarse.box(), &fine_box = fine.box();
   tbb::parallel_for(0, box.size[2], [&](int k) {
     std::vector<double> line(fine_box.size[0] + 3);  // from node -1 on
     for (const NodeRange& range : coarse.active(k)) {
