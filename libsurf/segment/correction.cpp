@@ -15,8 +15,6 @@
 namespace surf::segment {
 namespace {
 
-constexpr int kLeastMargin = 14;          // nodes round the object and the clicks
-constexpr double kMargin = 0.5;           // of their extent
 constexpr std::size_t kLeastObject = 50;  // nodes
 constexpr std::size_t kMostPieces = 10, kMostWhole = 8;
 constexpr double kMostSame = 0.9;  // Dice of two changes
@@ -65,31 +63,6 @@ double dice_of_changes(const NodeSet<Dim>& a, const NodeSet<Dim>& b) {
 
 double growth_of(const RungFeatures& f) {
   return std::max(f.growth_out, kLeastGrowth) * std::exp(-f.growth_in / 4);
-}
-
-/// With a box round the object all of it.
-template <int Dim>
-NodeBox<Dim> surroundings(const SearchGrid<Dim>& whole, const NodeSet<Dim>& before,
-                          std::span<const GridClick<Dim>> clicks) {
-  const NodeBox<Dim>& grid = whole.box();
-  if (whole.has_outside_faces()) return grid;
-  NodeBox<Dim> out = before.bounds(0);
-  for (const GridClick<Dim>& click : clicks)
-    for (const auto& node : click.seed.nodes)
-      for (int axis = 0; axis < Dim; ++axis) {
-        if (out.size[axis] == 0) out.lower[axis] = node[axis];
-        const int last = std::max(out.lower[axis] + out.size[axis] - 1, node[axis]);
-        out.lower[axis] = std::min(out.lower[axis], node[axis]);
-        out.size[axis] = last - out.lower[axis] + 1;
-      }
-  for (int axis = 0; axis < Dim; ++axis) {
-    const int margin = std::max(kLeastMargin, int(kMargin * out.size[axis])),
-              first = std::max(0, out.lower[axis] - margin),
-              last = std::min(grid.size[axis], out.lower[axis] + out.size[axis] + margin);
-    out.lower[axis] = first;
-    out.size[axis] = last - first;
-  }
-  return out;
 }
 
 template <int Dim>

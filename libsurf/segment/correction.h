@@ -25,10 +25,11 @@ struct Correction {
 ///   change.score * C^2 * growth_out * exp(-growth_in / 4),
 ///   C = (depth of the click in the piece + 0.7) / greatest depth of the piece
 ///
-/// are added to the object (closed by a node near the piece, holes filled) or taken away, and settle on the edges
-/// within 3.5 nodes of the change (settle_cut.h); all else stays. With two cuts between all clicks
-/// (click_cut.h), settled as well, and up to eight regions of the first click that obey all clicks
-/// they are scored by the change that they really make, P being its part with the click:
+/// are added to the object (closed by a node near the piece, holes filled) or taken away, and
+/// settle on the edges within 3.5 nodes of the change (settle_cut.h); all else stays. With two cuts
+/// between all clicks (click_cut.h), settled as well, and up to eight regions of the first click
+/// that obey all clicks they are scored by the change that they really make, P being its part with
+/// the click:
 ///
 ///   sqrt(change.score(P) * boundary_score(T)) * C(P)^2 * (share of P in the change)^0.5
 ///     * c(T)^0.3 * growth * n(T)^(1.05 / Dim) * agreement^0.25

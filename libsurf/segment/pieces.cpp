@@ -19,7 +19,9 @@ constexpr std::array kFamilies = {Family::kAlike, Family::kBrighter, Family::kDa
 constexpr std::array kJointFamilies = {Family::kAlike, Family::kBetween, Family::kBrighter};
 constexpr std::array kNeckRadii = {0.0, 1.0, 2.0, 3.5, 6.0};  // nodes
 constexpr std::array kJointRadii = {1.0, 2.0, 4.0};
-constexpr double kLeast = 15, kLeastJoint = 113;                // nodes of a window
+constexpr int kLeastMargin = 14;                  // nodes round the object and the clicks
+constexpr double kMargin = 0.5;                   // of their extent
+constexpr double kLeast = 15, kLeastJoint = 113;  // nodes of a window
 constexpr std::array kShares = {0.2, 0.3, 0.4, 0.5, 0.6, 0.7};  // of a competition
 constexpr double kCompetitionNeck = 1;                          // node
 constexpr std::array kCalm = {0.02,
@@ -240,6 +242,30 @@ class Pieces {
 }  // namespace
 
 template <int Dim>
+NodeBox<Dim> surroundings(const SearchGrid<Dim>& whole, const NodeSet<Dim>& before,
+                          std::span<const GridClick<Dim>> clicks) {
+  const NodeBox<Dim>& grid = whole.box();
+  if (whole.has_outside_faces()) return grid;
+  NodeBox<Dim> out = before.bounds(0);
+  for (const GridClick<Dim>& click : clicks)
+    for (const auto& node : click.seed.nodes)
+      for (int axis = 0; axis < Dim; ++axis) {
+        if (out.size[axis] == 0) out.lower[axis] = node[axis];
+        const int last = std::max(out.lower[axis] + out.size[axis] - 1, node[axis]);
+        out.lower[axis] = std::min(out.lower[axis], node[axis]);
+        out.size[axis] = last - out.lower[axis] + 1;
+      }
+  for (int axis = 0; axis < Dim; ++axis) {
+    const int margin = std::max(kLeastMargin, int(kMargin * out.size[axis])),
+              first = std::max(0, out.lower[axis] - margin),
+              last = std::min(grid.size[axis], out.lower[axis] + out.size[axis] + margin);
+    out.lower[axis] = first;
+    out.size[axis] = last - first;
+  }
+  return out;
+}
+
+template <int Dim>
 std::vector<Held> ClickScene<Dim>::held() const {
   std::vector<Held> out(box().n(), Held::kFree);
   outside_faces(grid).for_each([&](std::size_t at) { out[at] = Held::kOutside; });
@@ -277,8 +303,10 @@ std::vector<Rung<Dim>> pieces(const ClickScene<Dim>& scene, const std::stop_toke
   return Pieces<Dim>(scene, stop).all();
 }
 
-#define SURF_INSTANTIATE(Dim)      \
-  template struct ClickScene<Dim>; \
+#define SURF_INSTANTIATE(Dim)                                                          \
+  template struct ClickScene<Dim>;                                                     \
+  template NodeBox<Dim> surroundings<Dim>(const SearchGrid<Dim>&, const NodeSet<Dim>&, \
+                                          std::span<const GridClick<Dim>>);            \
   template std::vector<Rung<Dim>> pieces(const ClickScene<Dim>&, const std::stop_token&);
 SURF_INSTANTIATE(2)
 SURF_INSTANTIATE(3)

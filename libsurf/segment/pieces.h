@@ -1,6 +1,7 @@
 // What a further click may add to an object on a search grid, or take away from it.
 #pragma once
 
+#include <span>
 #include <stop_token>
 #include <vector>
 
@@ -17,6 +18,12 @@ struct GridClick {
   SeedNodes<Dim> seed;
   Side side = Side::kInside;
 };
+
+/// The box of an object and of all clicks, enlarged by half its extent and at least by 14 nodes;
+/// with a box round the object all of the grid.
+template <int Dim>
+NodeBox<Dim> surroundings(const SearchGrid<Dim>& grid, const NodeSet<Dim>& before,
+                          std::span<const GridClick<Dim>> clicks);
 
 /// The surroundings of an object and of all clicks, in which a click is heeded.
 template <int Dim>

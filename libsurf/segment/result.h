@@ -6,7 +6,7 @@
 namespace surf::segment {
 
 template <int Dim>
-struct Result {
+struct Result : Lengths {
   Simplices<Dim> shape;
   std::optional<Certainty<Dim>> certainty;  ///< of its vertices, if they were located
   /// That of the last stage that minimised an energy; kProposed, kNoObject or kStopped if none did.
@@ -21,10 +21,7 @@ struct Result {
   std::vector<EnergyTerm> energies;   ///< that the shape minimises, every parameter filled in
   std::vector<std::string> notes;     ///< what a user should know
   std::vector<Removed<Dim>> removed;  ///< see ComponentOptions
-  double sigma_mm = 0, edge_length_mm = 0, geometry_tolerance_mm = 0, seed_radius_mm = 0;
-  double whole_blur_mm = 0;  ///< of the edges round the seeds, smoothing included; 0 = unknown
-  double edge_blur_mm = 0;   ///< of the edges along the start, without smoothing; 0 = unknown
-  double border_share = 0;   ///< share of the length or area on the image's border
+  double border_share = 0;            ///< share of the length or area on the image's border
 
   /// The stage whose outcome counts; null before the first one.
   const StageReport* main_stage() const;

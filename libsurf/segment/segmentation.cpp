@@ -173,13 +173,9 @@ Work<Dim> Segmentation<Dim>::work_for(const Object<Dim>& object,
   if (seeds.empty()) seeds = object.options.samples_mm;
   std::vector<Click<Dim>> clicks = others;
   clicks.insert(clicks.end(), object.clicks.begin(), object.clicks.end());
-  return {.fields = fields_,
-          .options = object.options,
-          .seeds_mm = std::move(seeds),
-          .clicks = std::move(clicks),
-          .progress = progress,
-          .stop = stop,
-          .search = object.result->search};
+  Work<Dim> out{{}, fields_, object.options, std::move(seeds), std::move(clicks), progress, stop};
+  out.search = object.result->search;
+  return out;
 }
 
 template <int Dim>

@@ -52,9 +52,16 @@ using ProgressOf = std::function<bool(const std::string& stage, const flow::Step
 template <int Dim>
 struct Result;
 
+/// Of an evolution [mm].
+struct Lengths {
+  double sigma_mm = 0, edge_length_mm = 0, geometry_tolerance_mm = 0, seed_radius_mm = 0;
+  double whole_blur_mm = 0;  ///< of the edges round the seeds, smoothing included; 0 = unknown
+  double edge_blur_mm = 0;   ///< of the edges along the start, without smoothing; 0 = unknown
+};
+
 /// The object that stages work on: what they were asked, and what they have made so far.
 template <int Dim>
-struct Work {
+struct Work : Lengths {
   Fields<Dim>& fields;
   const Options<Dim>& options;
   std::vector<Vector<Dim>> seeds_mm;  ///< inside clicks; without one the options' samples
@@ -77,9 +84,6 @@ struct Work {
   /// Where the shape may move: the rest of it is at its minimum. Null = everywhere.
   std::shared_ptr<const mesh::Neighbourhood<Dim>> region = {};
   std::vector<EnergyTerm> energies = {};  ///< of the result, every parameter filled in
-  double sigma_mm = 0, edge_length_mm = 0, geometry_tolerance_mm = 0, seed_radius_mm = 0;
-  double whole_blur_mm = 0;  ///< of the edges round the seeds, smoothing included; 0 = unknown
-  double edge_blur_mm = 0;   ///< of the edges along the start, without smoothing; 0 = unknown
   SeedModel seed = {};
   double border_share = 0;                       ///< of the length or area on the image's border
   std::optional<Verdict<Dim>> verdict = {};      ///< of the chosen proposal

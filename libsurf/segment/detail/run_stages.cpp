@@ -173,12 +173,7 @@ Result<Dim> to_result(Work<Dim> work) {
   if (has_shape(out.outcome)) out.verdict = std::move(work.verdict);
   out.energies = std::move(work.energies);
   out.notes = std::move(work.notes);
-  out.sigma_mm = work.sigma_mm;
-  out.edge_length_mm = work.edge_length_mm;
-  out.geometry_tolerance_mm = work.geometry_tolerance_mm;
-  out.seed_radius_mm = work.seed_radius_mm;
-  out.edge_blur_mm = work.edge_blur_mm;
-  out.whole_blur_mm = work.whole_blur_mm;
+  static_cast<Lengths&>(out) = work;
   out.border_share = work.border_share;
   return out;
 }

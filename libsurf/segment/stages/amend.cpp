@@ -32,16 +32,9 @@ class Amend : public Stage<Dim> {
     work.shape = work.start;
     work.start_is_given = true;
     work.region = amended->region;
-    StageReport report;
-    report.name = "amend";
-    report.kind = StageKind::kProposes;
-    report.outcome = work.is_stopped() ? Outcome::kStopped : Outcome::kProposed;
-    report.message = fmt::format("{:.3g} mm^{} have changed; the rest of the {} stays",
-                                 amended->changed, Dim, work.setting().noun());
-    report.sigma_mm = work.sigma_mm;
-    report.edge_length_mm = work.edge_length_mm;
-    work.reports.push_back(std::move(report));
-    return !work.is_stopped();
+    return begins(work, "amend",
+                  fmt::format("{:.3g} mm^{} have changed; the rest of the {} stays",
+                              amended->changed, Dim, work.setting().noun()));
   }
 
  private:
@@ -58,10 +51,7 @@ class Amend : public Stage<Dim> {
           settled.search->clicks.end())
         clicks.push_back(click);
     work.energies = settled.energies;
-    work.sigma_mm = settled.sigma_mm;
-    work.edge_length_mm = settled.edge_length_mm;
-    work.geometry_tolerance_mm = settled.geometry_tolerance_mm;
-    work.edge_blur_mm = settled.edge_blur_mm;
+    static_cast<Lengths&>(work) = settled;
     return amended<Dim>(work.setting(), grid,
                         {settled.shape, parameter_of(work.energies, "local-means", "reach"),
                          settled.search->inside(), work.search->inside(), clicks},

@@ -53,17 +53,10 @@ class Fit : public Stage<Dim> {
          kEdgeWeight * whole_blur,
          {{"gamma0", 1}, {"gamma", 0}, {"lambda", kStrength * edges.slope}}},
         {"area", kAreaWeight * whole_blur, {}}};
-    StageReport report;
-    report.name = "fit";
-    report.kind = StageKind::kProposes;
-    report.outcome = work.is_stopped() ? Outcome::kStopped : Outcome::kProposed;
-    report.message =
+    return begins(
+        work, "fit",
         fmt::format("edges are blurred by {:.3g} mm and {:.3g} high per mm, noise is {:.3g}",
-                    edges.blur_mm, edges.slope, edges.noise);
-    report.sigma_mm = work.sigma_mm;
-    report.edge_length_mm = work.edge_length_mm;
-    work.reports.push_back(std::move(report));
-    return !work.is_stopped();
+                    edges.blur_mm, edges.slope, edges.noise));
   }
 };
 

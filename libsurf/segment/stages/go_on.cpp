@@ -13,21 +13,8 @@ class GoOn : public Stage<Dim> {
     const Result<Dim>& before = *work.unfinished;
     work.start = before.start;
     work.energies = before.energies;
-    work.sigma_mm = before.sigma_mm;
-    work.edge_length_mm = before.edge_length_mm;
-    work.geometry_tolerance_mm = before.geometry_tolerance_mm;
-    work.seed_radius_mm = before.seed_radius_mm;
-    work.edge_blur_mm = before.edge_blur_mm;
-    work.whole_blur_mm = before.whole_blur_mm;
-    StageReport report;
-    report.name = "go on";
-    report.kind = StageKind::kProposes;
-    report.outcome = work.is_stopped() ? Outcome::kStopped : Outcome::kProposed;
-    report.message = "from where the evolution before was stopped, with its energy";
-    report.sigma_mm = work.sigma_mm;
-    report.edge_length_mm = work.edge_length_mm;
-    work.reports.push_back(std::move(report));
-    return !work.is_stopped();
+    static_cast<Lengths&>(work) = before;
+    return begins(work, "go on", "from where the evolution before was stopped, with its energy");
   }
 };
 

@@ -103,6 +103,19 @@ mesh::MovingShapeOptions<Dim> shape_options(const Work<Dim>& work, double edge_l
 double held_distance_mm(double cell_mm) { return kHeldCells * cell_mm; }
 
 template <int Dim>
+bool begins(Work<Dim>& work, const char* name, std::string message) {
+  StageReport report;
+  report.name = name;
+  report.kind = StageKind::kProposes;
+  report.outcome = work.is_stopped() ? Outcome::kStopped : Outcome::kProposed;
+  report.message = std::move(message);
+  report.sigma_mm = work.sigma_mm;
+  report.edge_length_mm = work.edge_length_mm;
+  work.reports.push_back(std::move(report));
+  return !work.is_stopped();
+}
+
+template <int Dim>
 bool minimise(Work<Dim>& work, const Minimisation<Dim>& minimisation) {
   const auto model = work.fields.model(field_options(work.options, minimisation.sigma_mm));
   const std::vector<EnergyTerm>& terms = minimisation.terms;
@@ -170,6 +183,8 @@ template KindContext<2> context<2>(const Work<2>&, EnergyModel<2>&);
 template KindContext<3> context<3>(const Work<3>&, EnergyModel<3>&);
 template mesh::MovingShapeOptions<2> shape_options<2>(const Work<2>&, double, double);
 template mesh::MovingShapeOptions<3> shape_options<3>(const Work<3>&, double, double);
+template bool begins<2>(Work<2>&, const char*, std::string);
+template bool begins<3>(Work<3>&, const char*, std::string);
 template bool minimise<2>(Work<2>&, const Minimisation<2>&);
 template bool minimise<3>(Work<3>&, const Minimisation<3>&);
 

@@ -57,8 +57,7 @@ class CorrectingStage : public Stage<Dim> {
  private:
   virtual const char* name() const = 0;
   /// Moves work.shape.
-  /// @return  what was done, in one sentence for a person; empty: it was stopped and has done
-  /// nothing
+  /// @return  what was done, in one sentence for a person; empty: it was stopped, nothing was done
   virtual std::string correct(Work<Dim>& work) const = 0;
 };
 
@@ -89,6 +88,11 @@ mesh::MovingShapeOptions<Dim> shape_options(const Work<Dim>& work, double edge_l
 /// What the edges along work.start look like, as far from it as a proposal may be off.
 template <int Dim>
 EdgesAlong edges_along_start(Work<Dim>& work);
+
+/// Leaves the report of a stage that chooses what the evolution begins with.
+/// @return  false: it was stopped
+template <int Dim>
+bool begins(Work<Dim>& work, const char* name, std::string message);
 
 /// One minimisation from work.shape.
 template <int Dim>

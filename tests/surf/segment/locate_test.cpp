@@ -84,7 +84,7 @@ TEST(LocateEdges, IsStopped) {
 
   Fields<3> fields(setting);
   const Options<3> options;
-  Work<3> work{fields, options, {}, {}, {}, stop.get_token()};
+  Work<3> work{{}, fields, options, {}, {}, {}, stop.get_token()};
   work.shape = start;
   StageReport minimised;
   minimised.name = "evolve";
