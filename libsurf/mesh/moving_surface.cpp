@@ -61,7 +61,7 @@ MovingSurface::MovingSurface(const Triangles& initial, const MovingSurfaceOption
   find_obstacles();
   mend_mesh(kRoundsAtTheStart);
   // A round collapses once at each place: until few are left.
-  for (int round = 0; round < kRoundsAtTheStart; ++round) {
+  for (int round = 0; round < kRoundsAtTheStart && !options.stop.stop_requested(); ++round) {
     const auto n_before = mesh_.n_faces();
     mend_whole();
     if (mesh_.n_faces() > 0.99 * double(n_before)) break;

@@ -132,7 +132,14 @@ bool minimise(Work<Dim>& work, const Minimisation<Dim>& minimisation) {
                       fem::Geometry<Dim>(work.shape.points, work.shape.elements).measure(),
                       options.edge_length_mm, options.coarseness * options.edge_length_mm);
   options.region = work.region;
+  options.stop = work.stop;
   const auto shape = work.setting().make_shape(work.shape, options);
+  if (work.is_stopped()) {
+    report.outcome = Outcome::kStopped;
+    report.message = "interrupted before the first step";
+    work.reports.push_back(std::move(report));
+    return false;
+  }
   flow::FlowOptions flow = minimisation.flow;
   if (are_fitted<Dim>(terms)) {
     flow.displacement_tol_mm = std::max(flow.displacement_tol_mm, kAtRest * work.cell_mm());

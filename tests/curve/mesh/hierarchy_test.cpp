@@ -53,7 +53,16 @@ TEST(CurveHierarchy, DropsPhantomsAndKeepsTheRestBitForBit) {
 
 // From whichever order nodes and elements were in, as long as rings begin where they began.
 TEST(CurveHierarchy, FileOrderIsRingAfterRing) {
-  const Segments in_order = joined({disc(0, 3), hole(0, 2), hole(2.5, 0.1), disc(10, 1)});
+  const Segments in_order =
+      in_file_order(joined({disc(0, 3), hole(0, 2), hole(2.5, 0.1), disc(10, 1)}));
+  const CurveHierarchy hierarchy = curve_hierarchy(in_order);
+  ASSERT_EQ(hierarchy.components.size(), 4u);
+  for (const Component& ring : hierarchy.components)
+    for (int i = 0; i < ring.n_elements; ++i) {
+      EXPECT_EQ(in_order.elements(ring.first_element + i, 0), ring.first_element + i);
+      EXPECT_EQ(in_order.elements(ring.first_element + i, 1),
+                ring.first_element + (i + 1) % ring.n_elements);
+    }
   EXPECT_EQ(in_file_order(in_order).points, in_order.points);
   EXPECT_EQ(in_file_order(in_order).elements, in_order.elements);
   // Another region before the holes of the first one; first elements first, all else backwards.

@@ -47,8 +47,6 @@ function drawList(objects: StudioObject[]): void {
         : h('span', { class: 'ml' }, o.measures?.volume_ml !== undefined ? millilitres(o.measures.volume_ml) : ''),
       iconButton('cross', `Remove ${o.name}`, (e) => {
         e.stopPropagation();
-        const n = o.clicks.length;  // what is removed is gone, undo knows the objects that are there
-        if (n > 0 && !confirm(`Remove ${o.name} with its ${n} click${n > 1 ? 's' : ''}? This cannot be undone.`)) return;
         void act({ action: 'remove_object', object: o.id });
       }, { 'data-key': `remove${o.id}` }));
   });
