@@ -16,7 +16,10 @@ namespace {
 
 // Of the image's range, since phantoms have no noise: what a curve or surface can grow through.
 constexpr double kLeastDeviation = 1.0 / 256;
-constexpr double kSigma = 0.7, kEdgeLength = 1.5;    // cells
+constexpr double kSigma = 0.7, kEdgeLength = 1.5;  // cells
+// Curves jump over no edge (MovingShapeOptions::edge_indicator): only edges that are wider [cells]
+// ask for other lengths than those of a pixel.
+constexpr double kWideInThePlane = 1.5;
 constexpr double kShareOfStart = 1.0 / 3;            // of the radius of a given start
 constexpr double kLeastRadius = 2, kMostRadius = 8;  // cells, of a seed ball
 // Of wide edges a larger one: of so many deviations of their blur, as far as there is room for it.
@@ -72,8 +75,10 @@ class Start : public Stage<Dim> {
     const double cell = work.cell_mm();
     EdgesAlong edges;
     edges.sigma_mm = options.sigma_mm.value_or(kSigma * cell);
-    if (Dim == 3 && !work.seeds_mm.empty())
-      edges = edges_round<Dim>(work.fields, options, work.seeds_mm);
+    if (!work.seeds_mm.empty()) {
+      const EdgesAlong seen = edges_round<Dim>(work.fields, options, work.seeds_mm);
+      if (Dim == 3 || seen.blur_mm > kWideInThePlane * cell) edges = seen;
+    }
     const double widest = std::max(cell, edges.blur_mm);
     work.sigma_mm = edges.sigma_mm;
     work.whole_blur_mm = std::hypot(edges.blur_mm, blur_mm(edges.sigma_mm, cell));
@@ -85,6 +90,10 @@ class Start : public Stage<Dim> {
         std::max(std::clamp(0.7 * work.seed.radius_mm, kLeastRadius * cell, kMostRadius * cell),
                  std::min({kBlurs * edges.blur_mm, kShareOfNearest * edges.nearest_mm,
                            kShareBetween * least_distance(work.seeds_mm)})));
+    // Longer ones would make it vanish at the first step.
+    if (!work.start_is_given && !options.edge_length_mm)
+      work.edge_length_mm =
+          std::min(work.edge_length_mm, std::max(kEdgeLength * cell, work.seed_radius_mm));
     work.shape = work.start_is_given ? work.setting().in_file_order(work.shape) : seed_balls(work);
     work.start = work.shape;
     work.energies = completed<Dim>(options.energies, context(work, *model));
