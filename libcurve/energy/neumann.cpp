@@ -14,6 +14,7 @@
 
 #include "libsurf/base/log.h"
 #include "libsurf/base/products.h"
+#include "libsurf/fem/p1.h"
 
 namespace surf::curve {
 namespace {
@@ -56,12 +57,8 @@ struct Triangle {
   Triangle(const DomainMesh& mesh, Eigen::Index t) {
     for (int i = 0; i < 3; ++i) X.row(i) = mesh.points.row(mesh.triangles(t, i));
     const Vector<2> a = X.row(1) - X.row(0), b = X.row(2) - X.row(0);
-    const double twice = cross(a, b);
-    area = twice / 2;
-    for (int i = 0; i < 3; ++i) {
-      const Vector<2> side = X.row((i + 2) % 3) - X.row((i + 1) % 3);
-      gradients.row(i) << -side[1] / twice, side[0] / twice;
-    }
+    area = cross(a, b) / 2;
+    gradients = fem::p1_gradients<3, 2>(X);
   }
 };
 

@@ -12,6 +12,7 @@
 #include <numeric>
 
 #include "libsurf/base/error.h"
+#include "libsurf/fem/p1.h"
 
 namespace surf::fem {
 namespace {
@@ -27,18 +28,11 @@ Vector<3> area_vector(const Points<3>& X, const Eigen::RowVector3i& t) {
   return a.cross(b) / 2;
 }
 
-/// Rows: J (J^T J)^-1 grad phi_i with the Jacobian J = (x_2 - x_1, ...) of shape (Dim, Dim-1).
 template <int Dim>
-Eigen::Matrix<double, Dim, Dim> basis_gradients_of(const Points<Dim>& X,
-                                                   const Eigen::Matrix<int, 1, Dim>& t) {
-  Eigen::Matrix<double, Dim, Dim - 1> J;
-  for (int i = 1; i < Dim; ++i) J.col(i - 1) = X.row(t[i]) - X.row(t[0]);
-  const Eigen::Matrix<double, Dim - 1, Dim - 1> metric = J.transpose() * J;
-  const Eigen::Matrix<double, Dim - 1, Dim> rows = (J * metric.inverse()).transpose();
-  Eigen::Matrix<double, Dim, Dim> gradients;
-  gradients.template bottomRows<Dim - 1>() = rows;
-  gradients.row(0) = -rows.colwise().sum();
-  return gradients;
+Eigen::Matrix<double, Dim, Dim> corners(const Points<Dim>& X, const Eigen::Matrix<int, 1, Dim>& t) {
+  Eigen::Matrix<double, Dim, Dim> out;
+  for (int i = 0; i < Dim; ++i) out.row(i) = X.row(t[i]);
+  return out;
 }
 
 constexpr double kLongestMove = 2;  // along the border, of a normal one
@@ -158,7 +152,7 @@ Geometry<Dim>::Geometry(Points<Dim> X, std::shared_ptr<const Topology<Dim>> topo
   tbb::parallel_for(Eigen::Index(0), m, [&](Eigen::Index t) {
     normals_.row(t) = area_vector(X_, T.row(t));
     measures_[t] = normals_.row(t).norm();
-    gradients_[t] = basis_gradients_of<Dim>(X_, T.row(t));
+    gradients_[t] = p1_gradients<Dim, Dim>(corners<Dim>(X_, T.row(t)));
   });
   for (Eigen::Index t = 0; t < m; ++t) {
     if (!(measures_[t] > 0))
