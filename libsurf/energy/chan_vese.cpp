@@ -45,6 +45,13 @@ Eigen::VectorXd ChanVese<Dim>::integrals_over(const fem::Geometry<Dim>& shape) c
 }
 
 template <int Dim>
+Eigen::VectorXd ChanVese<Dim>::change_between(const fem::Geometry<Dim>& from,
+                                              const fem::Geometry<Dim>& to) const {
+  if (!antiderivative_) return RegionEnergy<Dim>::change_between(from, to);
+  return integrals_over(to) - integrals_over(from);
+}
+
+template <int Dim>
 std::array<double, 2> ChanVese<Dim>::means() const {
   const Eigen::VectorXd& inside = this->integrals();
   return {inside[1] / inside[0], (totals_.intensity - inside[1]) / (totals_.content - inside[0])};

@@ -56,6 +56,8 @@ class ChanVese : public RegionEnergy<Dim> {
 
  private:
   Eigen::VectorXd integrals_over(const fem::Geometry<Dim>& shape) const override;
+  Eigen::VectorXd change_between(const fem::Geometry<Dim>& from,
+                                 const fem::Geometry<Dim>& to) const override;
   double value_of(const Eigen::VectorXd& inside) const override;
   std::function<std::array<double, 2>(double)> density() const override;
   Eigen::MatrixXd second_of_integrals() const override;

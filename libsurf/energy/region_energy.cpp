@@ -1,6 +1,7 @@
 #include "libsurf/energy/region_energy.h"
 
 #include "libsurf/energy/detail/region_terms.h"
+#include "libsurf/fem/quadrature.h"
 
 namespace surf::energy {
 
@@ -42,7 +43,25 @@ void RegionEnergy<Dim>::accept() {
 }
 
 template <int Dim>
+Eigen::VectorXd RegionEnergy<Dim>::change_between(const fem::Geometry<Dim>& from,
+                                                  const fem::Geometry<Dim>& to) const {
+  Samples<Dim> samples;
+  const auto& rule = fem::quadrature<Dim>(quadrature_order_);
+  I_->sample(fem::quadrature_points<Dim>(to.points(), to.elements(), rule.points),
+             Derivatives::kNone, samples);
+  Eigen::MatrixXd values(samples.value.size(), n_integrals_);
+  w_(samples.value, values);
+  Eigen::VectorXd sum = Eigen::VectorXd::Zero(n_integrals_);
+  for (Eigen::Index t = 0; t < to.n_elements(); ++t)
+    for (Eigen::Index q = 0; q < rule.size(); ++q)
+      sum += to.measures()[t] * rule.weights[q] * values.row(t * rule.size() + q).transpose();
+  return (to.enclosed() - from.enclosed()) / to.measure() * sum;
+}
+
+template <int Dim>
 void RegionEnergy<Dim>::remesh(const fem::Geometry<Dim>& shape) {
+  const bool is_linear = second_of_integrals().size() == 0;  // G does not depend on p
+  if (!is_linear && !shape.is_part() && !shape_->is_part()) p_ += change_between(*shape_, shape);
   shape_ = std::make_unique<fem::Geometry<Dim>>(shape);
 }
 

@@ -21,7 +21,8 @@ struct DomainIntegralOptions {
 };
 
 /// J(Omega) = Phi(p), p_k = int_Omega w_k(I) dx. The integrals follow the surface: from scratch at
-/// a reset, by what the boundary sweeps at a move.
+/// a reset, by what the boundary sweeps at a move and, where Phi is not linear, by what mending
+/// changes: with it left out a disc's p drifted by 2 % in a thousand steps, and G with it.
 ///
 /// G = sum_k Phi_k w_k(I) (Theorem 2.2.6), g = 0; d2J = int (d_nu G + kappa G) V W dS at fixed
 /// Phi_k plus the terms Phi_kl <w_k, V> <w_l, W> (Theorem 2.2.7).
@@ -47,6 +48,10 @@ class RegionEnergy : public ShapeEnergy<Dim> {
 
   /// p from scratch.
   virtual Eigen::VectorXd integrals_over(const fem::Geometry<Dim>& shape) const;
+  /// What p has more over `to` than over `from`, another mesh of nearly the same domain: the change
+  /// of the content times the means of the w_k over the boundary.
+  virtual Eigen::VectorXd change_between(const fem::Geometry<Dim>& from,
+                                         const fem::Geometry<Dim>& to) const;
 
  private:
   virtual double value_of(const Eigen::VectorXd& p) const = 0;

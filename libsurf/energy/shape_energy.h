@@ -83,7 +83,8 @@ class ShapeEnergy {
   /// Takes the shape of the last try_move as current.
   virtual void accept() = 0;
   /// Takes `shape`, another mesh of (nearly) the same domain, as current: boundary integrals
-  /// are computed anew, domain integrals are kept.
+  /// are computed anew, domain integrals are kept but for the change of the content where the
+  /// derivative depends on them.
   virtual void remesh(const fem::Geometry<Dim>& shape) = 0;
   /// Takes `shape`, whose domain has been changed by topology surgery, as current. What the
   /// derivative depends on is computed anew; J may be off by a constant until the next reset.

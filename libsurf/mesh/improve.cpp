@@ -32,7 +32,7 @@ class Improvement {
         patch_(work_) {}
 
   ImproveReport run() {
-    for (int sweep = 0; sweep < options_.n_sweeps; ++sweep) {
+    for (int sweep = 0; sweep < options_.n_sweeps && !work_.is_stopped(); ++sweep) {
       const int n_before = n_changes();
       collapses_.collapse_short_edges(cos_bound_);
       if (sweep == 0 && !options_.may_coarsen.empty()) collapses_.coarsen(cos_coarsen_);
@@ -108,7 +108,7 @@ class Improvement {
   }
 
   void try_move(VertexHandle vertex) {
-    if (work_.ends_on_border(vertex)) return;
+    if (work_.is_stopped() || work_.ends_on_border(vertex)) return;
     patch_.collect(vertex);
     // By 1 % of the angle at least, so that sweeps end.
     const double angle = std::acos(std::min(1.0, sharpest(patch_.before)));

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <limits>
+#include <stop_token>
 #include <string>
 #include <vector>
 
@@ -32,6 +33,8 @@ struct ImproveOptions {
   const ImageBox<3>* box = nullptr;
   /// Rounds of collapses, flips and moves; ends earlier when nothing is left to do.
   int n_sweeps = 5;
+  /// No operation begins once it is requested; the surface is closed and embedded as before.
+  std::stop_token stop = {};
   /// Empty if valid, else field, value and constraint.
   std::string error() const;
 };

@@ -344,6 +344,7 @@ void MovingSurface::mend_the_rest(const Triangles& mended) {
     improvement.min_length = shortest_edge();
     improvement.max_length = adaptivity().max_length_mm;
     improvement.tolerance_mm = share * mending_tolerance();
+    improvement.stop = options_.stop;
     improvement.frozen = resting_elements();
     if (options_.box) improvement.box = &*options_.box;
     improve(mesh_, improvement);
@@ -363,6 +364,7 @@ bool MovingSurface::mend_apart_from(const std::vector<Vector<3>>& places, double
   improvement.min_length = shortest_edge();
   improvement.max_length = sizes.max_length_mm;
   improvement.tolerance_mm = mending_tolerance();
+  improvement.stop = options_.stop;
   if (options_.box) improvement.box = &*options_.box;
   improvement.may_coarsen = std::move(adapted.may_coarsen);
   if (sizes.geometry_tolerance_mm > 0)

@@ -150,10 +150,9 @@ TEST_F(Curveseg, WritesEveryFormatMasksAndPictures) {
   EXPECT_TRUE(exists("o.png"));
   EXPECT_TRUE(exists("frames/frame-00000.png"));
   EXPECT_LT(scores("o.csv", "o.json")["distance"]["max_mm"], 1e-12);
-  // A contour is a start. Uniform edges: with others this energy may creep
-  // (docs/curves-program.md).
-  must({"segment", "blob.tif", "--contour", "o.json", "--energy", "chan-vese", "--coarseness", "1",
-        "-o", "c.json", "-q"});
+  // A contour is a start.
+  must({"segment", "blob.tif", "--contour", "o.json", "--energy", "chan-vese", "-o", "c.json",
+        "-q"});
   EXPECT_GT(scores("c.json", "blob-exact.json")["dice"], 0.99);
 }
 

@@ -41,7 +41,7 @@ bool Collapses::is_collapse_safe(HalfedgeHandle halfedge) {
 
 bool Collapses::try_collapse(EdgeHandle edge, double cos_bound, CollapseFor aim) {
   const HalfedgeHandle halfedge = mesh_.halfedge_handle(edge, 0);
-  if (!is_collapse_safe(halfedge)) return false;
+  if (work_.is_stopped() || !is_collapse_safe(halfedge)) return false;
   const VertexHandle removed = mesh_.from_vertex_handle(halfedge);
   const VertexHandle kept = mesh_.to_vertex_handle(halfedge);
   patch_.collect(kept, removed);

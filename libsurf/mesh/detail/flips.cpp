@@ -37,7 +37,7 @@ std::optional<double> Flips::flip_distance(const Diamond& v) const {
 }
 
 bool Flips::try_flip(EdgeHandle edge) {
-  if (!mesh_.is_flip_ok(edge)) return false;
+  if (work_.is_stopped() || !mesh_.is_flip_ok(edge)) return false;
   const Diamond v = work_.diamond(edge);
   if (mesh_.valence(v.a) <= 3 || mesh_.valence(v.b) <= 3) return false;
   if (work_.is_frozen(mesh_.face_handle(v.halfedge)) ||

@@ -39,6 +39,7 @@ class Mending {
   /// For sorting: lengths that differ by rounding alone, as on symmetric surfaces, are ties.
   float rank(OpenMesh::EdgeHandle edge) const { return static_cast<float>(length(edge)); }
 
+  bool is_stopped() const { return options.stop.stop_requested(); }
   bool is_deleted(OpenMesh::EdgeHandle edge) const { return mesh.status(edge).deleted(); }
   bool is_deleted(OpenMesh::FaceHandle face) const { return mesh.status(face).deleted(); }
 

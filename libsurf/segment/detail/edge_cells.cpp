@@ -160,15 +160,18 @@ void read_values(const Setting<Dim>& setting, std::vector<EdgeCell<Dim>>& cells)
 template <int Dim>
 std::vector<EdgeCell<Dim>> edge_cells(const Setting<Dim>& setting,
                                       const fem::Geometry<Dim>& geometry,
-                                      const Points<Dim>& normals, double reach_mm) {
+                                      const Points<Dim>& normals, double reach_mm,
+                                      const std::stop_token& stop) {
   const Eigen::Index n = geometry.n_elements();
   std::vector<std::vector<EdgeCell<Dim>>> parts(std::size_t((n + kElements - 1) / kElements));
   tbb::parallel_for(std::size_t(0), parts.size(), [&](std::size_t part) {
+    if (stop.stop_requested()) return;
     const Eigen::Index first = Eigen::Index(part) * kElements;
     for (Eigen::Index t = first; t < std::min(first + kElements, n); ++t)
       if (geometry.place(t) != fem::Place::kBorder)
         add_cells<Dim>(setting.extent(), {geometry, normals, t, reach_mm}, int(t), parts[part]);
   });
+  if (stop.stop_requested()) return {};
   std::vector<EdgeCell<Dim>> out;
   for (const auto& part : parts) out.insert(out.end(), part.begin(), part.end());
   keep_nearest<Dim>(out);
@@ -177,8 +180,8 @@ std::vector<EdgeCell<Dim>> edge_cells(const Setting<Dim>& setting,
 }
 
 template std::vector<EdgeCell<2>> edge_cells<2>(const Setting<2>&, const fem::Geometry<2>&,
-                                                const Points<2>&, double);
+                                                const Points<2>&, double, const std::stop_token&);
 template std::vector<EdgeCell<3>> edge_cells<3>(const Setting<3>&, const fem::Geometry<3>&,
-                                                const Points<3>&, double);
+                                                const Points<3>&, double, const std::stop_token&);
 
 }  // namespace surf::segment

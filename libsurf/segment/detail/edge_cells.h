@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <stop_token>
 #include <vector>
 
 #include "libsurf/fem/geometry.h"
@@ -24,11 +25,12 @@ struct EdgeCell {
 
 /// The cells that are no further than `reach` from a shape, along its normals; where sheets are
 /// near each other a cell belongs to the nearest. Elements on the image's border have none. Ordered
-/// by index. O(cells in the boxes round the elements).
+/// by index. O(cells in the boxes round the elements). None once a stop is requested.
 /// @param normals  of the vertices, (n, Dim); 0 = has none
 template <int Dim>
 std::vector<EdgeCell<Dim>> edge_cells(const Setting<Dim>& setting,
                                       const fem::Geometry<Dim>& geometry,
-                                      const Points<Dim>& normals, double reach_mm);
+                                      const Points<Dim>& normals, double reach_mm,
+                                      const std::stop_token& stop = {});
 
 }  // namespace surf::segment

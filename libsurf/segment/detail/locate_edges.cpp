@@ -68,7 +68,7 @@ class Locator {
         reach_mm_(kReachBlurs * blur_mm + kReachCells * cell_mm_),
         bending_(geometry_),
         pool_(geometry_, kPoolCells * cell_mm_),
-        cells_(edge_cells<Dim>(setting, geometry_, normals_, reach_mm_)) {}
+        cells_(edge_cells<Dim>(setting, geometry_, normals_, reach_mm_, stop)) {}
 
   LocatedEdges<Dim> run() {
     const Eigen::Index n = geometry_.n_vertices();

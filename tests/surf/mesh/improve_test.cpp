@@ -71,7 +71,7 @@ TriMesh rough_surface(int kind, std::mt19937& random) {
   return mesh;
 }
 
-constexpr ImproveOptions kOptions{.min_length = 0.06, .max_length = 0.25, .tolerance_mm = 0.02};
+const ImproveOptions kOptions{.min_length = 0.06, .max_length = 0.25, .tolerance_mm = 0.02};
 
 TEST(Improve, KeepsItsPromisesOnRoughSurfaces) {
   std::mt19937 random(1);
