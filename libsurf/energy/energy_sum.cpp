@@ -29,6 +29,13 @@ double EnergySum<Dim>::value() const {
 }
 
 template <int Dim>
+double EnergySum<Dim>::drift() const {
+  double sum = 0;
+  for (const Term& term : terms_) sum += term.weight * term.energy->drift();
+  return sum;
+}
+
+template <int Dim>
 double EnergySum<Dim>::try_move(const fem::Geometry<Dim>& moved) {
   double sum = 0;
   for (Term& term : terms_) sum += term.weight * term.energy->try_move(moved);

@@ -20,6 +20,7 @@ class EnergySum : public ShapeEnergy<Dim> {
   std::string name() const override;
   void reset(const fem::Geometry<Dim>& shape) override;
   double value() const override;
+  double drift() const override;
   double try_move(const fem::Geometry<Dim>& moved) override;
   void accept() override;
   void remesh(const fem::Geometry<Dim>& shape) override;

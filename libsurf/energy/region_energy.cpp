@@ -23,6 +23,7 @@ Eigen::VectorXd RegionEnergy<Dim>::integrals_over(const fem::Geometry<Dim>& shap
 template <int Dim>
 void RegionEnergy<Dim>::reset(const fem::Geometry<Dim>& shape) {
   shape_ = std::make_unique<fem::Geometry<Dim>>(shape);
+  drift_ = 0;
   if (!counts_from_start_)
     p_ = integrals_over(shape);
   else if (p_.size() == 0)
@@ -33,7 +34,7 @@ template <int Dim>
 double RegionEnergy<Dim>::try_move(const fem::Geometry<Dim>& moved) {
   tried_ = std::make_unique<fem::Geometry<Dim>>(moved);
   tried_p_ = p_ + integrals_.swept(*I_, w_, *shape_, moved);
-  return value_of(tried_p_);
+  return value_of(tried_p_) - drift_;
 }
 
 template <int Dim>
@@ -61,8 +62,19 @@ Eigen::VectorXd RegionEnergy<Dim>::change_between(const fem::Geometry<Dim>& from
 template <int Dim>
 void RegionEnergy<Dim>::remesh(const fem::Geometry<Dim>& shape) {
   const bool is_linear = second_of_integrals().size() == 0;  // G does not depend on p
-  if (!is_linear && !shape.is_part() && !shape_->is_part()) p_ += change_between(*shape_, shape);
+  if (!is_linear && !shape.is_part() && !shape_->is_part()) {
+    const double before = value_of(p_);
+    p_ += change_between(*shape_, shape);
+    drift_ += value_of(p_) - before;
+  }
   shape_ = std::make_unique<fem::Geometry<Dim>>(shape);
+}
+
+template <int Dim>
+void RegionEnergy<Dim>::rebuild(const fem::Geometry<Dim>& shape) {
+  const double before = value();
+  reset(shape);
+  drift_ = value_of(p_) - before;
 }
 
 template <int Dim>

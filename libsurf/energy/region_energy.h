@@ -30,10 +30,12 @@ template <int Dim>
 class RegionEnergy : public ShapeEnergy<Dim> {
  public:
   void reset(const fem::Geometry<Dim>& shape) override;
-  double value() const override { return value_of(p_); }
+  double value() const override { return value_of(p_) - drift_; }
+  double drift() const override { return drift_; }
   double try_move(const fem::Geometry<Dim>& moved) override;
   void accept() override;
   void remesh(const fem::Geometry<Dim>& shape) override;
+  void rebuild(const fem::Geometry<Dim>& shape) override;
   void differentiate(const fem::Curvature&, double, ShapeTerms<Dim>&) const override;
   void differentiate_twice(const fem::Curvature&, double, SecondDerivative<Dim>&) const override;
   void add_density(const Points<Dim>&, double, Eigen::VectorXd&) const override;
@@ -67,6 +69,7 @@ class RegionEnergy : public ShapeEnergy<Dim> {
   DomainIntegrals<Dim> integrals_;
   std::unique_ptr<fem::Geometry<Dim>> shape_, tried_;
   Eigen::VectorXd p_, tried_p_;
+  double drift_ = 0;
 };
 
 }  // namespace surf::energy

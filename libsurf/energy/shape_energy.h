@@ -76,8 +76,11 @@ class ShapeEnergy {
   /// Takes `shape` as current and computes every integral from scratch (domain integrals cost
   /// work in proportion to the enclosed volume).
   virtual void reset(const fem::Geometry<Dim>& shape) = 0;
-  /// J at the current shape.
+  /// J at the current shape, but for drift().
   virtual double value() const = 0;
+  /// What remesh() and rebuild() have added to J since the last reset, where value() leaves it out:
+  /// between two values lies what steps have gained, though mending should take it back.
+  virtual double drift() const { return 0; }
   /// J at `moved`, which has the topology of the current shape. Only remembered by accept.
   virtual double try_move(const fem::Geometry<Dim>& moved) = 0;
   /// Takes the shape of the last try_move as current.

@@ -7,6 +7,7 @@
 #include <limits>
 #include <memory>
 #include <optional>
+#include <vector>
 
 #include "libsurf/base/error.h"
 #include "libsurf/base/names.h"
@@ -18,6 +19,7 @@ namespace {
 
 constexpr double kAtBound = 0.9;  // of the largest displacement
 constexpr double kAtRest = 0.1;   // likewise: the fastest vertex hardly moves
+constexpr int kDriftWindows = 5;  // of the energy window: how long mending may take back all gains
 
 /// Has the run come to rest?
 class StoppingRule {
@@ -26,8 +28,10 @@ class StoppingRule {
 
   /// The sentence that says why, else empty.
   /// @param bound_mm  on the displacement of a vertex in a step
-  std::string check(const FlowSummary& summary, double bound_mm) {
+  /// @param drift     of the energy after the step
+  std::string check(const FlowSummary& summary, double bound_mm, double drift) {
     const StepRecord& last = summary.steps.back();
+    with_drift_.push_back(last.energy + drift);
     steepest_ = std::max(steepest_, std::abs(last.shape_derivative));
     const bool is_at_rest = last.max_displacement_mm <= kAtRest * bound_mm;
     // A dent of few vertices, where fronts met last, adds little to dJ.
@@ -48,6 +52,10 @@ class StoppingRule {
     if (gained <= share * options_.energy_tol * total)
       return fmt::format("the last {} steps gained {:.1e} of the whole decrease", window,
                          gained / total);
+    if (const int longer = kDriftWindows * window;
+        n > longer && drift != 0 &&
+        with_drift_[n - 1 - longer] - with_drift_[n - 1] <= options_.energy_tol * total)
+      return fmt::format("mending took back what the last {} steps gained", longer);
     double furthest = 0;
     for (int k = n - window; k < n; ++k)
       furthest = std::max(furthest, summary.steps[k].max_displacement_mm);
@@ -60,6 +68,7 @@ class StoppingRule {
  private:
   const FlowOptions& options_;
   double steepest_ = 0;
+  std::vector<double> with_drift_;  // energies, step by step
   int n_at_bound_ = 0;  // steps up to the last one whose displacement was about the largest
 };
 
@@ -178,7 +187,7 @@ class Evolution {
       if (callback && !callback(record)) return finish(Termination::kStopped, "stopped on request");
       if (std::string why = shape_.obstacle(); !why.empty())
         return finish(Termination::kObstacle, std::move(why));
-      if (std::string why = rule.check(summary_, shape_.max_displacement()); !why.empty())
+      if (std::string why = rule.check(summary_, shape_.max_displacement(), energy_.drift()); !why.empty())
         return finish(Termination::kConverged, std::move(why));
     }
     return finish(Termination::kMaxSteps,
@@ -230,7 +239,7 @@ class Evolution {
     if (is_rebuilt_ || options_.method == Method::kLbfgs) energy_.reset(shape_.geometry());
     summary_.termination = termination;
     summary_.message = std::move(message);
-    summary_.final_energy = energy_.value();
+    summary_.final_energy = energy_.value() + energy_.drift();
     return std::move(summary_);
   }
 

@@ -64,7 +64,7 @@ struct MovingShapeOptions {
   /// everywhere. Not heeded while a start is rebuilt where it crosses itself, and moved to where it
   /// has held points.
   std::shared_ptr<const Neighbourhood<Dim>> region = {};
-  /// Nothing is mended once it is requested; the shape is closed and embedded anyway.
+  /// A start is mended no further once it is requested; the shape is closed and embedded anyway.
   std::stop_token stop = {};
 
   std::string error() const;  ///< empty if valid

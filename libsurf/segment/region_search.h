@@ -66,9 +66,9 @@ struct SearchedRegions {
 template <int Dim>
 using SearchProgress = std::function<bool(int n_done, const Rung<Dim>* seen)>;
 
-/// Ladders of three families climb (ladder.h); the best ten rungs that differ settle on the edges
-/// near their boundary (settle_cut.h), are scored again (settled_score), and of those the best that
-/// differ are found.
+/// Ladders of three families climb (ladder.h); the best ten rungs that differ (with a box 16, and
+/// least cuts from its faces) settle on the edges near their boundary (settle_cut.h), are scored
+/// again (settled_score), and of those the best that differ are found.
 ///
 /// O(windows (1 + neck radii) nodes in the component's box); one thread per window or region.
 ///

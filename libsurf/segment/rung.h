@@ -57,8 +57,8 @@ double boundary_score(const Rung<Dim>& rung);
 
 /// Which settled rung is meant:
 ///
-///   boundary_score * growth_out^0.75 * exp(-growth_in / 5) * depth_share^0.6 * (1; 0.9 brighter;
-///   0.55 front)
+///   boundary_score * growth_out^0.75 * exp(-growth_in / 5) * depth_share^0.6 * (1 alike and cut;
+///   0.9 brighter; 0.55 all others)
 ///
 /// the growth being that of its ladder. Settled boundaries lie on edges, so that they tell more
 /// than those of windows do, and roundness less. See docs/method.md for how the exponents were
