@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Interactive segmentation by simulated clicks: what Dice and surface agreement are after 1, 2, 3, ... clicks.
 
-    tools/click-bench.py CASES.json [--program build/release/bin/surfseg] [--clicks 10] [--repeats 5] [--box MM] [--expect K=DICE ...]
+    tools/click-bench.py CASES.json [--program build/release/bin/surfseg] [--clicks 10] [--repeats 5] [--fixed-first] [--box MM] [--expect K=DICE ...]
                          [--json OUT.json] [-- MORE OPTIONS]
 
 CASES.json is a list of {"name": ..., "volume": ..., "reference": ..., "seed": [x, y, z]}: paths (relative to the list), a label map on the
@@ -9,11 +9,12 @@ volume's grid, and the first click in RAS mm; or the word `phantoms`, which make
 
 Protocol, that of the papers on interactive segmentation. Of the voxels that are missing and those that are too many the largest piece that is
 connected by faces is taken (of equals what is missing), and its deepest voxel (distance in mm to what is not of it, the border of the volume
-included; of equals the lowest index) is clicked, inside or outside. With --repeats above 1 the further clicks of all repeats but the first are
-drawn, by a fixed seed, from the voxels at least half as deep.
+included; of equals the lowest index) is clicked, inside or outside. With --repeats above 1 all clicks of the repeats but the first are
+drawn, by a fixed seed, from the voxels at least half as deep, the first click from those of the object; with --fixed-first it stays the case's own.
 --box gives the program the box of the reference with a margin of so many mm, as a person would draw it.
 Printed for each number of clicks: mean Dice, mean share of the surfaces that agree within 2 mm (NSD, at the voxels' faces), clicks that lost
-more than 0.005 and 0.05 of Dice, seconds per call (median, 95 %; the whole program, all clicks from the first on). With --expect a mean Dice that is lower after K clicks ends in exit code 1; modules that are missing in 3.
+more than 0.005 and 0.05 of Dice, seconds per call (median, 95 %; the whole program, all clicks from the first on); with repeats the spread of the means between them, and the
+standard deviation of Dice over the repeats of one object (median of the objects), after one click and after all. With --expect a mean Dice that is lower after K clicks ends in exit code 1; modules that are missing in 3.
 
 Needs Debian's python3-numpy, python3-scipy, python3-nibabel.
 """
@@ -80,19 +81,24 @@ def largest_piece(error):
     return int(sizes.max()), labels == int(sizes.argmax()) + 1
 
 
-def next_click(mask, reference, spacing, draw):
-    """(option, voxel), None without an error; `draw` chooses among the deep voxels, None: the deepest."""
-    missing, extra = largest_piece(reference & ~mask), largest_piece(mask & ~reference)
-    option, (size, piece) = ("--seed", missing) if missing[0] >= extra[0] else ("--outside", extra)
-    if size == 0:
-        return None
+def deep_voxel(piece, spacing, draw):
+    """`draw` chooses among those at least half as deep as the deepest; None: the deepest."""
     depth = ndimage.distance_transform_edt(np.pad(piece, 1), sampling=spacing)[1:-1, 1:-1, 1:-1]
     depth = np.rint(depth * 1e6)
     if draw is None:
         at = np.unravel_index(int(depth.argmax()), depth.shape)
     else:
         at = draw.choice(np.argwhere(depth >= 0.5 * depth.max()).tolist())
-    return option, tuple(int(x) for x in at)
+    return tuple(int(x) for x in at)
+
+
+def next_click(mask, reference, spacing, draw):
+    """(option, voxel), None without an error; see deep_voxel."""
+    missing, extra = largest_piece(reference & ~mask), largest_piece(mask & ~reference)
+    option, (size, piece) = ("--seed", missing) if missing[0] >= extra[0] else ("--outside", extra)
+    if size == 0:
+        return None
+    return option, deep_voxel(piece, spacing, draw)
 
 
 class Case:
@@ -116,7 +122,10 @@ class Case:
 def run(case, arguments, repeat):
     """Dice, NSD and seconds of each call."""
     draw = random.Random(repeat) if repeat else None
-    rows, clicks = [], [("--seed", case.seed)]
+    first = case.seed
+    if draw and not arguments.fixed_first:
+        first = list(case.point(deep_voxel(case.reference, case.spacing, draw)))
+    rows, clicks = [], [("--seed", first)]
     mask = np.zeros(case.reference.shape, bool)
     with tempfile.TemporaryDirectory() as folder:
         surface, label = os.path.join(folder, "s.stl"), os.path.join(folder, "m.nii.gz")
@@ -152,6 +161,12 @@ def report(results, n_clicks):
     if losses.size:
         print("clicks that lost more than 0.005: %.1f %%, more than 0.05: %d of %d"
               % (100 * np.mean(losses > 0.005), np.count_nonzero(losses > 0.05), losses.size))
+    n_repeats = len(results[0]["repeats"])
+    for k in sorted({1, n_clicks}) if n_repeats > 1 else []:
+        of_repeats = [np.mean([case["repeats"][n][k - 1]["dice"] for case in results]) for n in range(n_repeats)]
+        deviations = [np.std([r[k - 1]["dice"] for r in case["repeats"]], ddof=1) for case in results]
+        print("after %d: means of the repeats %.3f to %.3f, deviation in one object %.3f (median)"
+              % (k, min(of_repeats), max(of_repeats), np.median(deviations)))
     seconds = [x["seconds"] for r in rows for x in r if x["seconds"] is not None]
     print("seconds per call: median %.2f, 95 %% %.2f" % (np.median(seconds), np.percentile(seconds, 95)))
 
@@ -162,6 +177,7 @@ def main():
     parser.add_argument("--program", default="build/release/bin/surfseg")
     parser.add_argument("--clicks", type=int, default=10)
     parser.add_argument("--repeats", type=int, default=5)
+    parser.add_argument("--fixed-first", action="store_true")
     parser.add_argument("--box", type=float, metavar="MM")
     parser.add_argument("--expect", action="append", default=[], metavar="K=DICE")
     parser.add_argument("--json")

@@ -47,7 +47,8 @@ TEST_F(Batch, GivesTheBytesOfSegmentForAnyNumberOfJobs) {
   make_list();
   const Outcome one = batch();
   EXPECT_EQ(one.exit_code, 0) << one.err;
-  EXPECT_TRUE(has(one, "3 done; 0 outliers: out/group.html")) << one.err;
+  EXPECT_TRUE(has(one, "3 done; verdicts: ")) << one.err;
+  EXPECT_TRUE(has(one, "; 0 outliers: out/group.html")) << one.err;
   must({"batch", "list.tsv", "-o", "two", "--jobs", "2", "-q"});
   EXPECT_EQ(contents("out"), contents("two"));
   must({"segment", "2.nii.gz", "--seed", "0,0,0", "--outside", "9,9,9", "--edge-length", "2mm",
@@ -171,10 +172,24 @@ TEST_F(Batch, OutliersComeBeforeTheOthers) {
     list += fmt::format("{}\tball.nii.gz\t0,0,0\n", name);
   put("list.tsv", list + "odd\tbox.nii.gz\t0,0,0\n");
   const Outcome outcome = batch();
-  EXPECT_TRUE(has(outcome, "6 done; 1 outlier")) << outcome.err;
+  EXPECT_TRUE(has(outcome, "; 1 outlier: ")) << outcome.err;
   const std::string table = bytes("out/group.tsv");
   EXPECT_EQ(table.substr(table.find('\n') + 1, 4), "odd\t");
   EXPECT_NE(table.find("volume_ml,area_cm2"), std::string::npos) << table;
+}
+
+// Five noisy balls and four noisy boxes: neither are outliers of the other.
+TEST_F(Batch, OfTwoKindsNeitherAreOutliers) {
+  std::string list = "name\tscan\tclicks\n";
+  for (int n = 0; n < 9; ++n) {
+    const std::string scan = fmt::format("v{}.nii.gz", n);
+    must({"phantom", n < 5 ? "ball" : "box", "--size", "24", "--spacing", "1", "--noise", "0.05",
+          "--random-seed", std::to_string(n), "-o", scan});
+    list += fmt::format("v{}\t{}\t0,0,0\n", n, scan);
+  }
+  put("list.tsv", list);
+  const Outcome outcome = batch();
+  EXPECT_TRUE(has(outcome, "; 0 outliers: ")) << outcome.err;
 }
 
 class BatchList : public FileTest,

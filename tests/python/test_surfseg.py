@@ -267,7 +267,7 @@ sent = []
 
 def seconds_to_stop(way, moment):
     """How long a 256^3 array's segmentation goes on when it is told to stop: by a progress function
-    that returns False, or by Ctrl-C, after `moment` seconds."""
+    that returns False, or by Ctrl-C, after `moment` seconds. None where it was done before."""
     program_text = LARGE + {
         "False": f"""
 def progress(p):
@@ -287,13 +287,13 @@ def interrupt():
 threading.Timer({moment}, interrupt).start()
 try:
     dialogue.evolve()
-    sys.exit("it was done before")
+    sent.clear()
 except KeyboardInterrupt:
     pass
-"""}[way] + "print(time.monotonic() - sent[0])"
+"""}[way] + "print(time.monotonic() - sent[0] if sent else 'done before')"
     out = subprocess.run([sys.executable, "-c", program_text], check=True, capture_output=True,
-                         text=True)
-    return float(out.stdout)
+                         text=True).stdout.strip()
+    return None if out == "done before" else float(out)
 
 
 @pytest.fixture(scope="module")
@@ -305,7 +305,8 @@ print(time.monotonic() - begin)"""], check=True, capture_output=True, text=True)
     return float(out.stdout)
 
 
-# Half of what is left, as a ratio within one run: the seconds are in docs/python.md. Best of four.
+# Half of what is left, as a ratio within one run: the seconds are in docs/python.md. Best of four,
+# earlier where this machine was slower when the whole was timed.
 @pytest.mark.parametrize("way", ["False", "Ctrl-C"])
 @pytest.mark.parametrize("share", [0.05, 0.3, 0.7])
 def test_stops_before_it_is_done(way, share, seconds_of_all):
@@ -313,7 +314,11 @@ def test_stops_before_it_is_done(way, share, seconds_of_all):
     enough = (seconds_of_all - moment) / 2
     times = []
     while len(times) < 4 and min(times, default=np.inf) > enough:
-        times.append(seconds_to_stop(way, moment))
+        time = seconds_to_stop(way, moment)
+        if time is None:
+            moment *= 0.7
+        else:
+            times.append(time)
     assert min(times) <= enough, times
 
 

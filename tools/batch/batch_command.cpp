@@ -60,20 +60,28 @@ void check(const Arguments& a) {
     throw UsageError("--collect, --shard: it collects all shards; leave --shard out");
 }
 
-/// Writes the table and the page; "60 cases: 57 done, ...; DIR/group.html".
+/// Writes the table and the page; "60 objects: 3 failed, 57 done; verdicts: 30 trusted, 20 check,
+/// 7 doubtful; 2 outliers: DIR/group.html".
 std::string report(const Arguments& a, const std::vector<batch::Case>& cases) {
   const std::vector<batch::Entry> entries = batch::collect(cases, a.output);
   batch::write_group(entries, a.output);
   std::map<batch::State, int> counts;
+  std::map<std::string, int> verdicts;
   int n_outliers = 0;
   for (const batch::Entry& entry : entries) {
     ++counts[entry.state];
+    if (!entry.verdict.empty()) ++verdicts[entry.verdict];
     n_outliers += entry.state != batch::State::kFailed && !entry.outlier_in.empty();
   }
   std::string out;
   for (const auto& [state, n] : counts)
     out += fmt::format("{}{} {}", out.empty() ? "" : ", ", n, to_string(state));
   if (entries.size() != cases.size()) out = fmt::format("{} objects: {}", entries.size(), out);
+  const char* separator = "; verdicts:";
+  for (const char* verdict : {"trusted", "check", "doubtful"}) {
+    if (verdicts.count(verdict) == 0) continue;
+    out += fmt::format("{} {} {}", std::exchange(separator, ","), verdicts.at(verdict), verdict);
+  }
   return fmt::format("{}; {} outlier{}: {}", out, n_outliers, n_outliers == 1 ? "" : "s",
                      (std::filesystem::path(a.output) / "group.html").string());
 }

@@ -90,11 +90,11 @@ std::vector<Entry> entries_of(const Case& row, const std::filesystem::path& fold
   return out;
 }
 
-double median(std::vector<double> x) {
-  const auto middle = x.begin() + std::ptrdiff_t(x.size() / 2);
-  std::nth_element(x.begin(), middle, x.end());
-  if (x.size() % 2 == 1) return *middle;
-  return (*middle + *std::max_element(x.begin(), middle)) / 2;
+/// Of sorted values, between neighbours by their distance.
+double quantile(const std::vector<double>& sorted, double share) {
+  const double at = share * double(sorted.size() - 1);
+  const auto below = std::size_t(at), above = std::min(below + 1, sorted.size() - 1);
+  return sorted[below] + (at - double(below)) * (sorted[above] - sorted[below]);
 }
 
 double greatest_z(const Entry& entry) {
@@ -146,20 +146,24 @@ std::string to_string(State state) {
 
 std::vector<std::optional<double>> robust_z(const std::vector<std::optional<double>>& x) {
   constexpr std::size_t kFewest = 5;
-  constexpr double kRounding = 1e-9;  // of the median: what differs by less is the same
+  constexpr double kRounding = 1e-9;    // of the median: what differs by less is the same
+  constexpr double kQuartiles = 1.349;  // deviations between those of a normal distribution
   std::vector<double> known, away;
   for (const auto& value : x)
     if (value && std::isfinite(*value)) known.push_back(*value);
   Values out(x.size());
   if (known.size() < kFewest) return out;
-  const double middle = median(known);
+  std::sort(known.begin(), known.end());
+  const double middle = quantile(known, 0.5);
   double mean = 0;
   for (const double value : known) {
     const double distance = std::abs(value - middle);
     away.push_back(distance > kRounding * std::abs(middle) ? distance : 0);
     mean += away.back() / double(known.size());
   }
-  const double mad = median(away), scale = mad > 0 ? mad / 0.6745 : 1.2533 * mean;
+  std::sort(away.begin(), away.end());
+  const double mad = quantile(away, 0.5), quartiles = quantile(known, 0.75) - quantile(known, 0.25),
+               scale = mad > 0 ? std::max(mad / 0.6745, quartiles / kQuartiles) : 1.2533 * mean;
   for (std::size_t n = 0; n < x.size(); ++n)
     if (x[n] && std::isfinite(*x[n])) out[n] = scale > 0 ? (*x[n] - middle) / scale : 0;
   return out;
