@@ -187,7 +187,8 @@ class Evolution {
       if (callback && !callback(record)) return finish(Termination::kStopped, "stopped on request");
       if (std::string why = shape_.obstacle(); !why.empty())
         return finish(Termination::kObstacle, std::move(why));
-      if (std::string why = rule.check(summary_, shape_.max_displacement(), energy_.drift()); !why.empty())
+      if (std::string why = rule.check(summary_, shape_.max_displacement(), energy_.drift());
+          !why.empty())
         return finish(Termination::kConverged, std::move(why));
     }
     return finish(Termination::kMaxSteps,

@@ -54,8 +54,8 @@ struct Entry {
 
 /// Robust z = (x - median) / max(MAD / 0.6745, distance of the quartiles / 1.349): the second where
 /// the values are of two kinds, of which neither is an outlier. Where more than half of the values
-/// are the same, (x - median) / (1.2533 mean |x - median|). Nothing where x is missing, or for fewer
-/// than five values.
+/// are the same, (x - median) / (1.2533 mean |x - median|). Nothing where x is missing, or for
+/// fewer than five values.
 std::vector<std::optional<double>> robust_z(const std::vector<std::optional<double>>& x);
 
 /// What the summaries of these cases say: failures first, then outliers, farthest first, then what
