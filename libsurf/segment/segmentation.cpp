@@ -72,6 +72,20 @@ void Segmentation<Dim>::remove_object(Id id) {
 }
 
 template <int Dim>
+void Segmentation<Dim>::set_aside(Id id) {
+  find(id);
+  aside_.insert(objects_.extract(id));
+}
+
+template <int Dim>
+void Segmentation<Dim>::bring_back(Id id) {
+  const auto found = aside_.find(id);
+  if (found == aside_.end()) throw UsageError(fmt::format("object {} has not been set aside", id));
+  check_name(found->second.now().name, id);
+  objects_.insert(aside_.extract(found));
+}
+
+template <int Dim>
 std::vector<typename Segmentation<Dim>::Id> Segmentation<Dim>::objects() const {
   std::vector<Id> out;
   for (const auto& [id, history] : objects_) out.push_back(id);

@@ -56,6 +56,11 @@ class Segmentation {
   /// @throws UsageError  another object has the name
   Id add_object(const std::string& name = {}, const std::optional<Colour>& colour = {});
   void remove_object(Id id);
+  /// It is none of the objects until bring_back(), which makes it one again as it was, with its
+  /// history. Meanwhile its results are those furthest from the present.
+  void set_aside(Id id);
+  /// @throws UsageError  it has not been set aside; another object has its name by now
+  void bring_back(Id id);
   /// The object as it was added.
   const Object<Dim>& first(Id id) const { return find(id).first; }
   std::vector<Id> objects() const;  ///< in the order in which they were made
@@ -163,7 +168,7 @@ class Segmentation {
 
   Fields<Dim> fields_;
   std::size_t max_past_bytes_;
-  std::map<Id, History<Dim>> objects_;
+  std::map<Id, History<Dim>> objects_, aside_;
   Id next_ = 1;
   Checkpointing checkpointing_;
 };

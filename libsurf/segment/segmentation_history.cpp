@@ -1,5 +1,6 @@
 // The past of a segmentation: what is undone, repeated, dropped and made again.
 #include <algorithm>
+#include <limits>
 #include <set>
 
 #include "libsurf/segment/segmentation.h"
@@ -105,11 +106,15 @@ void Segmentation<Dim>::drop_past() {
       const auto known = n_away_of.try_emplace(history.moments[n].after.result.get(), n_away).first;
       known->second = std::min(known->second, n_away);
     }
+  for (const auto& [id, history] : aside_)
+    for (const auto& moment : history.moments)
+      n_away_of.try_emplace(moment.after.result.get(), std::numeric_limits<std::size_t>::max());
   for (const auto& [id, history] : objects_)  // of the present, too
     if (const auto* moment = history.last_evolution(history.n_done))
       n_away_of[moment->after.result.get()] = 0;
   n_away_of.erase(result_to_be_made<Dim>().get());
-  for (const auto& [id, history] : objects_) n_away_of.erase(history.first.result.get());
+  for (const auto* objects : {&objects_, &aside_})
+    for (const auto& [id, history] : *objects) n_away_of.erase(history.first.result.get());
   std::vector<std::pair<std::size_t, const Result<Dim>*>> nearest_first;
   for (const auto& [result, n_away] : n_away_of) nearest_first.push_back({n_away, result});
   std::sort(nearest_first.begin(), nearest_first.end());
@@ -119,10 +124,11 @@ void Segmentation<Dim>::drop_past() {
     bytes += segment::memory_bytes<Dim>(*result);
     if (bytes > max_past_bytes_ && n_away > 0) dropped.insert(result);
   }
-  for (auto& [id, history] : objects_)
-    for (auto& moment : history.moments)
-      if (dropped.contains(moment.after.result.get()))
-        moment.after.result = result_to_be_made<Dim>();
+  for (auto* objects : {&objects_, &aside_})
+    for (auto& [id, history] : *objects)
+      for (auto& moment : history.moments)
+        if (dropped.contains(moment.after.result.get()))
+          moment.after.result = result_to_be_made<Dim>();
 }
 
 template <int Dim>

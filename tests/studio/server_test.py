@@ -158,6 +158,66 @@ class Dialogue(WithStudio):
         empty = self.studio.state()["objects"][0]
         self.assertEqual((empty["clicks"], empty["can_undo"], empty["has_surface"]), ([], False, False))
 
+    def test_undo_brings_back_what_was_removed(self):
+        self.studio.do("rename", object=1, name="left")
+        self.studio.do("recolour", object=1, colour="#00ff80")
+        self.studio.click(LEFT)
+        self.studio.do("set_options", object=1, options={"fill_cavities": True})
+        left = self.studio.idle()["objects"][0]
+        surface = self.studio.get("/api/surface?object=1")
+        kept = content(self.folder, "balls.nii.gz.surfseg.json")
+        self.studio.do("remove_object", object=1)
+        state = self.studio.idle()
+        self.assertEqual((state["objects"], state["removed"]), ([], "left"))
+        self.studio.do("undo")  # without an object: none is left
+        state = self.studio.idle()
+        again = state["objects"][0]
+        self.assertIsNone(state["removed"])
+        for what in ("id", "name", "colour", "clicks", "options", "measures", "outcome", "verdict", "undo_words"):
+            self.assertEqual(again[what], left[what], what)
+        self.assertEqual(self.studio.get("/api/surface?object=1"), surface)
+        self.assertEqual(content(self.folder, "balls.nii.gz.surfseg.json"), kept)
+        self.studio.do("undo", object=1)
+        self.assertEqual(self.studio.idle()["objects"][0]["options"], {}, "its own past is there, too")
+        for _ in range(9):
+            self.studio.do("undo", object=1)
+        self.studio.do("undo", 400)
+
+    def test_undo_takes_back_acts_and_removals_in_their_order(self):
+        self.studio.click(LEFT)
+        self.studio.idle()
+        self.studio.do("add_object", name="right")
+        self.studio.do("add_object", name="third")
+        self.studio.do("remove_object", object=1)
+        self.studio.click(RIGHT, object=2)
+        self.studio.do("remove_object", object=3)
+        right = self.studio.idle()["objects"][0]
+        self.assertEqual((right["can_undo"], right["undo_words"]), (True, "removal of third"))
+        names = []
+        for _ in range(3):
+            self.studio.do("undo", object=2)
+            state = self.studio.idle()
+            names.append([o["name"] for o in state["objects"]])
+            right = next(o for o in state["objects"] if o["id"] == 2)
+            names[-1].append(len(right["clicks"]))
+        self.assertEqual(names, [["right", "third", 1], ["right", "third", 0], ["object 1", "right", "third", 0]])
+        self.assertFalse(right["can_undo"])
+        self.studio.do("remove_object", object=3)
+        self.studio.do("rename", object=2, name="third")
+        self.assertIn("there is an object 'third' already", self.studio.do("undo", 400)["error"])
+        self.studio.do("undo", object=2)  # the name
+        self.studio.do("undo", object=2)
+        self.assertEqual([o["name"] for o in self.studio.state()["objects"]], ["object 1", "right", "third"])
+
+    def test_a_removal_while_it_evolves_is_undone(self):
+        self.studio.click(LEFT)
+        self.studio.until(lambda s: s["job"] is not None)
+        self.studio.do("remove_object", object=1)
+        self.assertEqual(self.studio.until(lambda s: s["job"] is None)["objects"], [])
+        self.studio.do("undo")
+        again = self.studio.idle()["objects"][0]
+        self.assertEqual((len(again["clicks"]), again["outcome"]), (1, "converged"))
+
     def test_a_newer_click_supersedes_what_is_computed(self):
         self.studio.click(LEFT)
         self.studio.until(lambda s: s["job"] is not None)

@@ -303,6 +303,14 @@ std::optional<Job> Dialogue::present_job() const {
   return job;
 }
 
+/// What undo would take back; "" if there is nothing.
+std::string Dialogue::undo_words(int id) const {
+  if (undo_brings_back(id)) return "removal of " + removed_.back().name;
+  const auto history = segmentation_->history(id);
+  const auto act = std::find_if_not(history.rbegin(), history.rend(), is_consequence);
+  return act == history.rend() ? "" : words_of(*act);
+}
+
 void Dialogue::publish() {
   auto next = std::make_shared<State>();
   next->volume = volume_;
@@ -323,13 +331,8 @@ void Dialogue::publish() {
         object.measures = known.measures;
         object.surface = known.surface;
       }
-      const auto history = segmentation_->history(id);
-      for (auto action = history.rbegin(); action != history.rend(); ++action)
-        if (!is_consequence(*action)) {
-          object.can_undo = true;
-          object.undo_words = words_of(*action);
-          break;
-        }
+      object.undo_words = undo_words(id);
+      object.can_undo = !object.undo_words.empty();
       if (segmentation_->redo(id)) {
         object.can_redo = true;
         segmentation_->undo(id);
@@ -337,6 +340,7 @@ void Dialogue::publish() {
       next->objects.push_back(std::move(object));
     }
     checked_ = std::move(checked);
+    if (!removed_.empty()) next->removed = removed_.back().name;
   }
   {
     std::lock_guard lock(mutex_);

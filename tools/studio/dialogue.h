@@ -68,6 +68,7 @@ struct State {
   /// Of each folder that was to be opened and holds several, by its name.
   std::map<std::string, std::vector<surf::volume::DicomSeries>> series_of;
   std::vector<ObjectState> objects;
+  std::string removed;  ///< the name of what was removed last and undo can bring back; else ""
   std::optional<Job> job;
   int error_number = 0;  ///< grows with every error
   std::string error;     ///< the last one: one line
@@ -100,6 +101,7 @@ class Dialogue {
 
   // @throws surf::UsageError  there is no volume or no such object, or what Segmentation says
   int add_object(const std::string& name);
+  /// undo() brings it back, as long as the volume is open.
   void remove_object(int id);
   /// Both end nothing: while something is computed they are shown at once, and done after it.
   void rename(int id, const std::string& name);
@@ -113,8 +115,10 @@ class Dialogue {
   void evolve(int id);
   /// Ends what is being computed; the surface so far stays.
   void stop();
-  /// One act of a person: a click, a change of options, a choice, with what it set off. Nothing if
-  /// there is none.
+  /// One act of a person: a click, a change of options, a choice, with what it set off; or the
+  /// removal of another object, if nothing has been done to this one since. Nothing if there is
+  /// none.
+  /// @param id  0 = no object: the last removal
   void undo(int id);
   void redo(int id);
 
@@ -164,6 +168,10 @@ class Dialogue {
   void want(int id);
   void want_made(int id);
   void unwant(int id);
+  std::size_t n_acts(int id) const;
+  bool undo_brings_back(int id) const;
+  void bring_back();
+  std::string undo_words(int id) const;
 
   const std::filesystem::path folder_;
 
@@ -177,6 +185,12 @@ class Dialogue {
   /// Of the objects' present results.
   std::map<std::shared_ptr<const surf::segment::Result<3>>, Checked> checked_;
   int n_surfaces_ = 0;
+  struct Removed {
+    int id;
+    std::string name;
+    std::map<int, std::size_t> n_acts_of;  ///< of the other objects, when it was removed
+  };
+  std::vector<Removed> removed_;
   std::map<std::string, std::vector<surf::volume::DicomSeries>> series_of_;
   int n_opened_ = 0;
 

@@ -65,6 +65,7 @@ void Dialogue::close() {
         segmentation_.reset();
         volume_.reset();
         checked_.clear();
+        removed_.clear();
         {
           std::lock_guard lock(mutex_);
           wanted_.clear();

@@ -34,7 +34,10 @@ int Dialogue::add_object(const std::string& name) {
 
 void Dialogue::remove_object(int id) {
   do_now([&] {
-    segmentation().remove_object(id);
+    Removed removed{id, segmentation().object(id).name, {}};
+    segmentation().set_aside(id);
+    for (const int other : segmentation().objects()) removed.n_acts_of[other] = n_acts(other);
+    removed_.push_back(std::move(removed));
     unwant(id);
     save();
     publish();
@@ -140,9 +143,37 @@ void Dialogue::stop() {
   wake_.notify_all();
 }
 
+/// What a person has done to the object and not undone.
+std::size_t Dialogue::n_acts(int id) const {
+  const auto history = segmentation_->history(id);
+  return history.size() -
+         std::size_t(std::count_if(history.begin(), history.end(), is_consequence));
+}
+
+/// Rather than take back the last act on this object.
+bool Dialogue::undo_brings_back(int id) const {
+  if (id == 0 || removed_.empty()) return !removed_.empty();
+  const auto& then = removed_.back().n_acts_of;
+  const auto known = then.find(id);
+  return n_acts(id) <= (known == then.end() ? 0 : known->second);
+}
+
+void Dialogue::bring_back() {
+  const int id = removed_.back().id;
+  segmentation_->bring_back(id);
+  removed_.pop_back();
+  if (awaits_evolution(id))
+    want(id);
+  else
+    want_made(id);
+  save();
+  publish();
+}
+
 void Dialogue::undo(int id) {
   do_now([&] {
     auto& s = segmentation();
+    if (undo_brings_back(id)) return bring_back();
     while (!s.history(id).empty() && is_consequence(s.history(id).back())) s.undo(id);
     const auto history = s.history(id);
     if (history.empty()) return;

@@ -150,6 +150,7 @@ ordered_json to_json(const State& state, const std::filesystem::path& folder,
           {"volume", state.volume ? to_json(*state.volume) : ordered_json()},
           {"job", state.job ? to_json(*state.job) : ordered_json()},
           {"objects", objects},
+          {"removed", state.removed.empty() ? ordered_json() : ordered_json(state.removed)},
           {"error", state.error.empty()
                         ? ordered_json()
                         : ordered_json{{"id", state.error_number}, {"text", state.error}}}};

@@ -264,6 +264,46 @@ TEST(Segmentation, UndoesAndRedoesWithoutComputing) {
   EXPECT_FALSE(s.redo(object));
 }
 
+TEST(Segmentation, BringsBackWhatWasSetAside) {
+  Segmentation<3> s = ball();
+  const int object = s.add_object("a"), other = s.add_object("b");
+  s.add_click(object, inside(0));
+  s.evolve(object);
+  s.add_click(object, outside(0.9));
+  s.undo(object);
+  const auto result = s.object(object).result;
+  const std::string recipe = to_recipe<3>(s);
+  s.set_aside(object);
+  EXPECT_EQ(s.objects(), std::vector{other});
+  EXPECT_THROW(s.object(object), UsageError);
+  EXPECT_THROW(s.set_aside(object), UsageError);
+  s.rename(other, "a");
+  EXPECT_THROW(s.bring_back(object), UsageError);  // its name is taken
+  s.undo(other);
+  s.bring_back(object);
+  EXPECT_THROW(s.bring_back(object), UsageError);
+  EXPECT_EQ(s.objects(), (std::vector{object, other}));
+  EXPECT_EQ(s.object(object).result, result);
+  EXPECT_EQ(to_recipe<3>(s), recipe);
+  EXPECT_TRUE(s.redo(object));
+  EXPECT_EQ(s.object(object).clicks.size(), 2u);
+}
+
+// Where no memory is left for the past, what was set aside is dropped and made again.
+TEST(Segmentation, MakesAgainWhatWasSetAside) {
+  Segmentation<3> s(make_setting(phantom()), std::size_t(1) << 30, 0);
+  const int object = s.add_object(), other = s.add_object();
+  s.add_click(object, inside(0));
+  const Points<3> points = s.evolve(object).shape.points;
+  s.set_aside(object);
+  s.add_click(other, inside(0.1));
+  s.evolve(other);
+  s.remove_object(other);
+  s.bring_back(object);
+  EXPECT_FALSE(s.is_made(object));
+  EXPECT_EQ(s.make(object).shape.points, points);
+}
+
 TEST(Segmentation, RefusesWhatCannotBe) {
   Segmentation<3> s = ball();
   EXPECT_THROW(s.object(7), UsageError);

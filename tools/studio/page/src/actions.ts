@@ -1,5 +1,5 @@
 // What buttons, keys and the mouse ask the program for.
-import type { Point, Side } from './protocol';
+import type { Point, Side, StudioObject } from './protocol';
 import { showNotice } from './messages';
 import { act, getCommand, until } from './server';
 import { activeObject, page, setView, volume } from './state';
@@ -40,10 +40,21 @@ export async function deleteClick(object: number, index: number): Promise<void> 
   await act({ action: 'delete_click', object, index });
 }
 
-export async function undo(): Promise<void> {
+export async function removeObject(o: StudioObject): Promise<void> {
+  if (await act({ action: 'remove_object', object: o.id })) showNotice(`${o.name} was removed; undo brings it back`);
+}
+
+/** What undo would take back of the active object, or where there is none the last removal; null if there is nothing. */
+export function undoWords(): string | null {
   const o = activeObject();
-  if (!o?.can_undo) return;
-  if (await act({ action: 'undo', object: o.id })) showNotice(`Undone${o.undo_words ? `: ${o.undo_words}` : ''}`);
+  if (o) return o.can_undo ? o.undo_words ?? '' : null;
+  return page.state?.removed ? `removal of ${page.state.removed}` : null;
+}
+
+export async function undo(): Promise<void> {
+  const words = undoWords();
+  if (words === null) return;
+  if (await act({ action: 'undo', object: activeObject()?.id ?? 0 })) showNotice(`Undone${words && `: ${words}`}`);
 }
 export async function redo(): Promise<void> {
   const o = activeObject();

@@ -1,6 +1,6 @@
 // The panel of objects: the list, and of the active one its measures, verdict, clicks and notes.
 import type { Click, Point, StudioObject } from './protocol';
-import { addObject, copyCommand, deleteClick, evolve, toggleHidden } from './actions';
+import { addObject, copyCommand, deleteClick, evolve, removeObject, toggleHidden } from './actions';
 import { byId, h, icon, iconButton, millilitres, number, refill } from './dom';
 import { cssGradient, rangeOf } from './colours';
 import { act } from './server';
@@ -47,7 +47,7 @@ function drawList(objects: StudioObject[]): void {
         : h('span', { class: 'ml' }, o.measures?.volume_ml !== undefined ? millilitres(o.measures.volume_ml) : ''),
       iconButton('cross', `Remove ${o.name}`, (e) => {
         e.stopPropagation();
-        void act({ action: 'remove_object', object: o.id });
+        void removeObject(o);
       }, { 'data-key': `remove${o.id}` }));
   });
   refill(byId('object-list'), ...rows);

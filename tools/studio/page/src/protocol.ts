@@ -45,7 +45,7 @@ export interface ProgramError { id: number; text: string }
 
 export interface State {
   revision: number; program: { name: string; version: string }; folder: string;
-  files: ListedFile[]; volume: Volume | null; job: Job | null; objects: StudioObject[]; error: ProgramError | null;
+  files: ListedFile[]; volume: Volume | null; job: Job | null; objects: StudioObject[]; removed?: string | null; error: ProgramError | null;
 }
 
 export interface Option {

@@ -1,5 +1,5 @@
 // The bar at the top: tools, undo and redo, stop, sides, export.
-import { redo, stop, undo } from './actions';
+import { redo, stop, undo, undoWords } from './actions';
 import { byId } from './dom';
 import { openExport } from './export';
 import { activeObject, page, remember, setView, type Tool, volume } from './state';
@@ -36,11 +36,12 @@ export function drawTools(): void {
   const o = activeObject(), open = !!volume();
   for (const tool of TOOLS) byId(`tool-${tool}`).setAttribute('aria-pressed', String(tool === page.view.tool));
   const undoButton = byId<HTMLButtonElement>('undo'), redoButton = byId<HTMLButtonElement>('redo');
-  undoButton.disabled = !o?.can_undo;
+  const undone = undoWords();
+  undoButton.disabled = undone === null;
   redoButton.disabled = !o?.can_redo;
-  const undoWords = `Undo${o?.can_undo && o.undo_words ? ` ${o.undo_words}` : ''} (Ctrl+Z)`;
-  const redoWords = `Redo${o?.can_redo && o.redo_words ? ` ${o.redo_words}` : ''} (Ctrl+Shift+Z)`;
-  for (const [button, words] of [[undoButton, undoWords], [redoButton, redoWords]] as const) {
+  const undoTitle = `Undo${undone ? ` ${undone}` : ''} (Ctrl+Z)`;
+  const redoTitle = `Redo${o?.can_redo && o.redo_words ? ` ${o.redo_words}` : ''} (Ctrl+Shift+Z)`;
+  for (const [button, words] of [[undoButton, undoTitle], [redoButton, redoTitle]] as const) {
     button.title = words;
     button.setAttribute('aria-label', words);
   }

@@ -119,13 +119,14 @@ const state = {
     { path: 'dicom/patient-07', kind: 'DICOM folder', words: '2 series', series: [{ id: '3', words: 'T1 axial, 180 slices' }, { id: '5', words: 'T2 coronal, 60 slices' }] },
     { path: 'phantom.surfseg.json', kind: 'recipe', words: '1 object, 3 clicks, of phantom.nii.gz' },
   ],
-  volume: has('closed') ? null : volumeState(), job: null, objects: [], error: null,
+  volume: has('closed') ? null : volumeState(), job: null, objects: [], removed: null, error: null,
 };
 const COLOURS = ['#ffd400', '#3ec1f3', '#ff6fae', '#7ee081', '#ff9d4d'];
 const history = new Map();  // object -> {past, future}
 const shapes = new Map();
 let nextObject = 1, jobs = 0, surfaces = 0, timer = null, errors = 0;
 const received = [];  // for the tests
+const removed = [];  // objects, the last one last
 
 function tell() { state.revision++; send('state', state); }
 function fail(text) { state.error = { id: ++errors, text }; tell(); }
@@ -140,7 +141,8 @@ function remember(o, words) {
 }
 function historyWords(o) {
   const h = history.get(o.id);
-  Object.assign(o, { can_undo: h.past.length > 0, can_redo: h.future.length > 0, undo_words: h.past.at(-1)?.words ?? '', redo_words: h.future.at(-1)?.words ?? '' });
+  const undone = removed.length ? `removal of ${removed.at(-1).name}` : h.past.at(-1)?.words;
+  Object.assign(o, { can_undo: undone !== undefined, can_redo: h.future.length > 0, undo_words: undone ?? '', redo_words: h.future.at(-1)?.words ?? '' });
 }
 
 function radiusOf(o) {
@@ -244,7 +246,12 @@ const ACTIONS = {
     state.objects.push(o);
     return { object: o.id };
   },
-  remove_object({ object }) { const o = find(object); if (state.job?.object === o.id) halt(''); state.objects = state.objects.filter((x) => x !== o); },
+  remove_object({ object }) {
+    const o = find(object);
+    if (state.job?.object === o.id) halt('');
+    state.objects = state.objects.filter((x) => x !== o);
+    removed.push(o);
+  },
   rename({ object, name }) { if (state.objects.some((x) => x.name === name && x.id !== object)) throw new Refused(400, `there is another object named ${name}`); find(object).name = name; },
   recolour({ object, colour }) { find(object).colour = colour; },
   click({ object, point, side }) {
@@ -264,7 +271,10 @@ const ACTIONS = {
   preset({ object, name }) { const o = find(object); remember(o, `preset ${name}`); o.options = { smoothing: 2, energies: ['area:weight=2'] }; evolve(o); },
   evolve({ object }) { evolve(find(object)); },
   stop() { halt('stopped by the user'); },
-  undo({ object }) { step(find(object), 'past', 'future'); },
+  undo({ object }) {
+    if (!removed.length) { step(find(object), 'past', 'future'); return; }
+    state.objects = [...state.objects, removed.pop()].sort((a, b) => a.id - b.id);
+  },
   redo({ object }) { step(find(object), 'future', 'past'); },
   quit() { setTimeout(() => process.exit(0), 50); },
 };
@@ -307,6 +317,7 @@ const server = createServer(async (request, response) => {
       if (!state.volume && !['open', 'quit'].includes(body.action)) throw new Refused(409, 'no volume is open');
       const more = ACTIONS[body.action](body) ?? {};
       for (const o of state.objects) historyWords(o);
+      state.removed = removed.at(-1)?.name ?? null;
       tell();
       json({ revision: state.revision, ...more });
       return;

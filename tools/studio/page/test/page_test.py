@@ -347,6 +347,18 @@ def objects_and_proposals(browser):
         browser.until("document.getElementById('notice').textContent.startsWith('Copied: surfseg replay')")
         browser.press(".object:nth-child(2) .icon-button:last-child")
         browser.until("studio.state.objects.length === 1")
+        browser.until("document.getElementById('notice').textContent === 'left kidney was removed; undo brings it back'")
+        check(browser.js("document.getElementById('undo').title") == "Undo removal of left kidney (Ctrl+Z)", "what undo does")
+        browser.press("#undo")
+        browser.until("studio.state.objects.length === 2")
+        check(browser.js("studio.view.active") == 2, "what came back is the active one")
+        check(browser.js("studio.state.objects[1].clicks.length === 1 && studio.state.objects[1].has_surface"), "as it was")
+        for left in (1, 0):
+            browser.press(".object:nth-child(1) .icon-button:last-child")
+            browser.until(f"studio.state.objects.length === {left}")
+        browser.key("z", CTRL)
+        browser.until("studio.state.objects[0]?.name === 'left kidney'")
+        check(server.received("undo")[-1]["object"] == 0, "where no object is left, the last removal is undone")
         browser.js("(() => { const s = document.querySelector('.mesh-colour select'); s.value = 'object'; s.dispatchEvent(new Event('change')); })()")
 
 
