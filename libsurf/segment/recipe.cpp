@@ -20,34 +20,43 @@ void check_image(const RecipeContent<Dim>& recipe, const Setting<Dim>& setting) 
                     recipe.image_path, recipe.image_content.substr(0, 12), hash.substr(0, 12)));
 }
 
+/// What it says of the image; "" if that is missing.
+std::string word_of_image(const std::string& recipe, const char* key) {
+  const Json json = parse_recipe(recipe);
+  try {
+    return json.contains("image") ? json["image"].value(key, "") : "";
+  } catch (const Json::exception& error) {
+    throw InputError(fmt::format("recipe: {}", error.what()));
+  }
+}
+
 }  // namespace
 
 template <int Dim>
-std::string to_recipe(const Segmentation<Dim>& segmentation, const std::string& image_path) {
+std::string to_recipe(const Segmentation<Dim>& segmentation, const std::string& image_path,
+                      const std::string& series_uid) {
   const Setting<Dim>& setting = segmentation.setting();
   std::vector<RecipeObject<Dim>> objects;
   for (const int id : segmentation.objects()) {
     const Object<Dim>& first = segmentation.first(id);
     objects.push_back({first.name, first.colour, segmentation.history(id)});
   }
-  return recipe_text<Dim>(
-      {{"path", image_path}, {"size", setting.extent().size}, {"content", setting.content_hash()}},
-      objects);
+  Json image = {
+      {"path", image_path}, {"size", setting.extent().size}, {"content", setting.content_hash()}};
+  if (!series_uid.empty()) image["series_uid"] = series_uid;
+  return recipe_text<Dim>(image, objects);
 }
 
 template <int Dim>
 void write_recipe(const std::string& path, const Segmentation<Dim>& segmentation,
-                  const std::string& image_path) {
-  write_bytes(path, to_recipe<Dim>(segmentation, image_path));
+                  const std::string& image_path, const std::string& series_uid) {
+  write_bytes(path, to_recipe<Dim>(segmentation, image_path, series_uid));
 }
 
-std::string image_of_recipe(const std::string& recipe) {
-  const Json json = parse_recipe(recipe);
-  try {
-    return json.contains("image") ? json["image"].value("path", "") : "";
-  } catch (const Json::exception& error) {
-    throw InputError(fmt::format("recipe: {}", error.what()));
-  }
+std::string image_of_recipe(const std::string& recipe) { return word_of_image(recipe, "path"); }
+
+std::string series_of_recipe(const std::string& recipe) {
+  return word_of_image(recipe, "series_uid");
 }
 
 namespace {
@@ -96,10 +105,12 @@ void load(const std::string& recipe, Segmentation<Dim>& segmentation) {
   });
 }
 
-template std::string to_recipe<2>(const Segmentation<2>&, const std::string&);
-template std::string to_recipe<3>(const Segmentation<3>&, const std::string&);
-template void write_recipe<2>(const std::string&, const Segmentation<2>&, const std::string&);
-template void write_recipe<3>(const std::string&, const Segmentation<3>&, const std::string&);
+template std::string to_recipe<2>(const Segmentation<2>&, const std::string&, const std::string&);
+template std::string to_recipe<3>(const Segmentation<3>&, const std::string&, const std::string&);
+template void write_recipe<2>(const std::string&, const Segmentation<2>&, const std::string&,
+                              const std::string&);
+template void write_recipe<3>(const std::string&, const Segmentation<3>&, const std::string&,
+                              const std::string&);
 template void load<2>(const std::string&, Segmentation<2>&);
 template void load<3>(const std::string&, Segmentation<3>&);
 template void replay<2>(const std::string&, Segmentation<2>&, const ProgressOf<2>&,

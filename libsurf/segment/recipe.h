@@ -10,18 +10,23 @@ namespace surf::segment {
 /// What has been done to all objects, as JSON text: image (path, size, hash of its content),
 /// version, and for each object its name, colour and history (docs/file-formats.md).
 /// @param image_path  for people and front ends; nothing computes with it
+/// @param series_uid  which series of a DICOM folder, where it was chosen; likewise
 template <int Dim>
-std::string to_recipe(const Segmentation<Dim>& segmentation, const std::string& image_path = {});
+std::string to_recipe(const Segmentation<Dim>& segmentation, const std::string& image_path = {},
+                      const std::string& series_uid = {});
 
 /// Written whole or not at all.
 /// @throws OutputError
 template <int Dim>
 void write_recipe(const std::string& path, const Segmentation<Dim>& segmentation,
-                  const std::string& image_path = {});
+                  const std::string& image_path = {}, const std::string& series_uid = {});
 
 /// The image that a recipe's text names, as it was given to to_recipe().
 /// @throws InputError  not a recipe
 std::string image_of_recipe(const std::string& recipe);
+/// Likewise the series; "" if none was given.
+/// @throws InputError  not a recipe
+std::string series_of_recipe(const std::string& recipe);
 
 /// Does all that the recipe says; objects that are there already stay.
 /// @throws InputError  not a recipe, of a newer version, of another image or dimension, or an entry

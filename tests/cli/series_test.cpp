@@ -6,14 +6,18 @@
 namespace surfseg::test {
 namespace {
 
+void write_both(const std::string& folder) {
+  surf::volume::Grid grid;
+  grid.size = {8, 8, 8};
+  grid.index_to_world = surf::volume::affine(Eigen::Matrix3d::Identity(), {-4, -4, -4});
+  surf::volume::write_series(folder, grid, "1.2.3.4");
+  surf::volume::write_series(folder, grid, "1.2.3.5");
+}
+
 class Series : public RowTest {
  protected:
   Series() {
-    surf::volume::Grid grid;
-    grid.size = {8, 8, 8};
-    grid.index_to_world = surf::volume::affine(Eigen::Matrix3d::Identity(), {-4, -4, -4});
-    surf::volume::write_series(file("both"), grid, "1.2.3.4");
-    surf::volume::write_series(file("both"), grid, "1.2.3.5");
+    write_both(file("both"));
     must({"phantom", "ball", "--size", "8", "--spacing", "1", "-o", "ball.nii"});
   }
 };
@@ -40,6 +44,19 @@ TEST_P(Series, AreListedAndOneIsChosen) {
   must(joined(GetParam().arguments, {"--series-uid", "1.2.3.5"}));
 }
 INSTANTIATE_TEST_SUITE_P(All, Series, ::testing::ValuesIn(kRows), name_of);
+
+using SeriesRecipe = FileTest;
+
+// The recipe knows which one it was; --volume names another image, which has its own.
+TEST_F(SeriesRecipe, SaysWhichSeriesItWas) {
+  write_both(file("both"));
+  must({"segment", "both", "--series-uid", "1.2.3.5", "--initial-ball", "0,0,0,2mm", "--energy",
+        "area", "--volume", "keep", "-q", "-o", "a.ply", "--recipe", "a.json"});
+  must({"replay", "a.json", "-q", "-o", "again.ply"});
+  EXPECT_EQ(bytes("again.ply"), bytes("a.ply"));
+  must({"replay", "a.json", "--series-uid", "1.2.3.5", "-q", "-o", "again.ply"});
+  EXPECT_EQ(run({"replay", "a.json", "--volume", "both", "-q", "-o", "again.ply"}).exit_code, 3);
+}
 
 }  // namespace
 }  // namespace surfseg::test

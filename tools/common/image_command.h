@@ -10,13 +10,14 @@
 
 namespace surfseg {
 
-/// @tparam TheFiles  what was typed: `output`, a pattern, and `mask`; read(path) gives the image,
-///                   and setting(image) what is segmented
+/// @tparam TheFiles  what was typed: `output`, a pattern, and `mask`; read(path, series_uid) gives
+///                   the image, series_uid() that which was typed, and setting(image) what is
+///                   segmented
 template <int Dim, class TheFiles>
 class ImageCommand : public SegmentCommand<Dim> {
  public:
   using Files = TheFiles;
-  using Image = decltype(std::declval<Files>().read({}));
+  using Image = decltype(std::declval<Files>().read({}, {}));
 
   /// @param files  are kept, as the others are
   ImageCommand(const CLI::App& command, const RunArguments& arguments, const Files& files)
@@ -24,9 +25,11 @@ class ImageCommand : public SegmentCommand<Dim> {
 
  protected:
   /// Reads the image in this file, with notes to progress().
-  std::shared_ptr<const surf::segment::Setting<Dim>> open(const std::string& path) {
+  /// @param series_uid  where none was typed
+  std::shared_ptr<const surf::segment::Setting<Dim>> open(const std::string& path,
+                                                          const std::string& series_uid = {}) {
     path_ = path;
-    image_ = files_.read(path);
+    image_ = files_.read(path, series_uid);
     for (const std::string& note : image_->source().notes) this->progress().note("note: " + note);
     return Files::setting(*image_);
   }
@@ -36,6 +39,7 @@ class ImageCommand : public SegmentCommand<Dim> {
 
   std::string output() const override { return files_.output; }
   std::string image_path() const override { return path_; }
+  std::string series_uid() const override { return files_.series_uid(); }
   std::string labels_path() const override { return files_.mask; }
   void write(const surf::segment::Object<Dim>& object,
              const surf::segment::Finished<Dim>& finished) const override {

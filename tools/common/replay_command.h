@@ -7,6 +7,7 @@
 #include <string_view>
 #include <vector>
 
+#include "libsurf/segment/recipe.h"
 #include "tools/common/outputs.h"
 #include "tools/common/replay.h"
 #include "tools/common/verb.h"
@@ -53,7 +54,8 @@ class ReplayCommand : public Base {
     const std::string path = image_file(arguments_, recipe_, files.input(), Base::kInputOption);
     for (const std::string& output : {files.output, files.mask})
       check_outputs({{"-o, --mask", output}}, path);
-    return {this->open(path), {}};
+    const bool is_named = !files.input().empty();
+    return {this->open(path, is_named ? "" : surf::segment::series_of_recipe(recipe_)), {}};
   }
 
   Objects segment(const Input& input) override {

@@ -128,7 +128,7 @@ typename SegmentCommand<Dim>::Objects SegmentCommand<Dim>::segment(const Input& 
     if (arguments_.candidates) out.back().candidates = segmentation.candidates(id);
   }
   if (!arguments_.recipe.empty())
-    surf::segment::write_recipe<Dim>(arguments_.recipe, segmentation, image_path());
+    surf::segment::write_recipe<Dim>(arguments_.recipe, segmentation, image_path(), series_uid());
   return out;
 }
 

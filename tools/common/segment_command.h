@@ -71,6 +71,8 @@ class SegmentCommand {
   /// A pattern with {object} if there are several.
   virtual std::string output() const = 0;
   virtual std::string image_path() const = 0;
+  /// As it was typed; "" if none was.
+  virtual std::string series_uid() const = 0;
   /// The key of the program's version in the summary.
   virtual const char* program() const = 0;
   /// Writes everything that was asked for of one object alone.

@@ -16,6 +16,12 @@ void VolumeArguments::add_to(CLI::App& command, const std::string& group) {
            "Series of a DICOM folder that holds several, by its SeriesInstanceUID");
 }
 
+VolumeArguments VolumeArguments::or_series(const std::string& uid) const {
+  VolumeArguments out = *this;
+  if (out.series_uid.empty()) out.series_uid = uid;
+  return out;
+}
+
 void VolumeArguments::check() const {
   if (frame_index < 0)
     throw surf::UsageError(fmt::format("--frame-index: expected 0 or more; got {}", frame_index));

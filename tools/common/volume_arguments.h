@@ -13,6 +13,8 @@ struct VolumeArguments {
   std::string series_uid;
 
   void add_to(CLI::App& command, const std::string& group = "Options");
+  /// These, with this series where none was typed.
+  VolumeArguments or_series(const std::string& uid) const;
   /// What can be found wrong before the file is read.
   /// @throws surf::UsageError
   void check() const;

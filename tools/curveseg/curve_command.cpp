@@ -15,9 +15,10 @@ void CurveFiles::check() const {
   check_picture("--mask", mask);
 }
 
-surf::curve::Image CurveFiles::read(const std::string& path) const {
+surf::curve::Image CurveFiles::read(const std::string& path, const std::string& series_uid) const {
   ImageArguments which = image;
   which.path = path;
+  which.which = which.which.or_series(series_uid);
   return which.read();
 }
 

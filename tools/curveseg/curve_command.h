@@ -18,8 +18,10 @@ struct CurveFiles {
   std::string output, output_space = "lps", mask;
 
   const std::string& input() const { return image.path; }
+  const std::string& series_uid() const { return image.which.series_uid; }
   /// An image, or a slice, of this file.
-  surf::curve::Image read(const std::string& path) const;
+  /// @param series_uid  where none was typed
+  surf::curve::Image read(const std::string& path, const std::string& series_uid) const;
   static std::shared_ptr<const surf::segment::Setting<2>> setting(const surf::curve::Image& image);
   std::vector<Output> outputs() const { return {{"-o", output}, {"--mask", mask}}; }
   /// What can be found wrong with the outputs' names.

@@ -21,8 +21,10 @@ struct SurfaceFiles {
   VolumeArguments which;
 
   const std::string& input() const { return volume; }
+  const std::string& series_uid() const { return which.series_uid; }
+  /// @param series_uid  where none was typed
   /// @throws surf::InputError  also if DICOM is to be written and the volume is none
-  surf::volume::Volume read(const std::string& path) const;
+  surf::volume::Volume read(const std::string& path, const std::string& series_uid) const;
   static std::shared_ptr<const surf::segment::Setting<3>> setting(
       const surf::volume::Volume& volume);
   std::vector<Output> outputs() const;

@@ -60,6 +60,8 @@ TEST(Recipe, RepeatsADialogueToTheByte) {
   });
   const std::string recipe = to_recipe<3>(s, "balls.nii.gz");
   EXPECT_EQ(image_of_recipe(recipe), "balls.nii.gz");
+  EXPECT_EQ(series_of_recipe(recipe), "");
+  EXPECT_EQ(series_of_recipe(to_recipe<3>(s, "patient", "1.2.3.5")), "1.2.3.5");
 
   Segmentation<3> again(make_setting(phantom(volume::PhantomKind::kSeparateBalls, 0.05)));
   replay<3>(recipe, again);
