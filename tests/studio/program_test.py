@@ -91,6 +91,38 @@ class KeptState(unittest.TestCase):
                 self.assertEqual(len(state["objects"]), 1)
         shutil.rmtree(folder)
 
+    def test_a_recipe_under_another_name_keeps_its_name_and_leaves_the_state_of_the_scan(self):
+        folder = folder_with(BALLS)
+        with Studio(folder, "balls.nii.gz") as studio:
+            studio.until(lambda s: s["volume"] and s["job"] is None)
+            studio.click(LEFT)
+            studio.idle()
+            studio.export(what="recipe", name="first.json")
+            studio.click(RIGHT)
+            studio.idle()
+        scans = content(folder, "balls.nii.gz.surfseg.json")
+        with Studio(folder, "first.json") as studio:
+            studio.until(lambda s: s["volume"] and s["job"] is None)
+            opened = studio.idle()
+            self.assertEqual(opened["volume"]["kept_in"], "first.json")
+            self.assertEqual(opened["volume"]["notes"], ["what is done is kept in first.json, which was opened; "
+                                                         "balls.nii.gz.surfseg.json stays as it is"])
+            self.assertEqual(len(opened["objects"][0]["clicks"]), 1)
+            studio.do("rename", object=1, name="left")
+            studio.idle()
+            self.assertEqual(content(folder, "balls.nii.gz.surfseg.json"), scans)
+            self.assertIn(b'"left"', content(folder, "first.json"))
+            studio.do("open", path="balls.nii.gz")
+            state = studio.until(lambda s: s["volume"] and s["volume"]["revision"] == 2 and s["job"] is None)
+            self.assertEqual((state["volume"]["kept_in"], state["volume"]["notes"]), ("balls.nii.gz.surfseg.json", []))
+            self.assertEqual(len(state["objects"][0]["clicks"]), 2)
+        os.remove(os.path.join(folder, "balls.nii.gz.surfseg.json"))
+        with Studio(folder, "first.json") as studio:
+            state = studio.until(lambda s: s["volume"] and s["job"] is None)
+            self.assertEqual(state["volume"]["notes"], ["what is done is kept in first.json, which was opened"])
+        self.assertFalse(os.path.exists(os.path.join(folder, "balls.nii.gz.surfseg.json")))
+        shutil.rmtree(folder)
+
     def test_a_folder_lists_what_can_be_opened(self):
         folder = folder_with(BALLS, ("ball.nrrd", "ball", "--size", "16"))
         with open(os.path.join(folder, "notes.txt"), "w") as file:

@@ -21,6 +21,12 @@ def replay(folder, recipe, *words):
                    capture_output=True)
 
 
+def run(folder, command):
+    """The line as a shell takes it."""
+    subprocess.run(command, shell=True, check=True, cwd=folder, capture_output=True,
+                   env={**os.environ, "PATH": os.path.dirname(os.environ["SURFSEG_PROGRAM"]) + ":" + os.environ["PATH"]})
+
+
 def write_dicom(path, series, slice_number, n=32):
     """An MR slice of n x n pixels, explicit little endian: a bright disc on a dark ground."""
     def element(group, number, kind, value):
@@ -96,6 +102,7 @@ class SeveralSeries(WithStudio):
         self.studio.click((-15, -15, 12))
         ml = self.studio.idle()["objects"][0]["measures"]["volume_ml"]
         self.assertAlmostEqual(ml, 4 / 3 * math.pi, delta=0.15)
+        self.which_one_is_in_command_line_and_recipe()
         # Each series has its own state.
         self.studio.do("open", path="patient", series="1.2.3.4")
         state = self.studio.until(lambda s: s["volume"] and s["volume"]["revision"] == 2 and s["job"] is None)
@@ -103,6 +110,31 @@ class SeveralSeries(WithStudio):
         self.studio.do("open", path="patient", series="1.2.3.5")
         state = self.studio.until(lambda s: s["volume"] and s["volume"]["revision"] == 3 and s["job"] is None)
         self.assertEqual(state["objects"][0]["measures"]["volume_ml"], ml)
+
+
+    def which_one_is_in_command_line_and_recipe(self):
+        self.studio.export(what="surface", object=1, name="ours.stl")
+        command = json.loads(self.studio.get("/api/command?object=1"))["text"]
+        self.assertIn(" --series-uid '1.2.3.5' ", command)
+        run(self.folder, command)
+        self.assertEqual(content(self.folder, "object 1.stl"), content(self.folder, "ours.stl"))
+        self.studio.export(what="recipe", name="ours.json")
+        self.assertEqual(json.loads(content(self.folder, "ours.json"))["image"]["series_uid"], "1.2.3.5")
+        replay(self.folder, "ours.json", "-o", "again.stl")
+        self.assertEqual(content(self.folder, "again.stl"), content(self.folder, "ours.stl"))
+        opened = self.studio.state()["volume"]
+        self.assertEqual((opened["kept_in"], opened["notes"]), ("patient.1.2.3.5.surfseg.json", []))
+
+    def test_a_recipe_opens_its_series(self):
+        self.studio.do("open", path="patient", series="1.2.3.5")
+        self.studio.until(lambda s: s["volume"] and s["job"] is None)
+        self.studio.click((-15, -15, 12))
+        clicks = self.studio.idle()["objects"][0]["clicks"]
+        self.studio.export(what="recipe", name="ours.json")
+        for n, name in enumerate(("patient.1.2.3.5.surfseg.json", "ours.json")):
+            self.studio.do("open", path=name)
+            state = self.studio.until(lambda s: s["volume"] and s["volume"]["revision"] == n + 2 and s["job"] is None)
+            self.assertEqual((state["objects"][0]["clicks"], state["volume"]["kept_in"]), (clicks, name))
 
 
 class Dialogue(WithStudio):
@@ -127,8 +159,7 @@ class Dialogue(WithStudio):
         self.assertEqual(content(self.folder, "labels.nii.gz"), content(self.folder, "again.nii.gz"))
         self.assertEqual(len(content(self.folder, "balls.csv").splitlines()), 2)
         command = json.loads(self.studio.get("/api/command?object=1"))["text"]
-        subprocess.run(command, shell=True, check=True, cwd=self.folder, capture_output=True,
-                       env={**os.environ, "PATH": os.path.dirname(os.environ["SURFSEG_PROGRAM"]) + ":" + os.environ["PATH"]})
+        run(self.folder, command)
         self.assertEqual(content(self.folder, "object 1.stl"), content(self.folder, "balls.stl"))
 
     def test_undo_takes_back_one_act_with_what_it_set_off(self):
@@ -316,8 +347,7 @@ class Dialogue(WithStudio):
             ours = content(self.folder, name)
             command = json.loads(self.studio.get(f"/api/command?object={number}"))["text"]
             os.remove(os.path.join(self.folder, name))
-            subprocess.run(f"{command} --report {name}", shell=True, check=True, cwd=self.folder, capture_output=True,
-                           env={**os.environ, "PATH": os.path.dirname(os.environ["SURFSEG_PROGRAM"]) + ":" + os.environ["PATH"]})
+            run(self.folder, f"{command} --report {name}")
 
             def without_command(page):
                 return [line for line in page.splitlines() if b"surfseg replay" not in line]

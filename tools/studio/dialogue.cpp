@@ -368,9 +368,14 @@ void Dialogue::publish_error(const std::string& text) {
   publish();
 }
 
+std::string Dialogue::recipe_now() const {
+  return surf::segment::to_recipe<3>(*segmentation_, volume_->name,
+                                     volume_->series_uid.value_or(""));
+}
+
 /// Beside the scan, whole or not at all.
 void Dialogue::save() {
-  const std::string text = surf::segment::to_recipe<3>(*segmentation_, volume_->name);
+  const std::string text = recipe_now();
   {
     std::lock_guard lock(mutex_);
     recipe_ = text;

@@ -32,8 +32,9 @@ using surf::segment::Side;
 
 /// A volume that is open.
 struct OpenVolume {
-  int number = 0;    ///< 1, 2, ... of those opened so far
-  std::string name;  ///< of its file or folder in the studio's folder
+  int number = 0;                         ///< 1, 2, ... of those opened so far
+  std::string name;                       ///< of its file or folder in the studio's folder
+  std::optional<std::string> series_uid;  ///< of the folder, if one was chosen
   surf::volume::Volume volume;
   std::shared_ptr<const surf::segment::Setting<3>> setting;
   std::filesystem::path recipe;  ///< where the state is kept
@@ -150,6 +151,7 @@ class Dialogue {
                                  const std::optional<std::string>& series_uid);
   void read_volume(const std::filesystem::path& path, const std::optional<std::string>& series_uid);
   void load_recipe(const std::filesystem::path& recipe);
+  std::string recipe_now() const;
   bool can_evolve(int id) const;
   bool awaits_evolution(int id) const;
   void run(const Wanted& wanted);

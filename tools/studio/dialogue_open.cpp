@@ -25,6 +25,16 @@ std::string text_of_file(const std::filesystem::path& path) {
   return out.str();
 }
 
+/// What is told where a recipe was opened under a name of its own; "" where the scan's was.
+std::string note_on_keeping(const std::filesystem::path& recipe,
+                            const std::filesystem::path& beside) {
+  if (recipe == beside) return "";
+  const std::string note =
+      fmt::format("what is done is kept in {}, which was opened", recipe.filename().string());
+  if (!std::filesystem::exists(beside)) return note;
+  return fmt::format("{}; {} stays as it is", note, beside.filename().string());
+}
+
 /// Beside it, under a name that is free.
 std::filesystem::path moved_aside(const std::filesystem::path& path) {
   for (int n = 1;; ++n) {
@@ -95,17 +105,17 @@ surf::volume::Volume Dialogue::volume_of(const std::filesystem::path& image,
 void Dialogue::read_volume(const std::filesystem::path& path,
                            const std::optional<std::string>& series_uid) {
   begin_job(0, "open");
-  std::filesystem::path image = path;
-  std::filesystem::path recipe =
-      recipe_beside(folder_, series_uid ? path.string() + "." + *series_uid : path.string());
-  if (is_recipe(path)) {
-    recipe = path;
-    image = image_of_recipe(path);
-  }
-  const surf::volume::Volume volume = volume_of(image, series_uid);
-  auto opened = std::make_shared<OpenVolume>(OpenVolume{++n_opened_, image.filename().string(),
-                                                        volume, surf::segment::make_setting(volume),
-                                                        recipe, volume.source().notes});
+  const bool is_opened = is_recipe(path);
+  RecipeImage image = is_opened ? image_of_recipe(path) : RecipeImage{path, {}};
+  if (series_uid) image.series_uid = series_uid;
+  const std::filesystem::path beside = recipe_beside(folder_, image.path, image.series_uid);
+  const std::filesystem::path recipe = is_opened ? path : beside;
+  const surf::volume::Volume volume = volume_of(image.path, image.series_uid);
+  auto opened = std::make_shared<OpenVolume>(
+      OpenVolume{++n_opened_, image.path.filename().string(), image.series_uid, volume,
+                 surf::segment::make_setting(volume), recipe, volume.source().notes});
+  if (const std::string note = note_on_keeping(recipe, beside); !note.empty())
+    opened->notes.push_back(note);
   volume_ = opened;
   segmentation_ = std::make_unique<surf::segment::Segmentation<3>>(opened->setting, kMostFieldBytes,
                                                                    max_past_bytes(volume));
@@ -119,7 +129,7 @@ void Dialogue::read_volume(const std::filesystem::path& path,
         wanted_.push_back({id, awaits_evolution(id)});
   }
   publish();
-  const std::string text = surf::segment::to_recipe<3>(*segmentation_, volume_->name);
+  const std::string text = recipe_now();
   {
     std::lock_guard lock(mutex_);
     recipe_ = text;

@@ -241,6 +241,7 @@ Exported export_file(const Dialogue& dialogue, const Export& wanted) {
 std::string replay_command(const State& state, int id) {
   if (!state.volume) throw surf::UsageError("no volume is open");
   std::string out = "surfseg replay " + shell_word(state.volume->recipe.string());
+  if (state.volume->series_uid) out += " --series-uid " + shell_word(*state.volume->series_uid);
   if (id == 0) return out + (state.objects.size() > 1 ? " -o '{object}.stl'" : " -o object.stl");
   std::string name = state.objects[index_of(state, id)].object.name;
   out += " --object " + shell_word(name);

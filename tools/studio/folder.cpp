@@ -73,11 +73,13 @@ std::vector<FolderEntry> entries_of(const fs::path& folder) {
   return out;
 }
 
-fs::path recipe_beside(const fs::path& folder, const fs::path& image) {
-  return folder / (image.filename().string() + ".surfseg.json");
+fs::path recipe_beside(const fs::path& folder, const fs::path& image,
+                       const std::optional<std::string>& series_uid) {
+  const std::string series = series_uid ? "." + *series_uid : "";
+  return folder / (image.filename().string() + series + ".surfseg.json");
 }
 
-fs::path image_of_recipe(const fs::path& recipe) {
+RecipeImage image_of_recipe(const fs::path& recipe) {
   std::ifstream in(recipe, std::ios::binary);
   std::ostringstream text;
   text << in.rdbuf();
@@ -86,7 +88,8 @@ fs::path image_of_recipe(const fs::path& recipe) {
   if (named.empty() || !fs::exists(beside))
     throw surf::InputError(fmt::format("{}: its volume '{}' is not beside it",
                                        recipe.filename().string(), named.filename().string()));
-  return beside;
+  const std::string series = surf::segment::series_of_recipe(text.str());
+  return {beside, series.empty() ? std::nullopt : std::optional(series)};
 }
 
 fs::path output_path(const fs::path& folder, const std::string& name) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -23,13 +24,20 @@ bool is_dicom_folder(const std::filesystem::path& folder);
 /// Whether a file is a recipe by its first bytes.
 bool is_recipe(const std::filesystem::path& path);
 
-/// Where the state of a dialogue about this image is kept: "ct.nii.gz.surfseg.json" in the folder.
+/// Where the state of a dialogue about this image is kept: "ct.nii.gz.surfseg.json" in the folder;
+/// of each series in a file of its own.
 std::filesystem::path recipe_beside(const std::filesystem::path& folder,
-                                    const std::filesystem::path& image);
+                                    const std::filesystem::path& image,
+                                    const std::optional<std::string>& series_uid);
 
-/// The image that a recipe belongs to: by the name it has, beside the recipe.
+/// The image that a recipe belongs to.
+struct RecipeImage {
+  std::filesystem::path path;             ///< by the name it has, beside the recipe
+  std::optional<std::string> series_uid;  ///< of a DICOM folder, if one was chosen
+};
+
 /// @throws surf::InputError  not a recipe, or no such file
-std::filesystem::path image_of_recipe(const std::filesystem::path& recipe);
+RecipeImage image_of_recipe(const std::filesystem::path& recipe);
 
 /// The path of a file to write.
 /// @param name  of the file, without a folder

@@ -35,6 +35,7 @@ ordered_json to_json(const OpenVolume& open) {
                     display.coarser_by));
   return {{"revision", open.number},
           {"path", open.name},
+          {"kept_in", open.recipe.filename().string()},
           {"size", volume.size()},
           {"spacing_mm", to_json(spacing)},
           {"index_to_world", affine},

@@ -32,7 +32,7 @@ export interface Series { id: string | number; words: string }
 export interface ListedFile { path: string; kind: string; words?: string; series?: Series[] | string | number | null }
 
 export interface Volume {
-  revision: number; path: string; size: Point; spacing_mm: Point; index_to_world: number[][];
+  revision: number; path: string; kept_in?: string; size: Point; spacing_mm: Point; index_to_world: number[][];
   minimum: number; maximum: number; window: [number, number] | null; is_ct: boolean; coarser_by: number; notes: string[];
 }
 

@@ -54,6 +54,6 @@ export function drawTools(): void {
   byId('side-words').textContent = page.view.radiological ? 'radiological' : 'neurological';
   byId('file-name').textContent = volume()?.path ?? 'no volume';
   const v = volume();
-  byId('open-files').title = v ? `${v.path}: ${v.size.join(' x ')} voxels of ${v.spacing_mm.map((x) => Number(x.toFixed(3))).join(' x ')} mm. Opens the list of files (L)`
+  byId('open-files').title = v ? `${v.path}: ${v.size.join(' x ')} voxels of ${v.spacing_mm.map((x) => Number(x.toFixed(3))).join(' x ')} mm${v.kept_in ? `; what is done is kept in ${v.kept_in}` : ''}. Opens the list of files (L)`
     : 'The list of files (L)';
 }
