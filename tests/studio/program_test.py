@@ -123,6 +123,21 @@ class KeptState(unittest.TestCase):
         self.assertFalse(os.path.exists(os.path.join(folder, "balls.nii.gz.surfseg.json")))
         shutil.rmtree(folder)
 
+    def test_it_says_what_it_reads(self):
+        folder = folder_with(("large.nii.gz", "ball", "--size", "256"))
+        jobs = []
+
+        def is_there(state):
+            jobs.append(state["job"])
+            return state["volume"]
+
+        with Studio(folder) as studio:
+            studio.do("open", path="large.nii.gz")
+            studio.until(is_there)
+        jobs = [job for job in jobs if job and job["what"] == "open"]
+        self.assertEqual({job["stage"] for job in jobs}, {"reading large.nii.gz"})
+        shutil.rmtree(folder)
+
     def test_a_folder_lists_what_can_be_opened(self):
         folder = folder_with(BALLS, ("ball.nrrd", "ball", "--size", "16"))
         with open(os.path.join(folder, "notes.txt"), "w") as file:

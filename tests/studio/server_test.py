@@ -123,7 +123,7 @@ class SeveralSeries(WithStudio):
         replay(self.folder, "ours.json", "-o", "again.stl")
         self.assertEqual(content(self.folder, "again.stl"), content(self.folder, "ours.stl"))
         opened = self.studio.state()["volume"]
-        self.assertEqual((opened["kept_in"], opened["notes"]), ("patient.1.2.3.5.surfseg.json", []))
+        self.assertEqual((opened["kept_in"], opened["notes"]), ("patient.1.2.3.5.surfseg.json", ["series 'series 5'"]))
 
     def test_a_recipe_opens_its_series(self):
         self.studio.do("open", path="patient", series="1.2.3.5")

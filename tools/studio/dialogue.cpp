@@ -231,13 +231,14 @@ bool Dialogue::make_now(int id) {
   return segmentation_->is_made(id);
 }
 
-void Dialogue::begin_job(int object, const std::string& what) {
+void Dialogue::begin_job(int object, const std::string& what, const std::string& stage) {
   {
     std::lock_guard lock(mutex_);
     Job job;
     job.number = ++n_jobs_;
     job.object = object;
     job.what = what;
+    job.stage = stage;
     job_ = job;
     std::erase_if(wanted_, [object](const Wanted& wanted) { return wanted.id == object; });
     frame_.reset();
@@ -275,7 +276,6 @@ bool Dialogue::show(const std::string& stage, const surf::flow::StepRecord& reco
     if (!job_) return true;
     job_->stage = stage;
     job_->step = record.k;
-    job_->seconds = std::chrono::duration<double>(now - job_begin_).count();
     if (frame) {
       frame_ = std::move(frame);
       ++job_->frame;
@@ -295,7 +295,13 @@ surf::segment::ProgressOf<3> Dialogue::frames() {
 /// Under the lock. An evolution that is next in turn counts as one, so that nobody takes the moment
 /// before it for the end.
 std::optional<Job> Dialogue::present_job() const {
-  if (job_ || wanted_.empty()) return job_;
+  if (job_) {
+    Job job = *job_;
+    job.seconds =
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - job_begin_).count();
+    return job;
+  }
+  if (wanted_.empty()) return std::nullopt;
   Job job;
   job.number = n_jobs_ + 1;
   job.object = wanted_.front().id;

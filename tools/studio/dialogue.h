@@ -157,7 +157,7 @@ class Dialogue {
   void run(const Wanted& wanted);
   bool evolve_now(int id);
   bool make_now(int id);
-  void begin_job(int object, const std::string& what);
+  void begin_job(int object, const std::string& what, const std::string& stage = {});
   void end_job();
   bool show(const std::string& stage, const surf::flow::StepRecord& record,
             const std::function<surf::Triangles()>& shape);

@@ -104,9 +104,9 @@ surf::volume::Volume Dialogue::volume_of(const std::filesystem::path& image,
 
 void Dialogue::read_volume(const std::filesystem::path& path,
                            const std::optional<std::string>& series_uid) {
-  begin_job(0, "open");
   const bool is_opened = is_recipe(path);
   RecipeImage image = is_opened ? image_of_recipe(path) : RecipeImage{path, {}};
+  begin_job(0, "open", "reading " + image.path.filename().string());
   if (series_uid) image.series_uid = series_uid;
   const std::filesystem::path beside = recipe_beside(folder_, image.path, image.series_uid);
   const std::filesystem::path recipe = is_opened ? path : beside;

@@ -205,6 +205,12 @@ struct Server::Impl {
     }
   }
 
+  /// An event; "" if nothing is computed.
+  std::string progress() const {
+    const auto job = dialogue.job();
+    return job ? "event: progress\ndata: " + dumped(to_json(*job)) + "\n\n" : "";
+  }
+
   void events(const Request&, Response& response) {
     const std::uint64_t number = ++last_stream;
     response.set_chunked_content_provider(
@@ -230,13 +236,14 @@ struct Server::Impl {
             }
             last_progress = now;
             tick = dialogue.tick();
-            if (const auto job = dialogue.job())
-              out = "event: progress\ndata: " + dumped(to_json(*job)) + "\n\n";
+            out = progress();
           } else {
             dialogue.wait_for_change(revision, tick, kPing);
             if (state->revision != dialogue.state()->revision || dialogue.tick() != tick)
               return true;
-            out = ": ping\n\n";
+            // What has no steps, such as reading, goes on, too.
+            out = progress();
+            if (out.empty()) out = ": ping\n\n";
           }
           return out.empty() || sink.write(out.data(), out.size());
         });

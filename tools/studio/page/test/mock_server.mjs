@@ -226,9 +226,9 @@ const OPTIONS = {
 class Refused extends Error { constructor(status, text, more = {}) { super(text); this.status = status; this.more = more; } }
 
 const ACTIONS = {
-  open({ path, series }) {
+  open({ path }) {
     if (!state.files.some((f) => f.path === path)) throw new Refused(400, `${path}: not a file of this folder`);
-    state.job = { id: ++jobs, object: null, what: 'open', stage: series ? `series ${series}` : 'reading', step: 0, seconds: 0, frame: 0 };
+    state.job = { id: ++jobs, object: null, what: 'open', stage: `reading ${path}`, step: 0, seconds: 0, frame: 0 };
     tell();
     setTimeout(() => {
       state.job = null;
