@@ -47,7 +47,8 @@ struct History {
 
   const Object<Dim>& now() const { return n_done == 0 ? first : moments[n_done - 1].after; }
   bool undo() { return n_done > 0 && n_done-- > 0; }
-  bool redo() { return n_done < moments.size() && n_done++ < moments.size(); }
+  bool can_redo() const { return n_done < moments.size(); }
+  bool redo() { return can_redo() && n_done++ < moments.size(); }
   /// What has been done and is not undone.
   std::vector<Action<Dim>> actions() const {
     std::vector<Action<Dim>> out;

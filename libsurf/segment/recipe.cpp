@@ -2,6 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <variant>
+
 #include "libsurf/base/error.h"
 #include "libsurf/base/file.h"
 #include "libsurf/segment/detail/recipe_json.h"
@@ -61,6 +64,30 @@ std::string series_of_recipe(const std::string& recipe) {
 
 namespace {
 
+/// A name that an object had once, or one like it that no other object has: names are unique at any
+/// one time alone.
+template <int Dim>
+std::string past_name(const Segmentation<Dim>& segmentation, const std::string& name, int besides) {
+  const auto is_taken = [&](const std::string& wanted) {
+    const std::vector<int> ids = segmentation.objects();
+    return std::any_of(ids.begin(), ids.end(), [&](int id) {
+      return id != besides && segmentation.object(id).name == wanted;
+    });
+  };
+  std::string out = name;
+  for (int n = 2; is_taken(out); ++n) out = fmt::format("{} ({})", name, n);
+  return out;
+}
+
+/// The place of the last renaming in an object's history; -1 if there is none.
+template <int Dim>
+int last_renaming(const std::vector<Action<Dim>>& history) {
+  int out = -1;
+  for (int n = 0; n < int(history.size()); ++n)
+    if (std::holds_alternative<Rename>(history[std::size_t(n)])) out = n;
+  return out;
+}
+
 /// Adds the recipe's objects, and gives each entry to act(id, action), which says whether to go on.
 template <int Dim, class Act>
 void for_entries(const std::string& recipe, Segmentation<Dim>& segmentation, const Act& act) {
@@ -71,9 +98,13 @@ void for_entries(const std::string& recipe, Segmentation<Dim>& segmentation, con
   try {
     for (const RecipeObject<Dim>& object : content.objects) {
       n_entry = 0;
-      added.push_back(segmentation.add_object(object.name, object.colour));
-      for (const Action<Dim>& action : object.history) {
+      const int renaming = last_renaming<Dim>(object.history);
+      added.push_back(segmentation.add_object(
+          renaming < 0 ? object.name : past_name(segmentation, object.name, 0), object.colour));
+      for (Action<Dim> action : object.history) {
         ++n_entry;
+        if (auto* rename = std::get_if<Rename>(&action); rename && int(n_entry) <= renaming)
+          rename->name = past_name(segmentation, rename->name, added.back());
         if (!act(added.back(), action)) return;
       }
     }

@@ -125,8 +125,10 @@ class Segmentation {
 
   /// Takes back the last entry of the history; false if there is none. redo() repeats it, from
   /// memory. With a bound of the past's memory the result may have to be made afterwards.
+  /// @throws UsageError  another object has the name by now that this one would have again
   bool undo(Id id);
   bool redo(Id id);
+  bool can_redo(Id id) const { return find(id).can_redo(); }
   /// Whether the object's result is there.
   bool is_made(Id id) const { return object(id).is_made(); }
   /// Makes it again if it is not, the same to the bit: from the nearest moment before it whose

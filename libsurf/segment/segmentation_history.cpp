@@ -3,18 +3,35 @@
 #include <limits>
 #include <set>
 
+#include "libsurf/base/error.h"
 #include "libsurf/segment/segmentation.h"
 
 namespace surf::segment {
 
 template <int Dim>
 bool Segmentation<Dim>::undo(Id id) {
-  return find(id).undo();
+  History<Dim>& history = find(id);
+  if (!history.undo()) return false;
+  try {
+    check_name(history.now().name, id);
+  } catch (const UsageError&) {
+    history.redo();
+    throw;
+  }
+  return true;
 }
 
 template <int Dim>
 bool Segmentation<Dim>::redo(Id id) {
-  return find(id).redo();
+  History<Dim>& history = find(id);
+  if (!history.redo()) return false;
+  try {
+    check_name(history.now().name, id);
+  } catch (const UsageError&) {
+    history.undo();
+    throw;
+  }
+  return true;
 }
 
 template <int Dim>

@@ -193,6 +193,7 @@ class Dialogue(WithStudio):
         self.studio.do("rename", object=1, name="left")
         self.studio.do("recolour", object=1, colour="#00ff80")
         self.studio.click(LEFT)
+        self.studio.idle()
         self.studio.do("set_options", object=1, options={"fill_cavities": True})
         left = self.studio.idle()["objects"][0]
         surface = self.studio.get("/api/surface?object=1")

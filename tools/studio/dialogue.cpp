@@ -339,10 +339,7 @@ void Dialogue::publish() {
       }
       object.undo_words = undo_words(id);
       object.can_undo = !object.undo_words.empty();
-      if (segmentation_->redo(id)) {
-        object.can_redo = true;
-        segmentation_->undo(id);
-      }
+      object.can_redo = segmentation_->can_redo(id);
       next->objects.push_back(std::move(object));
     }
     checked_ = std::move(checked);

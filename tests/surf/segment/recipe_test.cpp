@@ -41,6 +41,26 @@ TEST(Recipe, IsLoadedWithoutComputing) {
   EXPECT_TRUE(fresh.objects().empty());
 }
 
+TEST(Recipe, IsLoadedWhereANameWasUsedAgain) {
+  const auto setting = make_setting(phantom(volume::PhantomKind::kSeparateBalls, 0.05));
+  Segmentation<3> s(setting);
+  const int first = s.add_object("liver");
+  s.rename(first, "mass");
+  const int second = s.add_object("liver");
+  s.rename(second, "mass of the spleen");
+  s.rename(second, "spleen");
+  s.rename(first, "liver");
+  EXPECT_TRUE(s.undo(second));
+  EXPECT_THROW(s.undo(second), UsageError) << "its first name is the first object's again";
+  EXPECT_TRUE(s.redo(second));
+  Segmentation<3> again(setting);
+  load<3>(to_recipe<3>(s), again);
+  ASSERT_EQ(again.objects().size(), 2u);
+  EXPECT_EQ(again.object(again.objects()[0]).name, "liver");
+  EXPECT_EQ(again.object(again.objects()[1]).name, "spleen");
+  EXPECT_EQ(again.first(again.objects()[1]).name, "liver (2)") << "names are unique at any time";
+}
+
 TEST(Recipe, RepeatsADialogueToTheByte) {
   Segmentation<3> s(make_setting(phantom(volume::PhantomKind::kSeparateBalls, 0.05)));
   const int object = s.add_object("two balls");
