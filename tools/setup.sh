@@ -5,6 +5,7 @@
 #   tools/setup.sh --demo-data   the scans of tools/demo.sh as well
 #   tools/setup.sh --docs        Doxygen, for the API reference
 #   tools/setup.sh --cluster     Slurm and Snakemake, for the tests of tools/cohort
+#   tools/setup.sh --package     lintian, mmdebstrap and zsh, for all that is tested of the Debian package
 #   tools/setup.sh --fuzz        clang and its sanitizers, for tools/fuzz.sh and tools/check.sh
 # docs/developer.md says what each package is for.
 set -euo pipefail
@@ -35,10 +36,11 @@ for argument in "$@"; do
   case $argument in
     --demo-data) packages+=(mricron-data) ;;
     --docs) packages+=(doxygen) ;;
+    --package) packages+=(lintian mmdebstrap zsh) ;;
     --fuzz) packages+=(clang clang-tidy llvm libclang-rt-14-dev) ;;
     --cluster) packages+=(slurm-wlm slurm-wlm-basic-plugins munge snakemake) ;;
     -h | --help)
-      sed -n '2,9s/^# \{0,1\}//p' "$0"
+      sed -n '2,10s/^# \{0,1\}//p' "$0"
       exit 0
       ;;
     *)
