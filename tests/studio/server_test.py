@@ -5,6 +5,7 @@ import http.client
 import json
 import math
 import os
+import random
 import shutil
 import socket
 import struct
@@ -214,6 +215,22 @@ class Dialogue(WithStudio):
         for _ in range(9):
             self.studio.do("undo", object=1)
         self.studio.do("undo", 400)
+
+    def test_two_hundred_clicks_leave_the_memory_as_it_was(self):
+        draw = random.Random(1)
+        self.studio.click(LEFT)
+        self.studio.idle()
+        for n in range(200):
+            x, y, z = (draw.uniform(-0.9, 0.9) for _ in range(3))
+            depth = math.hypot(x + 0.5, y, z) - 0.3  # of the left ball, negative inside
+            self.studio.click((x, y, z), "inside" if depth < -0.05 else "outside", expect=None)
+            self.studio.idle()
+            if n % 4 == 3:
+                self.studio.do("undo", object=1)
+                self.studio.idle()
+            if n == 19:
+                before = self.studio.memory_mb()
+        self.assertLess(self.studio.memory_mb(), 1.1 * before)
 
     def test_undo_takes_back_acts_and_removals_in_their_order(self):
         self.studio.click(LEFT)
