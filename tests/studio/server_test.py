@@ -216,6 +216,20 @@ class Dialogue(WithStudio):
             self.studio.do("undo", object=1)
         self.studio.do("undo", 400)
 
+    def test_undo_to_a_name_that_another_has_changes_nothing(self):
+        self.studio.click(LEFT)
+        self.studio.idle()
+        self.studio.do("rename", object=1, name="left")
+        self.studio.do("evolve", object=1)
+        self.studio.idle()
+        self.studio.do("add_object", name="object 1")
+        before = self.studio.idle()["objects"][0]
+        said = self.studio.do("undo", 400, object=1)
+        self.assertIn("there is an object 'object 1' already", json.dumps(said))
+        after = self.studio.idle()["objects"][0]
+        for what in ("name", "has_surface", "outcome", "undo_words", "can_redo"):
+            self.assertEqual(after[what], before[what], what)
+
     def test_two_hundred_clicks_leave_the_memory_as_it_was(self):
         draw = random.Random(1)
         self.studio.click(LEFT)

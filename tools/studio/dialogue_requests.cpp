@@ -174,14 +174,21 @@ void Dialogue::undo(int id) {
   do_now([&] {
     auto& s = segmentation();
     if (undo_brings_back(id)) return bring_back();
-    while (!s.history(id).empty() && is_consequence(s.history(id).back())) s.undo(id);
+    int n_consequences = 0;
+    for (; !s.history(id).empty() && is_consequence(s.history(id).back()); ++n_consequences)
+      s.undo(id);
     const auto history = s.history(id);
     if (history.empty()) return;
     // A click that was moved was taken back and added.
     const bool was_moved = history.size() > 1 &&
                            std::holds_alternative<AddClick<3>>(history.back()) &&
                            std::holds_alternative<TakeBackClick>(history[history.size() - 2]);
-    s.undo(id);
+    try {
+      s.undo(id);
+    } catch (const surf::UsageError&) {  // its former name is another's: all stays as it was
+      while (n_consequences-- > 0) s.redo(id);
+      throw;
+    }
     if (was_moved) s.undo(id);
     want_made(id);
     save();
@@ -195,7 +202,14 @@ void Dialogue::redo(int id) {
     if (!s.redo(id)) return;
     const bool may_be_moved = std::holds_alternative<TakeBackClick>(s.history(id).back());
     bool is_first = true;
-    while (s.redo(id)) {
+    const auto goes_on = [&] {
+      try {
+        return s.redo(id);
+      } catch (const surf::UsageError&) {  // a name that is another's: an act of its own
+        return false;
+      }
+    };
+    while (goes_on()) {
       const Action<3> action = s.history(id).back();
       const bool belongs = is_consequence(action) || (is_first && may_be_moved &&
                                                       std::holds_alternative<AddClick<3>>(action));
