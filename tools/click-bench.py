@@ -12,7 +12,7 @@ connected by faces is taken (of equals what is missing), and its deepest voxel (
 included; of equals the lowest index) is clicked, inside or outside. With --repeats above 1 all clicks of the repeats but the first are
 drawn, by a fixed seed, from the voxels at least half as deep, the first click from those of the object; with --fixed-first it stays the case's own.
 --box gives the program the box of the reference with a margin of so many mm, as a person would draw it.
-Printed for each number of clicks: mean Dice, mean share of the surfaces that agree within 2 mm (NSD, at the voxels' faces), clicks that lost
+Printed for each number of clicks: mean Dice, mean share of the surfaces that agree within 2 mm (NSD, at the voxels' faces), how often the verdicts are right; clicks that lost
 more than 0.005 and 0.05 of Dice, seconds per call (median, 95 %; the whole program, all clicks from the first on); with repeats the spread of the means between them, and the
 standard deviation of Dice over the repeats of one object (median of the objects), after one click and after all. With --expect a mean Dice that is lower after K clicks ends in exit code 1; modules that are missing in 3.
 
@@ -128,9 +128,9 @@ def run(case, arguments, repeat):
     rows, clicks = [], [("--seed", first)]
     mask = np.zeros(case.reference.shape, bool)
     with tempfile.TemporaryDirectory() as folder:
-        surface, label = os.path.join(folder, "s.stl"), os.path.join(folder, "m.nii.gz")
+        surface, label, summary = (os.path.join(folder, name) for name in ("s.stl", "m.nii.gz", "s.json"))
         while len(rows) < arguments.clicks:
-            command = [arguments.program, "segment", case.volume, "-o", surface, "--mask", label]
+            command = [arguments.program, "segment", case.volume, "-o", surface, "--mask", label, "--json", summary]
             command += ["%s=%s" % (o, ",".join("%.10g" % x for x in p)) for o, p in clicks]
             if arguments.box is not None:
                 command.append("--box=" + case.box(arguments.box))
@@ -138,9 +138,12 @@ def run(case, arguments, repeat):
             code = subprocess.run(command + arguments.more, stdout=subprocess.DEVNULL,
                                   stderr=subprocess.DEVNULL).returncode
             seconds = time.monotonic() - begin
+            trust = None
             if code == 0:  # else the mask of the click before is kept
                 mask = np.asarray(nibabel.load(label).dataobj) > 0
-            rows.append(dict(dice=dice(mask, case.reference), code=code, seconds=seconds,
+                with open(summary) as file:
+                    trust = json.load(file).get("verdict", {}).get("trust")
+            rows.append(dict(dice=dice(mask, case.reference), code=code, seconds=seconds, trust=trust,
                              nsd=surface_agreement(mask, case.reference, case.spacing)))
             following = next_click(mask, case.reference, case.spacing, draw)
             point = None if following is None else list(case.point(following[1]))
@@ -151,12 +154,25 @@ def run(case, arguments, repeat):
     return rows
 
 
+def report_verdicts(rows):
+    """How often the program's verdicts are right, which is a Dice of 0.8 or more."""
+    is_right, is_poor = (lambda row: row["dice"] >= 0.8), (lambda row: row["dice"] < 0.6)
+    of = {trust: [row for row in rows if row["trust"] == trust] for trust in ("trusted", "check", "doubtful")}
+    count = lambda test, group: sum(map(test, group))
+    known = sum(of.values(), [])
+    if known:
+        print("  %s; of %d right ones %d trusted, of %d below 0.6 %d doubtful" % (
+            ", ".join("%s: right in %d of %d" % (trust, count(is_right, group), len(group)) for trust, group in of.items()),
+            count(is_right, known), count(is_right, of["trusted"]), count(is_poor, known), count(is_poor, of["doubtful"])))
+
+
 def report(results, n_clicks):
     rows = [row for case in results for row in case["repeats"]]
     print("clicks   Dice    NSD")
     for k in sorted({1, 2, 3, 5, 10, n_clicks} & set(range(1, n_clicks + 1))):
         print("%6d  %.3f  %.3f" % (k, np.mean([r[k - 1]["dice"] for r in rows]),
                                    np.mean([r[k - 1]["nsd"] for r in rows])))
+        report_verdicts([r[k - 1] for r in rows])
     losses = np.array([a["dice"] - b["dice"] for r in rows for a, b in zip(r, r[1:]) if b["seconds"] is not None])
     if losses.size:
         print("clicks that lost more than 0.005: %.1f %%, more than 0.05: %d of %d"

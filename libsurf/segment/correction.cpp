@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <optional>
+#include <span>
 
 #include "libsurf/segment/detail/change.h"
 #include "libsurf/segment/detail/click_cut.h"
@@ -38,6 +39,13 @@ constexpr double kLeastDepth = 0.55, kDepth = 2;
 constexpr double kLeastDepthOfPiece = 0.3;
 constexpr double kShare = 0.5, kFirstDepth = 0.3, kCalmDepth = 0.75, kSize = 1.05,
                  kAgreement = 0.25;
+// What changes less than a share of the object is seldom meant, and who has clicked before has not
+// clicked at the boundary: depths of the earlier clicks, up to 4 nodes, by which they have become
+// shallower. 21 structures, mean Dice of the regions after 3, 4, 5 and 6 clicks without both 0.832,
+// 0.854, 0.868, 0.881, ten clicks that lose more than 0.005, one of them 0.08; with the depths
+// 0.832, 0.861, 0.869, 0.884, six, none above 0.05; with both 0.833, 0.861, 0.876, 0.884, ten.
+constexpr double kLeastChange = 0.02, kSmallChange = 0.3, kSteady = 0.5;
+constexpr int kDeepEnough = 4;
 constexpr double kLeastGrowth = 0.1;
 
 /// A candidate in the box of the scene.
@@ -249,7 +257,46 @@ class Corrector {
         std::pow(depths.share(), kDepth) * std::pow(change.n_nodes / largest, kShare) *
         std::pow(depths_of<Dim>(box_, whole.inside, first_nodes()).share(kCalmDepth), kFirstDepth) *
         candidate.growth * std::pow(double(whole.n_nodes), kSize / Dim) *
-        box_fit(scene_.grid, after.bounds(0));
+        std::pow(share_of_least_change(candidate), kSmallChange) *
+        std::pow(steadiness(after), kSteady) * box_fit(scene_.grid, after.bounds(0));
+  }
+
+  /// Distance from a click to the nearest node of the other side [nodes], up to kDeepEnough.
+  double depth_at(const NodeSet<Dim>& inside, const GridClick<Dim>& click) const {
+    double deepest = 0;
+    for (const Index& center : click.seed.nodes) {
+      NodeBox<Dim> around;
+      int most = kDeepEnough * kDeepEnough;
+      for (int axis = 0; axis < Dim; ++axis) {
+        around.lower[axis] = center[axis] - kDeepEnough;
+        around.size[axis] = 2 * kDeepEnough + 1;
+      }
+      for (std::size_t n = 0; n < around.n(); ++n) {
+        const Index node = around.node(n);
+        int squared = 0;
+        for (int axis = 0; axis < Dim; ++axis)
+          squared += (node[axis] - center[axis]) * (node[axis] - center[axis]);
+        if (squared < most && box_.contains(node) &&
+            inside.contains(node) != (click.side == Side::kInside))
+          most = squared;
+      }
+      deepest = std::max(deepest, std::sqrt(double(most)));
+    }
+    return deepest;
+  }
+
+  /// How much of their depth the earlier clicks keep, the worst of them.
+  double steadiness(const NodeSet<Dim>& after) const {
+    double least = 1;
+    for (const GridClick<Dim>& click : std::span(scene_.clicks).first(scene_.clicks.size() - 1))
+      least =
+          std::min(least, (depth_at(after, click) + 0.5) / (depth_at(scene_.before, click) + 0.5));
+    return least;
+  }
+
+  double share_of_least_change(const Candidate<Dim>& candidate) const {
+    return std::min(1.0, double(candidate.change.count()) /
+                             (kLeastChange * std::max(1.0, double(scene_.before.count()))));
   }
 
   const std::vector<typename NodeBox<Dim>::Index>& first_nodes() const {

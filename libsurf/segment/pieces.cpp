@@ -19,9 +19,14 @@ constexpr std::array kFamilies = {Family::kAlike, Family::kBrighter, Family::kDa
 constexpr std::array kJointFamilies = {Family::kAlike, Family::kBetween, Family::kBrighter};
 constexpr std::array kNeckRadii = {0.0, 1.0, 2.0, 3.5, 6.0};  // nodes
 constexpr std::array kJointRadii = {1.0, 2.0, 4.0};
-constexpr int kLeastMargin = 14;                  // nodes round the object and the clicks
-constexpr double kMargin = 0.5;                   // of their extent
-constexpr double kLeast = 15, kLeastJoint = 113;  // nodes of a window
+// 21 structures, mean Dice of the regions after six clicks 0.881 in place of 0.874 (a vertebra's
+// cortex round its marrow).
+constexpr std::array kLayerFamilies = {Family::kAlike, Family::kBrighter, Family::kDarker};
+constexpr std::array kLayerRadii = {0.0, 1.0};
+constexpr float kMostToLayer = 5, kLayerSlack = 0.5;  // nodes
+constexpr int kLeastMargin = 14;                      // nodes round the object and the clicks
+constexpr double kMargin = 0.5;                       // of their extent
+constexpr double kLeast = 15, kLeastJoint = 113;      // nodes of a window
 constexpr std::array kShares = {0.2, 0.3, 0.4, 0.5, 0.6, 0.7};  // of a competition
 constexpr double kCompetitionNeck = 1;                          // node
 constexpr std::array kCalm = {0.02,
@@ -83,6 +88,7 @@ class Pieces {
 
   std::vector<Rung<Dim>> all() {
     climb_at_click();
+    climb_in_layer();
     if (adds()) climb_jointly();
     compete();
     if (!adds()) cut_necks();
@@ -98,6 +104,26 @@ class Pieces {
     std::vector<Ladder> ladders;
     for (const Family family : kFamilies)
       ladders.push_back(make_ladder(view, family, kNeckRadii, {&domain_, kLeast, most_}));
+    keep(view, ladders, kLeast);
+  }
+
+  /// An error all round the object has its deepest place in the middle between the object's
+  /// boundary and where it should be, so that it is twice as thick as that is far.
+  void climb_in_layer() {
+    const NodeSet<Dim> from = adds() ? scene_.before : scene_.before.complement();
+    const std::vector<float> squared = exact_squared_distances(box_, from.flags());
+    float farthest = 0;
+    for (const Index& node : scene_.click().seed.nodes)
+      farthest = std::max(farthest, squared[box_.at(node)]);
+    if (!(farthest <= kMostToLayer * kMostToLayer)) return;
+    const float thick = 2 * std::sqrt(farthest) + kLayerSlack;
+    const NodeSet<Dim> layer = domain_ & NodeSet<Dim>::where(box_, [&](std::size_t at) {
+                                 return squared[at] <= thick * thick;
+                               });
+    const SeedView<Dim> view(scene_.grid, {scene_.click().seed}, scene_.noise);
+    std::vector<Ladder> ladders;
+    for (const Family family : kLayerFamilies)
+      ladders.push_back(make_ladder(view, family, kLayerRadii, {&layer, kLeast, most_}));
     keep(view, ladders, kLeast);
   }
 

@@ -23,6 +23,11 @@ constexpr double kOver = 8;           // beyond the inner mean by 0.7 of the con
 // the reach.
 constexpr double kHold = 2, kSure = 4;
 constexpr double kPull = 1.5;  // f of a shape at the reach: more than intensities have
+// Times the median contrast along the start: where a thin layer lies between the object and
+// something of another intensity by far (muscle and air), the outer mean is that of the latter, and
+// the layer would be inside. 26 structures, mean Dice after one click without it 0.7639; with 1.5,
+// 1.2 and 1 times 0.7672, 0.7673, 0.7673 (stomach +0.027, sarcoma in CT +0.03, liver +0.017).
+constexpr double kMostContrast = 1.25;
 // Reaches, beyond which distances, and with them the pull, are constant: its ninth power deep
 // inside would make the energy so large that what boundaries change is lost in its quadrature.
 constexpr double kFarthest = 1.25;
@@ -141,6 +146,21 @@ std::vector<float> means_of_side(const Intensities& I, const std::vector<std::ui
   return local_means_of(I.size, I.values, std::move(weights), deviation);
 }
 
+/// No more than kMostContrast between the means.
+/// @param distance  to the start [nodes]
+void limit_contrast(const std::vector<float>& distance, const std::vector<float>& inner,
+                    std::vector<float>& outer) {
+  std::vector<float> contrasts;
+  for (std::size_t at = 0; at < distance.size(); ++at)
+    if (std::abs(distance[at]) < 1) contrasts.push_back(std::abs(inner[at] - outer[at]));
+  if (contrasts.empty()) return;
+  const auto middle = contrasts.begin() + std::ptrdiff_t(contrasts.size() / 2);
+  std::nth_element(contrasts.begin(), middle, contrasts.end());
+  const auto most = float(kMostContrast * double(*middle));
+  for (std::size_t at = 0; at < outer.size(); ++at)
+    outer[at] = inner[at] + std::clamp(outer[at] - inner[at], -most, most);
+}
+
 /// f and its derivatives by the chain rule from those of I, m_1, m_2 and d.
 template <int Dim>
 class LocalMeansField : public Field<Dim> {
@@ -230,10 +250,12 @@ std::shared_ptr<const Field<Dim>> local_means(const Setting<Dim>& setting,
   std::vector<float> distance = signed_distances(
       grid.size_in_space(), setting.rasterized(start, grid.size, grid.node_to_world),
       int(std::ceil(kFarthest * options.reach_mm / node_mm + 0.5)));
+  const std::vector<float> inner = means_of_side(intensities, inside, clear, deviation);
+  std::vector<float> outer = means_of_side(intensities, others(inside), clear, deviation);
+  limit_contrast(distance, inner, outer);
   for (float& d : distance) d *= float(node_mm);
   return std::make_shared<const LocalMeansField<Dim>>(
-      std::move(I), NodeField<Dim>(grid, means_of_side(intensities, inside, clear, deviation)),
-      NodeField<Dim>(grid, means_of_side(intensities, others(inside), clear, deviation)),
+      std::move(I), NodeField<Dim>(grid, inner), NodeField<Dim>(grid, outer),
       NodeField<Dim>(grid, std::move(distance)), options.reach_mm, options.noise);
 }
 

@@ -52,6 +52,16 @@ TYPED_TEST(Corrections, AllOfThemObeyAllClicksBestFirst) {
   }
 }
 
+// Else the ball of an earlier click was cut off at its neck but for the nodes that the click holds.
+TYPED_TEST(Corrections, EarlierClicksStayDeep) {
+  for (const double x : {30, 38}) {
+    const auto found =
+        this->correct(this->both, {this->inside(14), this->inside(34), this->outside(x, 27)});
+    ASSERT_FALSE(found.empty());
+    EXPECT_GT(this->image.covered(this->ball(34), this->after(this->both, found.front())), 0.5);
+  }
+}
+
 // What nothing in the image supports is held where it was clicked, and nowhere else.
 TYPED_TEST(Corrections, HoldTheClickWhereNothingElseIsToBeSeen) {
   const auto before = this->ball(14);

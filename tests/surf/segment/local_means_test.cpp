@@ -64,6 +64,31 @@ TEST(LocalMeans, KeepTheShapeNearItsStartAtTheBorderToo) {
   for (const double value : samples.value) EXPECT_GT(value, 8);  // 3/2 (5/4)^9 - 1 = 10
 }
 
+// With the mean of what is beyond it, -4, all of the layer is nearer to that of the ball.
+TEST(LocalMeans, LeaveAThinLayerBeforeSomethingElseByFarOutside) {
+  std::vector<float> values;
+  const auto place = [](int index) { return (index - (kSize - 1) / 2.0) * kVoxel; };
+  for (int z = 0; z < kSize; ++z)
+    for (int y = 0; y < kSize; ++y)
+      for (int x = 0; x < kSize; ++x) {
+        const double r = Eigen::Vector3d(place(x), place(y), place(z)).norm();
+        const float beyond = place(x) > 0.3 && r > kRadius + 3 * kVoxel ? -4.f : 0.f;
+        values.push_back(r < kRadius ? 1.f : beyond);
+      }
+  Eigen::Affine3d affine = Eigen::Translation3d::Identity() * Eigen::Scaling(kVoxel);
+  affine.translation().setConstant(place(0));
+  const auto setting = make_setting(volume::Volume({kSize, kSize, kSize}, affine, values));
+  const auto I = setting->make_model({.smoothing = {.sigma_mm = 0.4 * kVoxel}})->intensity();
+  const Triangles start = mesh::ball(Vector<3>::Zero(), kRadius, kVoxel);
+  const auto f = local_means<3>(*setting, I, start, start, {3 * kVoxel, kVoxel, 0.01});
+  Points<3> x(2, 3);
+  x << kRadius + kVoxel, 0, 0, kRadius - kVoxel, 0, 0;
+  Samples<3> samples;
+  f->sample(x, Derivatives::kNone, samples);
+  EXPECT_GT(samples.value[0], 0);
+  EXPECT_LT(samples.value[1], 0);
+}
+
 TEST(LocalMeans, HaveTheDerivativesOfTheirValues) {
   const Scene scene(kRadius - kVoxel, 0.2);
   constexpr double kStep = 1e-5;

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <set>
 
 #include "tests/surf/segment/click_scenes.h"
@@ -56,6 +57,28 @@ TYPED_TEST(Pieces, ANeckPartsTheBalls) {
     best = std::max(best, this->dice(piece.inside.in(scene.box()), right));
   }
   EXPECT_GT(best, 0.9);
+}
+
+// A shell as bright as what joins it to something larger: no window alone is the shell.
+TYPED_TEST(Pieces, AClickInAShellMeansTheShell) {
+  constexpr int Dim = TypeParam::value;
+  constexpr double kInner = 10, kOuter = 13;
+  const auto away = [](const Vector<Dim>& x) { return (x - test::point<Dim>(20)).norm(); };
+  const auto is_shell = [&](const Vector<Dim>& x) { return away(x) > kInner && away(x) <= kOuter; };
+  const test::ClickImage<Dim> seen([&](const Vector<Dim>& x) {
+    return is_shell(x) || (away(x) > kInner && x[0] > 20 && std::abs(x[1] - 24) < 9);
+  });
+  const auto before = seen.nodes([&](const Vector<Dim>&x) { return away(x) <= kInner; }),
+             shell = seen.nodes(is_shell);
+  const ClickScene<Dim> scene{
+      seen.grid,
+      before,
+      {seen.on_grid(this->inside(20)), seen.on_grid(this->inside(20 - (kInner + kOuter) / 2))},
+      0.03};
+  double best = 0;
+  for (const Rung<Dim>& piece : pieces(scene, {}))
+    best = std::max(best, this->dice(piece.inside.in(scene.box()), shell));
+  EXPECT_GT(best, 0.8);
 }
 
 TYPED_TEST(Pieces, ClicksHoldTheNodesRoundThem) {
