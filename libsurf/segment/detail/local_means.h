@@ -25,7 +25,8 @@ struct LocalMeansOptions {
 ///   z = d / reach, u = (4 noise)^4 / (c^4 + (4 noise)^4)
 ///
 /// m_1 and m_2 are the means of I inside and outside a shape under a Gaussian of deviation 4/3
-/// reach round each point; d is the distance to the start, negative inside: within about reach of
+/// reach round each point, m_2 no further from m_1 than 1.25 times the median of that along the
+/// start; d is the distance to the start, negative inside: within about reach of
 /// it the intensities decide, beyond nothing does. u is about 1 where the means hardly differ:
 /// there the shape is held at the start. This is the local Chan-Vese model (Lankton and
 /// Tannenbaum, Localizing region-based active contours, 2008), bounded, with statistics that stay
