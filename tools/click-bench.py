@@ -138,12 +138,13 @@ def run(case, arguments, repeat):
             code = subprocess.run(command + arguments.more, stdout=subprocess.DEVNULL,
                                   stderr=subprocess.DEVNULL).returncode
             seconds = time.monotonic() - begin
-            trust = None
+            verdict = {}
             if code == 0:  # else the mask of the click before is kept
                 mask = np.asarray(nibabel.load(label).dataobj) > 0
                 with open(summary) as file:
-                    trust = json.load(file).get("verdict", {}).get("trust")
-            rows.append(dict(dice=dice(mask, case.reference), code=code, seconds=seconds, trust=trust,
+                    verdict = json.load(file).get("verdict") or {}
+            rows.append(dict(dice=dice(mask, case.reference), code=code, seconds=seconds, trust=verdict.get("trust"),
+                             likelihood=verdict.get("likelihood"),
                              nsd=surface_agreement(mask, case.reference, case.spacing)))
             following = next_click(mask, case.reference, case.spacing, draw)
             point = None if following is None else list(case.point(following[1]))
