@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
+#include <utility>
 
 #include "libcurve/mesh/primitives.h"
 #include "libcurve/mesh/verify.h"
@@ -122,6 +124,26 @@ TEST(CurveObstacles, AClickThatCannotBeObeyedIsNoted) {
   EXPECT_TRUE(std::any_of(result.notes.begin(), result.notes.end(), [](const std::string& note) {
     return note.starts_with("click (47.3, 48.1) mm is not obeyed: it is inside the curve");
   }));
+}
+
+// What moves of the curve is a part with two ends.
+TEST(CurveObstacles, AFurtherClickOfADialogueMovesAPartOfTheCurve) {
+  segment::Segmentation<2> dialogue(make_setting(disc()));
+  const int object = dialogue.add_object();
+  dialogue.add_click(object, {kCentre, Side::kInside});
+  const Segments before = dialogue.evolve(object).shape;
+  const Click<2> outside{kCentre + Vector<2>(kRadius - 3, 0), Side::kOutside};
+  dialogue.add_click(object, outside);
+  const segment::Result<2>& result = dialogue.evolve(object);
+  EXPECT_TRUE(std::any_of(result.stages.begin(), result.stages.end(),
+                          [](const auto& stage) { return stage.name == "amend"; }));
+  EXPECT_TRUE(verify(result.shape).passed());
+  EXPECT_FALSE(mesh::are_inside<2>(result.shape, outside.point_mm.transpose()).front());
+  std::set<std::pair<double, double>> places;
+  for (const auto& x : before.points.rowwise()) places.insert({x[0], x[1]});
+  int n_kept = 0;
+  for (const auto& x : result.shape.points.rowwise()) n_kept += int(places.count({x[0], x[1]}));
+  EXPECT_GT(n_kept, int(before.points.rows()) / 2);
 }
 
 }  // namespace
