@@ -251,23 +251,24 @@ def test_what_progress_raises_passes_through():
     assert len(dialogue.surface().faces) > 0, "the shape so far"
 
 
-LARGE = """
+SIDE = 64 if SANITIZED else 256  # voxels; with the sanitizer all takes ten times as long
+LARGE = f"SIDE = {SIDE}" + """
 import os, signal, sys, threading, time
 import numpy as np, surfseg
 
-index = np.indices((256, 256, 256), dtype=np.float32)
-distance = np.sqrt(sum((x - 128) ** 2 for x in index)) - 80
+index = np.indices((SIDE, SIDE, SIDE), dtype=np.float32)
+distance = np.sqrt(sum((x - SIDE / 2) ** 2 for x in index)) - SIDE * 5 / 16
 values = (1000 / (1 + np.exp(np.clip(distance, -20, 20)))).astype(np.float32)
 values += np.random.default_rng(1).normal(0, 30, values.shape).astype(np.float32)
 del index, distance
 dialogue = surfseg.Segmentation(values, np.eye(4))
-dialogue.click((128, 128, 128))
+dialogue.click((SIDE / 2, SIDE / 2, SIDE / 2))
 sent = []
 """
 
 
 def seconds_to_stop(way, moment):
-    """How long a 256^3 array's segmentation goes on when it is told to stop: by a progress function
+    """How long a large array's segmentation goes on when it is told to stop: by a progress function
     that returns False, or by Ctrl-C, after `moment` seconds. None where it was done before."""
     program_text = LARGE + {
         "False": f"""

@@ -43,8 +43,9 @@ function formats(): string[] { return page.options?.export[kind] ?? FORMATS[kind
 
 function proposedName(): string {
   const o = page.state?.objects.find((x) => x.id === target);
-  const stem = (o?.name ?? (volume()?.path.split('/').pop() ?? 'objects').replace(/\.(nii|nrrd|nhdr|mha|mhd|vti|dcm|gz)(?=\.|$)/g, ''))
-    .trim().replace(/[^\p{L}\p{N}._-]+/gu, '-').replace(/^[-.]+/, '') || 'object';
+  // With the scan's name: objects of several scans meet in one folder.
+  const scan = (volume()?.path.split('/').pop() ?? 'objects').replace(/\.(nii|nrrd|nhdr|mha|mhd|vti|dcm|gz)(?=\.|$)/g, '');
+  const stem = (o ? `${scan}-${o.name}` : scan).trim().replace(/[^\p{L}\p{N}._-]+/gu, '-').replace(/^[-.]+/, '') || 'object';
   const suffix = kind === 'labels' ? '-labels' : kind === 'recipe' ? '-recipe' : kind === 'measures' ? '-measures' : kind === 'report' ? '-report' : '';
   return `${stem}${suffix}.${format}`;
 }
@@ -81,7 +82,7 @@ function draw(): void {
     kind === 'surface' && choice('Space', 'space', [['lps', 'LPS (DICOM, ITK, Slicer)'], ['ras', 'RAS (NIfTI, FreeSurfer)']], space,
       (v) => { space = v as 'lps' | 'ras'; }),
     h('div', { class: 'line' }, h('label', { for: 'export-name' }, 'Name'), name),
-    h('p', { class: 'help' }, `Written into ${page.state?.folder || 'the folder the studio was started with'}.`),
+    h('p', { class: 'help' }, page.state?.folder ? `Goes into the folder “${page.state.folder}”.` : 'Goes into the folder the studio was started with.'),
     result && h('p', { class: result.bad ? 'result bad' : 'result good', role: result.bad ? 'alert' : 'status' }, result.text));
   const go = byId<HTMLButtonElement>('export-go');
   go.textContent = exists ? 'Overwrite' : 'Export';
@@ -102,7 +103,7 @@ async function run(): Promise<void> {
   } catch (error) {
     exists = error instanceof RequestError && error.exists;
     const words = error instanceof RequestError ? error.message : 'The program does not answer.';
-    result = { text: exists ? `${words.replace(/\.?$/, '.')} Overwrite it?` : words, bad: true };
+    result = { text: exists && !words.endsWith('?') ? `${words.replace(/\.?$/, '.')} Overwrite it?` : words, bad: true };
   }
   busy = false;
   draw();

@@ -1,6 +1,6 @@
 // The help on "?", and the hint of the first time.
 import { byId, h } from './dom';
-import { remember, remembered } from './state';
+import { page, remember, remembered } from './state';
 
 const MOUSE: [string, string][] = [
   ['Left click', 'a click with the chosen tool: inside or outside of the object'],
@@ -55,5 +55,7 @@ export function startHelp(): void {
 
 export function openHelp(): void { byId<HTMLDialogElement>('help').showModal(); }
 
-/** Three lines, until they are dismissed once. */
-export function drawHint(volumeShown: boolean): void { byId('hint').hidden = !volumeShown || remembered('hint') === 'seen'; }
+/** Three lines, until they are dismissed once; a surface is not hidden by them. */
+export function drawHint(volumeShown: boolean): void {
+  byId('hint').hidden = !volumeShown || remembered('hint') === 'seen' || !!page.state?.objects.some((o) => o.clicks.length);
+}

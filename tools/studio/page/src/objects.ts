@@ -62,9 +62,9 @@ function row(label: string, value: Node | string, title = ''): HTMLElement {
   return h('div', { class: 'row', title }, h('dt', {}, label), h('dd', {}, value));
 }
 
-function lookButton(words: string, point: Point, key: string): HTMLElement {
+function lookButton(words: string, point: Point, key: string, what: string): HTMLElement {
   return h('button', { type: 'button', class: 'small', 'data-key': key, onclick: () => lookAt(point),
-    title: `Crosshair to ${point.map((x) => x.toFixed(1)).join(', ')} mm` }, icon('look'), words);
+    title: `${what}: crosshair to ${point.map((x) => x.toFixed(1)).join(', ')} mm` }, icon('look'), words);
 }
 
 function drawDetails(o: StudioObject | null): void {
@@ -85,8 +85,8 @@ function verdict(o: StudioObject): Node | null {
   return h('div', { class: `verdict ${tone}` },
     v && h('p', {}, h('strong', {}, v.trust), v.words ? ` – ${v.words}` : ''),
     h('div', { class: 'buttons' },
-      v?.place && lookButton('Look where it is doubtful', v.place, 'place'),
-      next && lookButton('Look where to click next', next, 'next')));
+      v?.place && lookButton('Look where it is doubtful', v.place, 'place', 'Where the verdict is least sure (D)'),
+      next && lookButton('Look where to click next', next, 'next', 'Amid the part that no edge holds; you see there whether inside or outside is right')));
 }
 
 function measures(o: StudioObject): Node | null {

@@ -395,10 +395,10 @@ def files_are_exported_and_overwritten_after_a_question(browser):
         browser.key("e")
         browser.until("document.getElementById('export').open")
         browser.picture("export")
-        check(browser.js("document.getElementById('export-name').value") == "object-1.stl", "a name is proposed")
+        check(browser.js("document.getElementById('export-name').value") == "phantom-object-1.stl", "a name is proposed")
         browser.press("#export-go")
         browser.until("document.querySelector('.result.good')")
-        check(server.received("export")[-1]["export"] == dict(what="surface", object=1, format="stl", space="lps", name="object-1.stl", overwrite=False),
+        check(server.received("export")[-1]["export"] == dict(what="surface", object=1, format="stl", space="lps", name="phantom-object-1.stl", overwrite=False),
               "the request")
         browser.press("#export-go")
         browser.until("document.querySelector('.result.bad')")
@@ -407,7 +407,7 @@ def files_are_exported_and_overwritten_after_a_question(browser):
         browser.press("#export-go")
         browser.until("document.querySelector('.result.good')")
         check(server.received("export")[-1]["export"]["overwrite"] is True, "overwritten after the question")
-        for kind, name in (("report", "object-1-report.html"), ("measures", "object-1-measures.csv"), ("labels", "object-1-labels.nii.gz")):
+        for kind, name in (("report", "phantom-object-1-report.html"), ("measures", "phantom-object-1-measures.csv"), ("labels", "phantom-object-1-labels.nii.gz")):
             browser.press(f"[data-key=kind-{kind}]")
             check(browser.js("document.getElementById('export-name').value") == name, f"the name of {kind}")
         browser.js("document.getElementById('export-name').value = '../a.nii.gz'; document.getElementById('export-name').dispatchEvent(new Event('input'))")
