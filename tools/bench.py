@@ -25,6 +25,8 @@ except ImportError:
     print("skipped: bench.sh needs python3-numpy", file=sys.stderr)
     sys.exit(3)
 
+from line_plot import line_plot
+
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 SLOW = 60  # [s]: what takes longer is run once
 BEGIN, END = "<!-- bench -->", "<!-- /bench -->"
@@ -294,45 +296,17 @@ def table(rows, skipped):
     return "\n".join(lines)
 
 
-COLOURS = ["#1b6ca8", "#d1495b", "#2e8b57", "#8d6a9f", "#e08e1b", "#555555", "#17a2a2", "#a0522d"]
-
-
 def plot(rows, case):
     """CPU seconds against N of one case, both logarithmic, as SVG."""
-    rows = [r for r in rows if r["case"] == case and "cpu_s" in r]
-    names = list(dict.fromkeys(r["program"] for r in rows))
-    low = math.floor(math.log10(max(min(r["cpu_s"] for r in rows), 1e-3)))
-    high = math.ceil(math.log10(max(r["cpu_s"] for r in rows)))
-    sizes = sorted({r["n"] for r in rows})
-    width, height, left, top = 430, 300, 60, 20
-
-    def x(n):
-        first, last = math.log(sizes[0]), math.log(sizes[-1])
-        return left + width * (math.log(n) - first) / max(last - first, 1e-9)
-
-    def y(s):
-        return top + height * (1 - (math.log10(max(s, 1e-3)) - low) / max(high - low, 1))
-
-    out = [f'<svg xmlns="http://www.w3.org/2000/svg" width="{left + width + 290}" height="{top + height + 50}" '
-           'font-family="sans-serif" font-size="12"><rect width="100%" height="100%" fill="white"/>']
-    for power in range(low, high + 1):
-        at = y(10.0**power)
-        out.append(f'<line x1="{left}" x2="{left + width}" y1="{at:.1f}" y2="{at:.1f}" stroke="#ddd"/>'
-                   f'<text x="{left - 8}" y="{at + 4:.1f}" text-anchor="end">{10.0**power:g} s</text>')
-    for n in sizes:
-        out.append(f'<text x="{x(n):.1f}" y="{top + height + 18}" text-anchor="middle">{n}</text>')
-    out.append(f'<text x="{left + width / 2}" y="{top + height + 38}" text-anchor="middle">'
-               f'N, {case} in N^3 voxels: CPU seconds after reading</text>')
-    for i, name in enumerate(names):
-        colour = COLOURS[i % len(COLOURS)]
-        points = [(x(r["n"]), y(r["cpu_s"])) for r in rows if r["program"] == name]
-        line = " ".join(f"{px:.1f},{py:.1f}" for px, py in points)
-        out.append(f'<polyline points="{line}" fill="none" stroke="{colour}" stroke-width="2"/>')
-        out += [f'<circle cx="{px:.1f}" cy="{py:.1f}" r="3" fill="{colour}"/>' for px, py in points]
-        out.append(f'<line x1="{left + width + 20}" x2="{left + width + 40}" y1="{top + 12 + 20 * i}" '
-                   f'y2="{top + 12 + 20 * i}" stroke="{colour}" stroke-width="2"/>'
-                   f'<text x="{left + width + 46}" y="{top + 16 + 20 * i}">{name}</text>')
-    return "\n".join(out) + "\n</svg>\n"
+    rows = [dict(r, cpu_s=max(r["cpu_s"], 1e-3)) for r in rows if r["case"] == case and "cpu_s" in r]
+    low = math.floor(math.log10(min(r["cpu_s"] for r in rows)))
+    high = max(low + 1, math.ceil(math.log10(max(r["cpu_s"] for r in rows))))
+    curves = {}
+    for r in rows:
+        curves.setdefault(r["program"], []).append((r["n"], r["cpu_s"]))
+    return line_plot(curves, f"N, {case} in N^3 voxels: CPU seconds after reading",
+                     [(n, str(n)) for n in sorted({r["n"] for r in rows})],
+                     [(10.0**power, f"{10.0**power:g} s") for power in range(low, high + 1)], math.log10)
 
 
 def write_document(path, text):

@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """Interactive segmentation by simulated clicks: what Dice and surface agreement are after 1, 2, 3, ... clicks.
 
-    tools/click-bench.py CASES.json [--program build/release/bin/surfseg] [--clicks 10] [--repeats 5] [--fixed-first] [--box MM] [--expect K=DICE ...]
-                         [--json OUT.json] [-- MORE OPTIONS]
+    tools/click-bench.py CASES.json [--program build/release/bin/surfseg] [--clicks 10] [--repeats 5] [--fixed-first] [--box MM] [--dialogue] [--expect K=DICE ...]
+                         [--json OUT.json] [--plot OUT.svg [--curve NAME:K=DICE,K=DICE,...] ...] [-- MORE OPTIONS]
 
 CASES.json is a list of {"name": ..., "volume": ..., "reference": ..., "seed": [x, y, z]}: paths (relative to the list), a label map on the
 volume's grid, and the first click in RAS mm; or the word `phantoms`, which makes a few in a temporary folder.
@@ -11,14 +11,17 @@ Protocol, that of the papers on interactive segmentation. Of the voxels that are
 connected by faces is taken (of equals what is missing), and its deepest voxel (distance in mm to what is not of it, the border of the volume
 included; of equals the lowest index) is clicked, inside or outside. With --repeats above 1 all clicks of the repeats but the first are
 drawn, by a fixed seed, from the voxels at least half as deep, the first click from those of the object; with --fixed-first it stays the case's own.
---box gives the program the box of the reference with a margin of so many mm, as a person would draw it.
+--dialogue adds the clicks one by one to a segmentation of the Python module, which is then to be on PYTHONPATH, where the program is called anew with all of them otherwise.
+--box gives it the box of the reference with a margin of so many mm, as a person would draw it.
 Printed for each number of clicks: mean Dice, mean share of the surfaces that agree within 2 mm (NSD, at the voxels' faces), how often the verdicts are right; clicks that lost
-more than 0.005 and 0.05 of Dice, seconds per call (median, 95 %; the whole program, all clicks from the first on); with repeats the spread of the means between them, and the
-standard deviation of Dice over the repeats of one object (median of the objects), after one click and after all. With --expect a mean Dice that is lower after K clicks ends in exit code 1; modules that are missing in 3.
+more than 0.005 and 0.05 of Dice, seconds per call (median, 95 %; the whole program, all clicks from the first on; in a dialogue those of a click); with repeats the spread of the means between them, and the
+standard deviation of Dice over the repeats of one object (median of the objects), after one click and after all. --plot draws the means, and beside them
+curves that were measured elsewhere. With --expect a mean Dice that is lower after K clicks ends in exit code 1; modules that are missing in 3.
 
 Needs Debian's python3-numpy, python3-scipy, python3-nibabel.
 """
 import argparse
+import importlib.util
 import json
 import os
 import random
@@ -34,6 +37,8 @@ try:
 except ImportError as error:
     print("click-bench.py: error: %s; install python3-numpy python3-scipy python3-nibabel" % error, file=sys.stderr)
     sys.exit(3)
+
+from line_plot import line_plot
 
 TOLERANCE_MM = 2.0
 
@@ -110,13 +115,51 @@ class Case:
         self.spacing = np.sqrt((self.affine[:3, :3] ** 2).sum(axis=0))
 
     def box(self, margin):
-        """Two opposite corners X,Y,Z,X,Y,Z of the reference's box with a margin [mm], as far as the volume goes."""
+        """Two opposite corners of the reference's box with a margin [mm], as far as the volume goes."""
         at, steps = np.argwhere(self.reference), np.ceil(margin / self.spacing).astype(int)
         corners = np.maximum(0, at.min(0) - steps), np.minimum(np.array(self.reference.shape) - 1, at.max(0) + steps)
-        return ",".join("%.10g" % x for corner in corners for x in self.point(corner))
+        return [tuple(self.point(corner)) for corner in corners]
 
     def point(self, voxel):
         return self.affine[:3, :3] @ np.array(voxel) + self.affine[:3, 3]
+
+
+def called(case, arguments, clicks):
+    """Mask and summary of the program called with all clicks, (None, {}) if it fails, and its seconds."""
+    with tempfile.TemporaryDirectory() as folder:
+        surface, label, summary = (os.path.join(folder, name) for name in ("s.stl", "m.nii.gz", "s.json"))
+        command = [arguments.program, "segment", case.volume, "-o", surface, "--mask", label, "--json", summary]
+        command += ["%s=%s" % (o, ",".join("%.10g" % x for x in p)) for o, p in clicks]
+        if arguments.box is not None:
+            command.append("--box=" + ",".join("%.10g" % x for corner in case.box(arguments.box) for x in corner))
+        begin = time.monotonic()
+        code = subprocess.run(command + arguments.more, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL).returncode
+        seconds = time.monotonic() - begin
+        if code != 0:
+            return None, {}, seconds
+        with open(summary) as file:
+            return np.asarray(nibabel.load(label).dataobj) > 0, json.load(file), seconds
+
+
+class Dialogue:
+    """One segmentation of the Python module, to which clicks are added: seconds are those of a click and its evolution."""
+
+    def __init__(self, case, arguments):
+        self.surfseg = importlib.import_module("surfseg")
+        self.segmentation = self.surfseg.Segmentation(case.volume)
+        if arguments.box is not None:
+            self.segmentation.set_options(box=case.box(arguments.box))
+
+    def __call__(self, clicks):
+        option, point = clicks[-1]
+        begin = time.monotonic()
+        try:
+            self.segmentation.click(tuple(point), option == "--seed")
+            surface = self.segmentation.evolve()
+        except self.surfseg.Error:
+            return None, {}, time.monotonic() - begin
+        seconds = time.monotonic() - begin
+        return surface.mask() > 0, surface.report, seconds
 
 
 def run(case, arguments, repeat):
@@ -127,31 +170,20 @@ def run(case, arguments, repeat):
         first = list(case.point(deep_voxel(case.reference, case.spacing, draw)))
     rows, clicks = [], [("--seed", first)]
     mask = np.zeros(case.reference.shape, bool)
-    with tempfile.TemporaryDirectory() as folder:
-        surface, label, summary = (os.path.join(folder, name) for name in ("s.stl", "m.nii.gz", "s.json"))
-        while len(rows) < arguments.clicks:
-            command = [arguments.program, "segment", case.volume, "-o", surface, "--mask", label, "--json", summary]
-            command += ["%s=%s" % (o, ",".join("%.10g" % x for x in p)) for o, p in clicks]
-            if arguments.box is not None:
-                command.append("--box=" + case.box(arguments.box))
-            begin = time.monotonic()
-            code = subprocess.run(command + arguments.more, stdout=subprocess.DEVNULL,
-                                  stderr=subprocess.DEVNULL).returncode
-            seconds = time.monotonic() - begin
-            verdict = {}
-            if code == 0:  # else the mask of the click before is kept
-                mask = np.asarray(nibabel.load(label).dataobj) > 0
-                with open(summary) as file:
-                    verdict = json.load(file).get("verdict") or {}
-            rows.append(dict(dice=dice(mask, case.reference), code=code, seconds=seconds, trust=verdict.get("trust"),
-                             likelihood=verdict.get("likelihood"),
-                             nsd=surface_agreement(mask, case.reference, case.spacing)))
-            following = next_click(mask, case.reference, case.spacing, draw)
-            point = None if following is None else list(case.point(following[1]))
-            if following is None or any(np.allclose(point, p) for _, p in clicks):
-                rows += [dict(rows[-1], seconds=None)] * (arguments.clicks - len(rows))
-                break
-            clicks.append((following[0], point))
+    segment = Dialogue(case, arguments) if arguments.dialogue else lambda clicks: called(case, arguments, clicks)
+    while len(rows) < arguments.clicks:
+        now, summary, seconds = segment(clicks)
+        mask = mask if now is None else now  # of a call that failed that of the click before is kept
+        verdict = summary.get("verdict") or {}
+        rows.append(dict(dice=dice(mask, case.reference), failed=now is None, seconds=seconds, trust=verdict.get("trust"),
+                         likelihood=verdict.get("likelihood"), nsd=surface_agreement(mask, case.reference, case.spacing)))
+        following = next_click(mask, case.reference, case.spacing, draw)
+        # Nothing is left, or a click was not heeded: the same again changes nothing.
+        point = None if following is None else list(case.point(following[1]))
+        if following is None or any(np.allclose(point, p) for _, p in clicks):
+            rows += [dict(rows[-1], seconds=None)] * (arguments.clicks - len(rows))
+            break
+        clicks.append((following[0], point))
     return rows
 
 
@@ -186,6 +218,27 @@ def report(results, n_clicks):
               % (k, min(of_repeats), max(of_repeats), np.median(deviations)))
     seconds = [x["seconds"] for r in rows for x in r if x["seconds"] is not None]
     print("seconds per call: median %.2f, 95 %% %.2f" % (np.median(seconds), np.percentile(seconds, 95)))
+    first = [r[0]["seconds"] for r in rows]
+    further = [x["seconds"] for r in rows for x in r[1:] if x["seconds"] is not None]
+    if further:
+        print("  first %.2f, %.2f; further %.2f, %.2f" % (np.median(first), np.percentile(first, 95),
+                                                          np.median(further), np.percentile(further, 95)))
+
+
+def curve(text):
+    """NAME:K=DICE,K=DICE,... as (NAME, [(K, DICE), ...])."""
+    name, _, points = text.rpartition(":")
+    out = [(int(k), float(dice)) for k, dice in (point.split("=") for point in points.split(","))]
+    if not name or not all(k >= 1 and 0 <= dice <= 1 for k, dice in out):
+        raise ValueError(text)
+    return name, out
+
+
+def plot(curves):
+    last = max(k for points in curves.values() for k, _ in points)
+    lowest = int(10 * min(dice for points in curves.values() for _, dice in points))
+    return line_plot(curves, "mean Dice after so many clicks", [(k, k) for k in range(1, max(last, 2) + 1)],
+                     [(tenth / 10, "%.1f" % (tenth / 10)) for tenth in range(min(lowest, 9), 11)])
 
 
 def main():
@@ -196,13 +249,18 @@ def main():
     parser.add_argument("--repeats", type=int, default=5)
     parser.add_argument("--fixed-first", action="store_true")
     parser.add_argument("--box", type=float, metavar="MM")
+    parser.add_argument("--dialogue", action="store_true")
     parser.add_argument("--expect", action="append", default=[], metavar="K=DICE")
     parser.add_argument("--json")
+    parser.add_argument("--plot", metavar="OUT.svg")
+    parser.add_argument("--curve", action="append", default=[], type=curve, metavar="NAME:K=DICE,...")
     argv, more = sys.argv[1:], []
     if "--" in argv:
         argv, more = argv[:argv.index("--")], argv[argv.index("--") + 1:]
     arguments = parser.parse_args(argv)
     arguments.more = more
+    if arguments.dialogue and (more or importlib.util.find_spec("surfseg") is None):
+        parser.error("--dialogue: the module surfseg is not on PYTHONPATH, or there are options for the program")
     if arguments.clicks < 1 or arguments.repeats < 1:
         parser.error("--clicks and --repeats: 1 or more")
     expected = []
@@ -228,6 +286,10 @@ def main():
     if arguments.json:
         with open(arguments.json, "w") as file:
             json.dump(results, file, indent=1)
+    if arguments.plot:
+        means = np.mean([[row["dice"] for row in rows] for case in results for rows in case["repeats"]], axis=0)
+        with open(arguments.plot, "w") as file:
+            file.write(plot({"surfseg": [(k, dice) for k, dice in enumerate(means, 1)], **dict(arguments.curve)}))
     for k, least in expected:
         mean = np.mean([rows[k - 1]["dice"] for case in results for rows in case["repeats"]])
         if not mean >= least:

@@ -49,6 +49,16 @@ TEST(Verdict, FallsWithWhatSpeaksAgainst) {
   EXPECT_THAT(doubt(faint), ::testing::HasSubstr("alike"));
 }
 
+TEST(Verdict, DoubtsACorrectionThatHasARival) {
+  VerdictFeatures corrected = good();
+  corrected.n_clicks = 2;
+  const double best = likelihood_of_right(corrected);
+  EXPECT_GE(best, likelihood_of_right(good()));
+  corrected.contest.rival = 0.98;
+  EXPECT_LT(likelihood_of_right(corrected), best);
+  EXPECT_THAT(doubt(corrected), ::testing::HasSubstr("another correction"));
+}
+
 /// What a click at `click` on the first axis finds of a ball about x.
 struct FoundBall {
   FoundBall(double x, double radius, double click)
