@@ -22,6 +22,9 @@ constexpr double kReference = 1.5;
 // Of the mean mass: vertices whose elements all lie on the image's border have none of their own.
 constexpr double kLeastMass = 1e-3;
 constexpr double kUnseen = 1e-9;  // of the least information: what nothing is known of stays
+// Of a diagonal entry: where a part that nothing is known of has an element that is much smaller
+// than the others, rounding is more than the information above.
+constexpr double kRounding = 1e-12;
 
 }  // namespace
 
@@ -91,7 +94,10 @@ Eigen::VectorXd SmoothMoves<Dim>::weights(const Eigen::VectorXd& moves, double t
 template <int Dim>
 Sparse SmoothMoves<Dim>::precision(double tau, const Eigen::VectorXd& weights) const {
   Sparse out = tau * bending_(weights.cwiseQuotient(mass_));
-  out += Sparse((kUnseen * tau * std::pow(k_, 4) * mass_).asDiagonal());
+  const Eigen::VectorXd diagonal = out.diagonal();
+  const Eigen::VectorXd least =
+      (kUnseen * tau * std::pow(k_, 4) * mass_).cwiseMax(kRounding * diagonal);
+  out += Sparse(least.asDiagonal());
   return out;
 }
 
