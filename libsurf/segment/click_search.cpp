@@ -145,6 +145,30 @@ ClickSearchPointer<Dim> first_stroke(const SearchGrid<Dim>& grid, const Click<Di
   return out;
 }
 
+/// After clicks that have found nothing: an inside one is looked for as a first one, and heeds
+/// those before it.
+template <int Dim>
+ClickSearchPointer<Dim> next_search(const SearchGrid<Dim>& grid,
+                                    const ClickSearchPointer<Dim>& before, const Click<Dim>& click,
+                                    const SearchOptions& options,
+                                    const SearchProgress<Dim>& progress,
+                                    const std::stop_token& stop) {
+  if (!before->found.empty() || click.side != Side::kInside)
+    return further_search<Dim>(grid, before, click, options, stop);
+  ClickSearchPointer<Dim> anew = first_stroke<Dim>(grid, click, options, progress, stop);
+  if (!anew) return nullptr;
+  if (anew->found.empty()) return further_search<Dim>(grid, before, click, options, stop);
+  for (const Click<Dim>& earlier : before->clicks) {
+    anew = further_search<Dim>(grid, anew, earlier, options, stop);
+    if (!anew) return nullptr;
+  }
+  auto out = std::make_shared<ClickSearch<Dim>>(*anew);
+  out->before = before;
+  out->clicks = before->clicks;
+  out->clicks.push_back(click);
+  return out;
+}
+
 }  // namespace
 
 template <int Dim>
@@ -181,7 +205,7 @@ ClickSearchPointer<Dim> search_clicks(const SearchGrid<Dim>& grid,
   while (known && !is_start(*known)) known = known->before;
   if (!known) known = first_stroke<Dim>(grid, ordered.front(), options, progress, stop);
   while (known && known->clicks.size() < ordered.size())
-    known = further_search(grid, known, ordered[known->clicks.size()], options, stop);
+    known = next_search(grid, known, ordered[known->clicks.size()], options, progress, stop);
   return known;
 }
 

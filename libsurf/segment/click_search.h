@@ -29,8 +29,8 @@ Contest contest(std::span<const double> scores, std::span<const double> overlaps
 template <int Dim>
 struct ClickSearch {
   std::vector<Click<Dim>> clicks;
-  std::vector<GridClick<Dim>> on_grid;
-  /// Of the first inside click, best first; never null.
+  std::vector<GridClick<Dim>> on_grid;  ///< in the order in which they were heeded
+  /// Of the first inside click that finds something, best first; never null.
   std::shared_ptr<const std::vector<SettledRegion<Dim>>> first;
   double noise = 0;                           ///< [intensity per node]
   NodeBox<Dim> box;                           ///< of the grid
@@ -48,12 +48,13 @@ using ClickSearchPointer = std::shared_ptr<const ClickSearch<Dim>>;
 
 /// Heeds the clicks in their order. The first inside one is looked for in the whole grid
 /// (region_search.h), each further one changes what has been found (correction.h); outside clicks
-/// that come before it are heeded after it.
+/// that come before it are heeded after it. Where nothing is found round it the next inside one is
+/// the first, and those before are heeded after it.
 ///
 /// @param known  of the same grid, or null: what it and those before it have in common with the
 ///               clicks is taken over
 /// @return  null after a stop, or if there is no inside click; `found` is empty if nothing stands
-///          out round the first one
+///          out round any of the inside ones
 template <int Dim>
 ClickSearchPointer<Dim> search_clicks(const SearchGrid<Dim>& grid,
                                       std::span<const Click<Dim>> clicks,

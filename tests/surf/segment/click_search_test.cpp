@@ -54,6 +54,34 @@ TYPED_TEST(ClickSearches, DoesNotDependOnTheNumberOfThreads) {
   EXPECT_EQ(found[0], found[1]);
 }
 
+// Two balls, and a click in the noise far from both, where nothing stands out.
+TYPED_TEST(ClickSearches, BeginsAnewWhereNothingWasFound) {
+  constexpr int Dim = TypeParam::value;
+  const test::ClickImage<Dim> balls([](const Vector<Dim>& x) {
+    return test::is_in_ball<Dim>(x, test::point<Dim>(14), 9) ||
+           test::is_in_ball<Dim>(x, test::point<Dim>(34), 9);
+  });
+  const auto search = [&](const std::vector<Click<Dim>>& clicks,
+                          ClickSearchPointer<Dim> known = nullptr) {
+    return search_clicks<Dim>(balls.grid, clicks, std::move(known));
+  };
+  const Click<Dim> nowhere{test::point<Dim>(24, 2, 2), Side::kInside};
+  const auto nothing = search({nowhere});
+  ASSERT_TRUE(nothing);
+  ASSERT_TRUE(nothing->found.empty());
+  const std::vector<Click<Dim>> clicks = {nowhere, test::inside<Dim>(14)};
+  const auto found = search(clicks, nothing);
+  ASSERT_TRUE(found && !found->found.empty());
+  EXPECT_EQ(found->clicks, clicks);
+  EXPECT_EQ(found->before, nothing);
+  const NodeSet<Dim> ball =
+      balls.nodes([](const auto& x) { return test::is_in_ball<Dim>(x, test::point<Dim>(14), 9); });
+  EXPECT_GT(balls.covered(ball, found->inside()), 0.9);
+  EXPECT_EQ(search(clicks)->inside(), found->inside());
+  // A third one goes on from there; without the first one there is the ball alone.
+  EXPECT_EQ(search({clicks[0], clicks[1], test::inside<Dim>(34)}, found)->before, found);
+}
+
 TYPED_TEST(ClickSearches, BeginsWithTheFirstInsideClick) {
   const auto found = this->search({this->outside(34), this->inside(14)});
   ASSERT_TRUE(found);
