@@ -10,7 +10,7 @@ import random
 import shutil
 import sys
 
-from browser import CTRL, SHIFT, Browser, find_browser
+from browser import CTRL, SHIFT, Browser, BrowserError, find_browser
 from studio import Studio, folder_with
 
 WARM = 0.25  # of the clicks: by then all code of the page has run
@@ -57,7 +57,7 @@ def run(n_clicks, n_undos):
         browser.until("window.studio && studio.ready && studio.state.volume && !studio.state.job", 120)
         if browser.js("!document.getElementById('hint').hidden"):
             browser.press("#hint-close")
-        warm, n_made = None, 0
+        warm, n_made, n_missed = None, 0, 0
         while n_made < n_clicks:
             outside = n_made % 2 == 1
             z, angle = draw.uniform(-1, 1), draw.uniform(0, 2 * math.pi)
@@ -67,8 +67,14 @@ def run(n_clicks, n_undos):
             browser.js(f"studio.lookAt({point})")
             browser.frame()
             browser.click(*browser.js(f"studio.position('axial', {point})"), SHIFT if outside else 0)
-            browser.until(f"studio.state.objects[0]?.clicks.length === {n_made + 1} || document.querySelector('.alert')", 60)
-            n_made = len(studio.state()["objects"][0]["clicks"])
+            try:
+                browser.until(f"studio.state.objects[0]?.clicks.length === {n_made + 1}", 5)
+            except BrowserError:
+                n_missed += 1  # it was refused, or on the mark of an earlier one, which it selects
+                if n_missed > n_clicks:
+                    raise
+                continue
+            n_made += 1
             rest(browser)
             if n_made % max(1, n_clicks // 8) == 0:
                 now = measure(browser, studio, f"{n_made} clicks")
