@@ -1,8 +1,8 @@
 #!/usr/bin/python3
 """Memory of the page over 200 clicks and 50 undos, by real mouse events: page_memory_test.py [CLICKS [UNDOS]]
 
-Prints the page's heap after a collection of garbage, and what is resident of the browser's renderer, eight times. Fails where the heap at the end is
-more than a tenth above that after a quarter of the clicks. Says "skipped" and ends with 77 where Chromium is missing.
+Prints the page's heap after a collection of garbage, and what is resident of the browser's renderer, eight times. Fails where one of them, or the
+server's memory, is at the end more than a tenth above that after a quarter of the clicks. Says "skipped" and ends with 77 where Chromium is missing.
 """
 import math
 import os
@@ -53,6 +53,7 @@ def run(n_clicks, n_undos):
     folder = folder_with(("ball.nii.gz", "ball", "--size", "64", "--noise", "0.1"))
     draw = random.Random(5)
     with Studio(folder, "ball.nii.gz") as studio, Browser() as browser:
+        browser("Network.disable")  # else the renderer keeps what the page has been sent, for the tools
         browser.open(studio.address)
         browser.until("window.studio && studio.ready && studio.state.volume && !studio.state.job", 120)
         if browser.js("!document.getElementById('hint').hidden"):
@@ -86,7 +87,7 @@ def run(n_clicks, n_undos):
     shutil.rmtree(folder)
     grown = [100 * (after / before - 1) for before, after in zip(warm, last)]
     print("grown since a quarter of the clicks: heap %+.1f %%, renderer %+.1f %%, server %+.1f %%" % tuple(grown))
-    return 0 if grown[0] < 10 else 1
+    return 0 if max(grown) < 10 else 1
 
 
 if __name__ == "__main__":
