@@ -49,6 +49,8 @@ struct History {
   bool undo() { return n_done > 0 && n_done-- > 0; }
   bool can_redo() const { return n_done < moments.size(); }
   bool redo() { return can_redo() && n_done++ < moments.size(); }
+  /// What redo() would do again; null if there is nothing.
+  const Action<Dim>* undone() const { return can_redo() ? &moments[n_done].action : nullptr; }
   /// What has been done and is not undone.
   std::vector<Action<Dim>> actions() const {
     std::vector<Action<Dim>> out;

@@ -16,16 +16,12 @@ constexpr double kStepPerBlur = 1.2;
 // steps, not 160; the blob of docs/curves-program.md with minimal-surface 39, not 120.
 constexpr double kLongSteps = 4;
 constexpr double kHeldCells = 0.51;  // round a click: half a cell, whatever is rounded
-// Statistics of a start are fitted again to what was found from it, until the shape hardly moves.
-constexpr int kMostFits = 3;
 // Of a fitted energy: near its minimum nearly all vertices take the whole step of the inexact
 // Newton method. The inside of a skull (45,000 triangles) takes 28 steps, not 64, the brain 18, not
 // 37, with the same errors to 0.001 voxel on phantoms and 0.0005 in Dice on scans.
 constexpr double kFittedShare = 1e-3;  // of the area, as StepOptions::exempt_share
 constexpr int kFittedWindow = 4;       // steps
 constexpr double kAtRest = 0.02;       // cells: no vertex moved further in any step of the window
-constexpr double kFitted =
-    0.04;  // cells, in the mean: by what the shape moves from one fit to the next
 
 template <int Dim>
 void lengthen_steps(const std::vector<EnergyTerm>& terms, const KindContext<Dim>& kind_context,
@@ -34,19 +30,6 @@ void lengthen_steps(const std::vector<EnergyTerm>& terms, const KindContext<Dim>
   shape.edge_indicator = edge_field<Dim>(terms, kind_context);
   shape.path_spacing_mm = shape.max_displacement_mm;
   shape.max_displacement_mm *= kLongSteps;
-}
-
-/// Adds a further part of one minimisation.
-void append(flow::FlowSummary part, flow::FlowSummary& whole) {
-  if (whole.steps.empty()) whole.initial_energy = part.initial_energy;
-  const int n_before = int(whole.steps.size());
-  for (flow::StepRecord& record : part.steps) {
-    record.k += n_before;
-    whole.steps.push_back(std::move(record));
-  }
-  whole.termination = part.termination;
-  whole.message = std::move(part.message);
-  whole.final_energy = part.final_energy;
 }
 
 }  // namespace
@@ -155,24 +138,13 @@ bool minimise(Work<Dim>& work, const Minimisation<Dim>& minimisation) {
     if (are_fitted<Dim>(terms)) at_rest = rest.check(record.k, record.energy, shape_now);
     return work.tell(report.name, record, shape_now) && at_rest.empty();
   };
-  for (int fit = 0; fit < kMostFits; ++fit) {
-    const Simplices<Dim> before = shape->simplices();
-    const auto energy = make_energy<Dim>(terms, context(work, *model));
-    flow.max_steps = minimisation.flow.max_steps - int(report.flow.steps.size());
-    rest.begin_fit();
-    flow::FlowSummary part = flow::evolve<Dim>(*shape, *energy, flow, on_step);
-    if (!at_rest.empty() && !work.is_stopped()) {
-      part.termination = flow::Termination::kConverged;
-      part.message = at_rest;
-    }
-    append(std::move(part), report.flow);
-    work.shape = shape->simplices();
-    if (outcome_of(report.flow.termination) != Outcome::kConverged || !are_fitted<Dim>(terms))
-      break;
-    if (mean_distance<Dim>(work.setting(), work.shape, before, work.region.get()) <
-        kFitted * work.cell_mm())
-      break;
+  const auto energy = make_energy<Dim>(terms, context(work, *model));
+  report.flow = flow::evolve<Dim>(*shape, *energy, flow, on_step);
+  if (!at_rest.empty() && !work.is_stopped()) {
+    report.flow.termination = flow::Termination::kConverged;
+    report.flow.message = at_rest;
   }
+  work.shape = shape->simplices();
   report.outcome = shape->has_vanished() ? Outcome::kVanished : outcome_of(report.flow.termination);
   report.message = report.flow.message;
   work.border_share = shape->border_share();

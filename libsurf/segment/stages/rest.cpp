@@ -21,8 +21,8 @@ constexpr double kNear = 0.15;  // cells, in the mean over a window: further is 
 constexpr std::size_t kWindows = 3;
 constexpr double kStill = 0.01;  // cells, in the mean over a window
 
-}  // namespace
-
+/// How far the vertices of a shape are from another one, in the mean over the shape, or over what
+/// of it lies in a region [mm].
 template <int Dim>
 double mean_distance(const Setting<Dim>& setting, const Simplices<Dim>& shape,
                      const Simplices<Dim>& other, const mesh::Neighbourhood<Dim>* region) {
@@ -36,6 +36,8 @@ double mean_distance(const Setting<Dim>& setting, const Simplices<Dim>& shape,
   });
   return mass.dot(distances) / std::max(mass.sum(), std::numeric_limits<double>::min());
 }
+
+}  // namespace
 
 template <int Dim>
 RestRule<Dim>::RestRule(const Setting<Dim>& setting, double measure, int window,
@@ -51,7 +53,7 @@ std::string RestRule<Dim>::check(int n_steps, double energy,
   energies_.push_back(energy);
   if (int(energies_.size()) > window_ + 1) energies_.pop_front();
   if (int(energies_.size()) == window_ + 1 && energies_.front() - energy < least_gain_)
-    return fmt::format("the last {} steps gained less than {:.2g}", window_, least_gain_);
+    return "the energy hardly falls any more";
   return n_steps % window_ == 0 ? goes_nowhere(shape_now()) : "";
 }
 
@@ -76,10 +78,6 @@ std::string RestRule<Dim>::goes_nowhere(const Simplices<Dim>& now) {
   return out;
 }
 
-template double mean_distance<2>(const Setting<2>&, const Segments&, const Segments&,
-                                 const mesh::Neighbourhood<2>*);
-template double mean_distance<3>(const Setting<3>&, const Triangles&, const Triangles&,
-                                 const mesh::Neighbourhood<3>*);
 template class RestRule<2>;
 template class RestRule<3>;
 

@@ -9,12 +9,6 @@
 
 namespace surf::segment {
 
-/// How far the vertices of a shape are from another one, in the mean over the shape, or over what
-/// of it lies in a region [mm].
-template <int Dim>
-double mean_distance(const Setting<Dim>& setting, const Simplices<Dim>& shape,
-                     const Simplices<Dim>& other, const mesh::Neighbourhood<Dim>* region = nullptr);
-
 /// Fitted energies begin near their minimum, so that no decrease can be called small by the whole
 /// one. The shape rests when
 /// - the energy hardly falls: the last `window` steps gained less than kLeastGain cells times its
@@ -32,11 +26,9 @@ class RestRule {
   RestRule(const Setting<Dim>& setting, double measure, int window,
            const mesh::Neighbourhood<Dim>* region = nullptr);
 
-  /// After step number `n_steps` of a fit; the sentence that says why, else empty.
+  /// After step number `n_steps`; the sentence that says why, else empty.
   /// @param shape_now  called after each window
   std::string check(int n_steps, double energy, const std::function<Simplices<Dim>()>& shape_now);
-  /// The energy is another one from here.
-  void begin_fit() { energies_.clear(); }
 
  private:
   std::string goes_nowhere(const Simplices<Dim>& now);

@@ -36,16 +36,8 @@ std::string said_of(const std::vector<double>& radii, double gain) {
   return out;
 }
 
-TEST(RestRule, MeasuresTheMeanDistanceOfShapes) {
-  const auto in = setting();
-  const double cell = in->extent().cell_mm();
-  const Triangles inner = ball_of_cells(*in, 4), outer = ball_of_cells(*in, 4.5);
-  EXPECT_NEAR(mean_distance<3>(*in, outer, inner), 0.5 * cell, 0.06 * cell);  // of flat triangles
-  EXPECT_EQ(mean_distance<3>(*in, inner, inner), 0);
-}
-
 TEST(RestRule, LetsAShapeRestThatGainsNothing) {
-  EXPECT_NE(said_of({4, 4.5}, 0).find("gained less than"), std::string::npos);
+  EXPECT_NE(said_of({4, 4.5}, 0).find("hardly falls"), std::string::npos);
 }
 
 TEST(RestRule, LetsAShapeRestThatGoesToAndFro) {
@@ -58,17 +50,6 @@ TEST(RestRule, LetsAShapeGoOnThatCreeps) {
 
 TEST(RestRule, LetsAShapeGoOnThatGoesFarToAndFro) {
   EXPECT_EQ(said_of({4, 4.5, 4, 4.5, 4}, 1e6), "");
-}
-
-TEST(RestRule, CountsTheGainOfEachFitByItself) {
-  const auto in = setting();
-  RestRule<3> rest(*in, 1, 2);
-  const auto shape = [&] { return ball_of_cells(*in, 4); };
-  EXPECT_EQ(rest.check(1, 5, shape), "");
-  rest.begin_fit();
-  EXPECT_EQ(rest.check(1, 5, shape), "");
-  EXPECT_EQ(rest.check(3, 5, shape), "");
-  EXPECT_NE(rest.check(5, 5, shape), "");
 }
 
 }  // namespace
