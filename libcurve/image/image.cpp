@@ -27,7 +27,7 @@ void check_image_size(const std::array<long long, 2>& size, const std::string& p
   if (size[0] < 2 || size[1] < 2)
     throw InputError(fmt::format("{}: {} x {} pixels; an image needs at least 2 along both axes",
                                  path, size[0], size[1]));
-  if (!fits_in_memory(double(size[0]) * double(size[1])))
+  if (!fits_in_memory(sizeof(float) * double(size[0]) * double(size[1])))
     throw InputError(fmt::format("{}: {} x {} pixels are more than can be held: {}", path, size[0],
                                  size[1], usable_memory_text()));
 }

@@ -28,7 +28,7 @@ std::string usable_memory_text() {
                                    : fmt::format("this machine has {:.1f} GiB", usable / (1 << 30));
 }
 
-bool fits_in_memory(double n_values) { return 4 * n_values <= 0.8 * usable_memory(); }
+bool fits_in_memory(double n_bytes) { return n_bytes <= 0.8 * usable_memory(); }
 
 bool is_borne_out(double n_declared, double n_stored) {
   constexpr double kLargestRatio = 1032, kFree = 4 << 20;

@@ -12,8 +12,8 @@ double usable_memory();
 /// "this machine has 23.5 GiB", "2.0 GiB are allowed".
 std::string usable_memory_text();
 
-/// Whether `n_values` 32-bit floats can be held: they need at most 80 % of the usable memory.
-bool fits_in_memory(double n_values);
+/// Whether so much can be held: at most 80 % of the usable memory.
+bool fits_in_memory(double n_bytes);
 
 /// Whether a file of `n_stored` bytes may honestly declare `n_declared` bytes of content: no more
 /// than 1032 times as many, as deflate makes at most, and 4 MiB for formats that shrink what is

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 #include <mutex>
+#include <type_traits>
 
 #include "libsurf/base/affine.h"
 #include "libsurf/base/error.h"
@@ -22,18 +23,54 @@ constexpr int kSlab = 8;  // slices handed over at once: an OpenVDB leaf is 8^3
 using Dense = openvdb::tools::Dense<float, openvdb::tools::LayoutXYZ>;
 using ConstDense = openvdb::tools::Dense<const float, openvdb::tools::LayoutXYZ>;
 
+/// @param n_bytes  that are needed
+/// @param words    what they are
+void check_memory(double n_bytes, const char* words, const std::array<int, 3>& size,
+                  const std::string& path) {
+  if (!fits_in_memory(n_bytes))
+    throw InputError(fmt::format(
+        "{}: {} x {} x {} voxels need {:.1f} GiB{}, {}; crop or resample "
+        "the volume first",
+        path, size[0], size[1], size[2], n_bytes / (1 << 30), words, usable_memory_text()));
+}
+
 void check_size(const std::array<int, 3>& size, const std::string& path) {
   for (int axis = 0; axis < 3; ++axis)
     if (size[axis] < 2)
       throw InputError(
           fmt::format("{}: {} x {} x {} voxels; a volume needs at least 2 along every axis", path,
                       size[0], size[1], size[2]));
-  const double n = double(size[0]) * size[1] * size[2];
-  if (!fits_in_memory(n))
-    throw InputError(
-        fmt::format("{}: {} x {} x {} voxels need {:.1f} GiB as 32-bit floats, {}; "
-                    "crop or resample the volume first",
-                    path, size[0], size[1], size[2], 4 * n / (1 << 30), usable_memory_text()));
+  const double slice = double(size[0]) * size[1];
+  check_memory(slice * size[2] + sizeof(float) * slice * std::min(size[2], kSlab), " at least",
+               size, path);
+}
+
+/// The least kind of grid, by its place in AnyGrid, that holds all values.
+std::size_t least_kind(const std::vector<float>& values) {
+  const auto are_in = [&](float lowest, float highest) {
+    return std::all_of(values.begin(), values.end(), [&](float value) {
+      return value >= lowest && value <= highest && value == std::floor(value);
+    });
+  };
+  return are_in(0, 255) ? 0 : are_in(-32768, 32767) ? 1 : 2;
+}
+
+template <class T>
+void make_kind(AnyGrid& grid) {
+  grid = std::visit(
+      [](const auto& old) {
+        if constexpr (sizeof(typename std::decay_t<decltype(*old)>::ValueType) < sizeof(T))
+          return AnyGrid(std::make_shared<GridOf<T>>(*old));
+        else
+          return AnyGrid(old);
+      },
+      grid);
+}
+
+/// The same values in the kind of grid that has this place in AnyGrid.
+void widen(AnyGrid& grid, std::size_t kind) {
+  if (kind == 1) make_kind<std::int16_t>(grid);
+  if (kind == 2) make_kind<float>(grid);
 }
 
 /// OpenVDB takes matrices with entries that are far from 1 for singular.
@@ -71,14 +108,15 @@ void copy_inner_box(const Volume::Impl& impl, const std::array<int, 3>& lower,
                        last = stored_index(impl, {upper[0] - 1, upper[1] - 1, upper[2] - 1});
   const openvdb::CoordBBox box(openvdb::Coord::minComponent(first, last),
                                openvdb::Coord::maxComponent(first, last));
-  if (is_stored_order(impl.order)) {
-    Dense dense(box, out);
-    openvdb::tools::copyToDense(*impl.grid, dense, /*serial=*/true);
-    return;
-  }
+  const auto copy_to = [&](float* values) {
+    Dense dense(box, values);
+    std::visit(
+        [&](const auto& grid) { openvdb::tools::copyToDense(*grid, dense, /*serial=*/true); },
+        impl.grid);
+  };
+  if (is_stored_order(impl.order)) return copy_to(out);
   std::vector<float> stored(box.volume());
-  Dense dense(box, stored.data());
-  openvdb::tools::copyToDense(*impl.grid, dense, /*serial=*/true);
+  copy_to(stored.data());
   const openvdb::Coord size = box.dim(), from = first - box.min();
   const std::array<std::ptrdiff_t, 3> strides = {1, size[0], std::ptrdiff_t(size[0]) * size[1]};
   std::array<std::ptrdiff_t, 3> steps;
@@ -147,6 +185,7 @@ double Volume::voxel_size() const {
 const Source& Volume::source() const { return impl_->source; }
 const std::shared_ptr<const DicomOrigin>& Volume::dicom() const { return impl_->dicom; }
 std::array<float, 2> Volume::range() const { return impl_->range; }
+int Volume::bytes_per_voxel() const { return 1 << impl_->grid.index(); }
 
 Volume Volume::in_ras_order() const {
   const AxisOrder order = ras_order(impl_->index_to_world);
@@ -168,7 +207,9 @@ Volume Volume::in_ras_order() const {
 }
 
 float Volume::value(int i, int j, int k) const {
-  return impl_->grid->tree().getValue(stored_index(*impl_, {i, j, k}));
+  const openvdb::Coord index = stored_index(*impl_, {i, j, k});
+  return std::visit([&](const auto& grid) { return float(grid->tree().getValue(index)); },
+                    impl_->grid);
 }
 
 void Volume::copy_box(const std::array<int, 3>& lower, const std::array<int, 3>& upper,
@@ -209,8 +250,9 @@ Volume::Builder::Builder(const std::array<int, 3>& size, const Eigen::Matrix4d& 
   impl_->world_to_index = impl_->index_to_world.inverse();
   impl_->source = std::move(source);
   impl_->range = {std::numeric_limits<float>::max(), std::numeric_limits<float>::lowest()};
-  impl_->grid = openvdb::FloatGrid::create(0.0f);
-  impl_->grid->setTransform(transform_of(impl_->index_to_world, impl_->source.path));
+  const auto grid = GridOf<std::uint8_t>::create(0);
+  grid->setTransform(transform_of(impl_->index_to_world, impl_->source.path));
+  impl_->grid = grid;
   slab_.reserve(std::size_t(size[0]) * size[1] * std::min(size[2], kSlab));
 }
 
@@ -233,12 +275,27 @@ void Volume::Builder::append_slice(std::span<const float> values) {
   }
   slab_.insert(slab_.end(), values.begin(), values.end());
   ++n_slices_;
-  if (n_slices_ % kSlab != 0 && n_slices_ != size[2]) return;
-  const int depth = static_cast<int>(slab_.size() / n);
+  if (n_slices_ % kSlab == 0 || n_slices_ == size[2]) store_slab();
+}
+
+void Volume::Builder::store_slab() {
+  const auto& size = impl_->size;
+  const double n_voxels = double(size[0]) * size[1] * size[2];
+  if (const std::size_t kind = least_kind(slab_); kind > impl_->grid.index()) {
+    check_memory(double(1 << kind) * n_voxels,
+                 kind == 1 ? " as 16-bit integers" : " as 32-bit floats", size, impl_->source.path);
+    widen(impl_->grid, kind);
+  }
+  const int depth = static_cast<int>(slab_.size() / (std::size_t(size[0]) * size[1]));
   const openvdb::CoordBBox box(openvdb::Coord(0, 0, n_slices_ - depth),
                                openvdb::Coord(size[0] - 1, size[1] - 1, n_slices_ - 1));
   const ConstDense dense(box, slab_.data());
-  openvdb::tools::copyFromDense(dense, *impl_->grid, /*tolerance=*/0.0f);
+  std::visit(
+      [&](const auto& grid) {
+        using Value = typename std::decay_t<decltype(*grid)>::ValueType;
+        openvdb::tools::copyFromDense(dense, *grid, /*tolerance=*/Value(0));
+      },
+      impl_->grid);
   slab_.clear();
 }
 

@@ -1,4 +1,4 @@
-// A scalar volume in the world frame, held as an OpenVDB float grid.
+// A scalar volume in the world frame, held as an OpenVDB grid.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -29,7 +29,8 @@ struct Source {
 /// from voxel centre to world: right-handed RAS+ millimetres. Any invertible
 /// affine is legal: oblique, mirrored, sheared, anisotropic.
 ///
-/// Immutable and cheap to copy (the grid is shared); reading is thread-safe.
+/// Immutable and cheap to copy (the grid is shared); reading is thread-safe. Voxels take 1 or 2
+/// bytes where all are whole numbers in 0..255 or -32768..32767, else 4.
 class Volume {
  public:
   class Builder;
@@ -54,6 +55,8 @@ class Volume {
   const std::shared_ptr<const DicomOrigin>& dicom() const;
   /// Smallest and largest value.
   std::array<float, 2> range() const;
+  /// Of a voxel as it is held: 1, 2 or 4.
+  int bytes_per_voxel() const;
 
   float value(int i, int j, int k) const;
   /// Copies the voxels lower <= (i, j, k) < upper, i fastest, into out; indices outside
@@ -85,7 +88,7 @@ class Volume::Builder {
   Builder& operator=(const Builder&) = delete;
 
   /// Appends slice k = 0, 1, ...: size[0] * size[1] values, i fastest.
-  /// @throws InputError  NaN or Inf, with place and count
+  /// @throws InputError  NaN or Inf, with place and count; more than memory can hold
   void append_slice(std::span<const float> values);
 
   void set_dicom(DicomOrigin origin);
@@ -94,6 +97,8 @@ class Volume::Builder {
   Volume finish();
 
  private:
+  void store_slab();
+
   std::shared_ptr<Impl> impl_;
   std::vector<float> slab_;  // slices not yet in the grid
   int n_slices_ = 0;

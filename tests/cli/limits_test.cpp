@@ -80,20 +80,20 @@ TEST_F(Limits, MemoryThatIsAllowedIsKeptOrToldInOneLine) {
   EXPECT_EQ(with({"c.stl", "--memory", "12"}).exit_code, 2);
   EXPECT_EQ(with({"c.stl", "--memory", "100MB"}).exit_code, 2);
 
-  // 400^3 bytes that are not on the disk: 0.24 GiB as floats.
+  // 800^3 bytes that are not on the disk.
   std::string header = bytes("v.nii").substr(0, 352);
   const auto put = [&](std::size_t at, std::int16_t value) {
     header.replace(at, 2, reinterpret_cast<const char*>(&value), 2);
   };
-  for (const std::size_t axis : {1, 2, 3}) put(40 + 2 * axis, 400);
+  for (const std::size_t axis : {1, 2, 3}) put(40 + 2 * axis, 800);
   put(70, 2);  // unsigned bytes
   put(72, 8);
   std::ofstream(file("large.nii"), std::ios::binary) << header;
-  std::filesystem::resize_file(file("large.nii"), 352 + 400 * 400 * 400);
+  std::filesystem::resize_file(file("large.nii"), 352 + 800 * 800 * 800);
   const Outcome large =
       run({"segment", "large.nii", "--seed", "0,0,0", "-o", "c.stl", "--memory", "300MB"});
   EXPECT_EQ(large.exit_code, 3) << large.err;
-  EXPECT_NE(large.err.find("need 0.2 GiB as 32-bit floats, 0.3 GiB are allowed"), std::string::npos)
+  EXPECT_NE(large.err.find("need 0.5 GiB at least, 0.3 GiB are allowed"), std::string::npos)
       << large.err;
 }
 #endif

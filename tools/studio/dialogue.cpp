@@ -317,6 +317,13 @@ std::string Dialogue::undo_words(int id) const {
   return act == history.rend() ? "" : words_of(*act);
 }
 
+/// What redo would do again; "" if there is nothing.
+std::string Dialogue::redo_words(int id) const {
+  if (redo_removes(id)) return "removal of " + brought_back_.back().name;
+  const Action<3>* undone = segmentation_->undone(id);
+  return undone ? words_of(*undone) : "";
+}
+
 void Dialogue::publish() {
   auto next = std::make_shared<State>();
   next->volume = volume_;
@@ -339,7 +346,8 @@ void Dialogue::publish() {
       }
       object.undo_words = undo_words(id);
       object.can_undo = !object.undo_words.empty();
-      object.can_redo = segmentation_->can_redo(id);
+      object.redo_words = redo_words(id);
+      object.can_redo = !object.redo_words.empty();
       next->objects.push_back(std::move(object));
     }
     checked_ = std::move(checked);

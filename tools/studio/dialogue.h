@@ -50,6 +50,7 @@ struct ObjectState {
   int surface = 0;  ///< another number for another surface; 0 if it has none
   bool can_undo = false, can_redo = false;
   std::string undo_words;  ///< what undo would take back: "inside click"
+  std::string redo_words;  ///< what redo would do again
 };
 
 /// What is being computed.
@@ -121,6 +122,7 @@ class Dialogue {
   /// none.
   /// @param id  0 = no object: the last removal
   void undo(int id);
+  /// What undo() took back last, as long as nothing else has been done since.
   void redo(int id);
 
   std::shared_ptr<const State> state() const;
@@ -172,8 +174,11 @@ class Dialogue {
   void unwant(int id);
   std::size_t n_acts(int id) const;
   bool undo_brings_back(int id) const;
+  bool redo_removes(int id) const;
   void bring_back();
-  std::string undo_words(int id) const;
+  void set_aside(int id);
+  void keep_act();
+  std::string undo_words(int id) const, redo_words(int id) const;
 
   const std::filesystem::path folder_;
 
@@ -190,9 +195,13 @@ class Dialogue {
   struct Removed {
     int id;
     std::string name;
-    std::map<int, std::size_t> n_acts_of;  ///< of the other objects, when it was removed
+    std::map<int, std::size_t> n_acts_of;  ///< of the objects, when it was removed
+    std::size_t n_acts(int other) const {
+      const auto known = n_acts_of.find(other);
+      return known == n_acts_of.end() ? 0 : known->second;
+    }
   };
-  std::vector<Removed> removed_;
+  std::vector<Removed> removed_, brought_back_;  ///< what undo and redo take next at the end
   std::map<std::string, std::vector<surf::volume::DicomSeries>> series_of_;
   int n_opened_ = 0;
 

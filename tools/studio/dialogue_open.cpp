@@ -76,6 +76,7 @@ void Dialogue::close() {
         volume_.reset();
         checked_.clear();
         removed_.clear();
+        brought_back_.clear();
         {
           std::lock_guard lock(mutex_);
           wanted_.clear();

@@ -22,33 +22,33 @@ ObjectState& find(State& state, int id) {
 
 }  // namespace
 
+/// After an act of a person: what was undone before it cannot be done again.
+void Dialogue::keep_act() {
+  brought_back_.clear();
+  save();
+  publish();
+}
+
 int Dialogue::add_object(const std::string& name) {
   int id = 0;
   do_now([&] {
     id = segmentation().add_object(name);
-    save();
-    publish();
+    keep_act();
   });
   return id;
 }
 
 void Dialogue::remove_object(int id) {
   do_now([&] {
-    Removed removed{id, segmentation().object(id).name, {}};
-    segmentation().set_aside(id);
-    for (const int other : segmentation().objects()) removed.n_acts_of[other] = n_acts(other);
-    removed_.push_back(std::move(removed));
-    unwant(id);
-    save();
-    publish();
+    set_aside(id);
+    keep_act();
   });
 }
 
 void Dialogue::rename(int id, const std::string& name) {
   const auto act = [this, id, name] {
     segmentation().rename(id, name);
-    save();
-    publish();
+    keep_act();
   };
   do_beside(act, [&](State& state) {
     if (name.empty()) throw surf::UsageError("the name is empty");
@@ -62,8 +62,7 @@ void Dialogue::rename(int id, const std::string& name) {
 void Dialogue::recolour(int id, const surf::segment::Colour& colour) {
   const auto act = [this, id, colour] {
     segmentation().recolour(id, colour);
-    save();
-    publish();
+    keep_act();
   };
   do_beside(act, [&](State& state) { find(state, id).object.colour = colour; });
 }
@@ -72,8 +71,7 @@ void Dialogue::click(int id, const Vector<3>& point_mm, Side side) {
   do_now([&] {
     segmentation().add_click(id, {point_mm, side});
     want(id);
-    save();
-    publish();
+    keep_act();
   });
 }
 
@@ -90,8 +88,7 @@ void Dialogue::move_click(int id, std::size_t index, const Vector<3>& point_mm) 
       throw;
     }
     want(id);
-    save();
-    publish();
+    keep_act();
   });
 }
 
@@ -99,8 +96,7 @@ void Dialogue::delete_click(int id, std::size_t index) {
   do_now([&] {
     segmentation().take_back_click(id, index);
     if (!segmentation().object(id).clicks.empty()) want(id);
-    save();
-    publish();
+    keep_act();
   });
 }
 
@@ -108,8 +104,7 @@ void Dialogue::choose(int id, std::size_t proposal) {
   do_now([&] {
     segmentation().choose(id, proposal);
     want(id);
-    save();
-    publish();
+    keep_act();
   });
 }
 
@@ -119,8 +114,7 @@ void Dialogue::set_options(int id, const std::function<void(Options<3>&)>& chang
     change(options);
     segmentation().set_options(id, options);
     if (!segmentation().object(id).clicks.empty()) want(id);
-    save();
-    publish();
+    keep_act();
   });
 }
 
@@ -153,14 +147,26 @@ std::size_t Dialogue::n_acts(int id) const {
 /// Rather than take back the last act on this object.
 bool Dialogue::undo_brings_back(int id) const {
   if (id == 0 || removed_.empty()) return !removed_.empty();
-  const auto& then = removed_.back().n_acts_of;
-  const auto known = then.find(id);
-  return n_acts(id) <= (known == then.end() ? 0 : known->second);
+  return n_acts(id) <= removed_.back().n_acts(id);
+}
+
+/// Rather than do again what was undone of this object.
+bool Dialogue::redo_removes(int id) const {
+  return !brought_back_.empty() && n_acts(id) >= brought_back_.back().n_acts(id);
+}
+
+void Dialogue::set_aside(int id) {
+  Removed removed{id, segmentation().object(id).name, {}};
+  for (const int other : segmentation().objects()) removed.n_acts_of[other] = n_acts(other);
+  segmentation().set_aside(id);
+  removed_.push_back(std::move(removed));
+  unwant(id);
 }
 
 void Dialogue::bring_back() {
   const int id = removed_.back().id;
   segmentation_->bring_back(id);
+  brought_back_.push_back(std::move(removed_.back()));
   removed_.pop_back();
   if (awaits_evolution(id))
     want(id);
@@ -199,6 +205,12 @@ void Dialogue::undo(int id) {
 void Dialogue::redo(int id) {
   do_now([&] {
     auto& s = segmentation();
+    if (redo_removes(id)) {
+      set_aside(brought_back_.back().id);
+      brought_back_.pop_back();
+      save();
+      return publish();
+    }
     if (!s.redo(id)) return;
     const bool may_be_moved = std::holds_alternative<TakeBackClick>(s.history(id).back());
     bool is_first = true;

@@ -95,7 +95,8 @@ ordered_json to_json(const ObjectState& state) {
                       {"notes", result.notes},
                       {"can_undo", state.can_undo},
                       {"can_redo", state.can_redo},
-                      {"undo_words", state.undo_words}};
+                      {"undo_words", state.undo_words},
+                      {"redo_words", state.redo_words}};
   if (state.measures) out["measures"] = measures_to_json(*state.measures, result.certainty);
   if (result.verdict && state.measures)
     out["verdict"] = {{"trust", to_string(result.verdict->trust)},

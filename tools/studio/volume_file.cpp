@@ -16,8 +16,12 @@ namespace {
 using surf::volume::Volume;
 
 constexpr double kMostBytes = 512e6;
-constexpr std::array<double, 2> kSoftTissue = {-160, 240};
-constexpr int kSamples = 40;  // along each axis, for percentiles
+constexpr std::array<double, 2> kSoftTissue = {-160, 240}, kThorax = {-1050, 350};  // HU
+// Lung that holds air [HU], and of how much of a scan on it is one of the thorax.
+constexpr std::array<double, 2> kLung = {-950, -600};
+constexpr double kShareOfLung = 0.05;
+constexpr double kCut = 1e-3;  // of the voxels, at both ends of a window: a tumour is more
+constexpr int kSamples = 40;   // along each axis, for percentiles
 constexpr double kSteps = 65000;
 
 bool is_whole(float value) { return value == std::floor(value); }
@@ -98,9 +102,13 @@ Display display_of(const Volume& volume) {
     std::nth_element(values.begin(), at, values.end());
     return double(*at);
   };
-  out.window = {quantile(0.005), quantile(0.995)};
+  out.window = {quantile(kCut), quantile(1 - kCut)};
   if (!(out.window[1] > out.window[0])) out.window = {range[0], range[1]};
-  if (out.is_ct) out.window = kSoftTissue;
+  if (out.is_ct) {
+    const auto n_lung = std::count_if(values.begin(), values.end(),
+                                      [](float v) { return v > kLung[0] && v < kLung[1]; });
+    out.window = double(n_lung) > kShareOfLung * double(values.size()) ? kThorax : kSoftTissue;
+  }
   const double bytes = 2.0 * double(volume.n_voxels());
   while (bytes / std::pow(out.coarser_by, 3) > kMostBytes) ++out.coarser_by;
   return out;

@@ -11,8 +11,10 @@ namespace surfseg::studio {
 /// How the views show a volume.
 struct Display {
   bool is_ct = false;  ///< values are whole and reach below -200, as in Hounsfield units
-  std::array<double, 2> window = {};  ///< black and white
-  int coarser_by = 1;                 ///< along each axis, so that it has at most 512 MB of voxels
+  /// Black and white: of a CT soft tissue, or lung and soft tissue where there is much lung; else
+  /// all but a thousandth of the voxels at both ends.
+  std::array<double, 2> window = {};
+  int coarser_by = 1;  ///< along each axis, so that it has at most 512 MB of voxels
 };
 
 Display display_of(const surf::volume::Volume& volume);

@@ -1,5 +1,5 @@
 // The panel of objects: the list, and of the active one its measures, verdict, clicks and notes.
-import type { Click, Point, StudioObject } from './protocol';
+import type { Point, StudioObject } from './protocol';
 import { addObject, copyCommand, deleteClick, evolve, removeObject, toggleHidden } from './actions';
 import { byId, h, icon, iconButton, millilitres, number, refill } from './dom';
 import { cssGradient, rangeOf } from './colours';
@@ -8,7 +8,9 @@ import { activeObject, type MeshColour, page, setView, volume } from './state';
 import { surfaces } from './surfaces';
 import { lookAt } from './slices';
 
-let shownList = '', shownDetails = '';
+const MOST_LISTED = 20;  // clicks, until all are asked for: each is a dozen nodes
+
+let shownList = '', shownDetails = '', allClicksOf: number | null = null;
 
 export function drawObjects(): void {
   const objects = page.state?.objects ?? [];
@@ -18,7 +20,7 @@ export function drawObjects(): void {
   const o = activeObject();
   const surface = o && surfaces.get(o.id);
   const details = JSON.stringify([o && { ...o, candidates: 0, options: 0 }, page.view.click, page.view.meshColour,
-    surface?.key, !!volume(), page.job?.object === o?.id && !!page.job]);
+    surface?.key, allClicksOf, !!volume(), page.job?.object === o?.id && !!page.job]);
   if (details !== shownDetails) { shownDetails = details; drawDetails(o); }
 }
 
@@ -129,18 +131,26 @@ function actions(o: StudioObject, busy: boolean): Node {
 }
 
 function clicks(o: StudioObject): Node {
-  const words = (c: Click) => c.point.map((x) => x.toFixed(1)).join(', ');
   const chosen = page.view.click?.object === o.id ? page.view.click.index : -1;
+  const indices = o.clicks.map((_, index) => index).reverse()
+    .filter((index) => allClicksOf === o.id || index === chosen || index >= o.clicks.length - MOST_LISTED);
   return h('section', { class: 'clicks' }, h('h3', {}, `Clicks`, h('span', { class: 'count' }, String(o.clicks.length))),
     o.clicks.length === 0 ? h('p', { class: 'quiet' }, 'None yet: click inside the object.')
-      : h('ol', {}, ...o.clicks.map((c, index) => h('li', { class: index === chosen ? 'click chosen' : 'click' },
-        h('button', { type: 'button', class: 'click-words', 'data-key': `click${index}`, 'aria-pressed': String(index === chosen),
-          title: 'Select, and look there',
-          onclick: () => { setView({ click: { object: o.id, index } }); lookAt(c.point); } },
-          h('span', { class: `mark ${c.side}`, 'aria-hidden': 'true' }, c.side === 'inside' ? '+' : '−'),
-          h('span', { class: 'side' }, c.side), h('span', { class: 'point' }, words(c))),
-        iconButton('cross', `Delete click ${index + 1}, ${c.side}`, () => { void deleteClick(o.id, index); },
-          { 'data-key': `delete${index}` })))));
+      : h('ol', {}, ...indices.map((index) => clickRow(o, index, index === chosen))),
+    indices.length < o.clicks.length && h('button', { type: 'button', class: 'small', 'data-key': 'all-clicks',
+      onclick: () => { allClicksOf = o.id; drawObjects(); } }, `Show all ${o.clicks.length}`));
+}
+
+function clickRow(o: StudioObject, index: number, chosen: boolean): Node {
+  const c = o.clicks[index];
+  return h('li', { class: chosen ? 'click chosen' : 'click', value: index + 1 },
+    h('button', { type: 'button', class: 'click-words', 'data-key': `click${index}`, 'aria-pressed': String(chosen),
+      title: 'Select, and look there',
+      onclick: () => { setView({ click: { object: o.id, index } }); lookAt(c.point); } },
+      h('span', { class: `mark ${c.side}`, 'aria-hidden': 'true' }, c.side === 'inside' ? '+' : '−'),
+      h('span', { class: 'side' }, c.side), h('span', { class: 'point' }, c.point.map((x) => x.toFixed(1)).join(', '))),
+    iconButton('cross', `Delete click ${index + 1}, ${c.side}`, () => { void deleteClick(o.id, index); },
+      { 'data-key': `delete${index}` }));
 }
 
 function notes(o: StudioObject): Node | null {

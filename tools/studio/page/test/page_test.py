@@ -187,8 +187,9 @@ def clicking_dragging_deleting_and_undoing(browser):
         browser.until("studio.state.objects[0].clicks.length === 2")
         browser.press("#undo")
         browser.until("studio.state.objects[0].clicks.length === 3")
-        browser.press(".click:last-child .icon-button")
+        browser.press(".click:first-child .icon-button")
         browser.until("studio.state.objects[0].clicks.length === 2")
+        check(server.received("delete_click")[-1]["index"] == 2, "the newest click stands first")
         done(browser)
 
         browser.press("#undo")
@@ -199,6 +200,24 @@ def clicking_dragging_deleting_and_undoing(browser):
         browser.until("studio.state.objects[0].outcome === 'stopped'")
         browser.key("g")
         browser.until("studio.state.objects[0].outcome === 'converged'")
+
+
+def of_many_clicks_the_newest_are_listed(browser):
+    with Server() as server:
+        segment_something(browser, server)
+        listed = lambda: browser.js("[...document.querySelectorAll('.click')].map((row) => row.value)")
+        browser.js("""(async () => {
+            for (let k = 1; k < 25; ++k)
+              await fetch('/api/do', { method: 'POST', headers: { 'Content-Type': 'application/json' },
+                body: JSON.stringify({ action: 'click', object: 1, point: [k, 0, 0], side: 'inside' }) });
+          })()""")
+        browser.until("studio.state.objects[0].clicks.length === 25")
+        done(browser)
+        check(listed() == list(range(25, 5, -1)), f"listed: {listed()}")
+        browser.press("[data-key=all-clicks]")
+        check(listed() == list(range(25, 0, -1)), f"listed, all: {listed()}")
+        check(browser.js("!document.querySelector('[data-key=all-clicks]')"), "nothing is left to be shown")
+        browser.picture("many-clicks")
 
 
 def the_view_moves_by_mouse_and_keyboard(browser):
@@ -484,7 +503,8 @@ def dark_light_help_and_no_foreign_requests(browser):
         check(not foreign, f"{foreign}")
 
 
-TESTS = [clicks_land_in_the_voxel_that_is_seen, clicking_dragging_deleting_and_undoing, the_view_moves_by_mouse_and_keyboard,
+TESTS = [clicks_land_in_the_voxel_that_is_seen, clicking_dragging_deleting_and_undoing,
+         of_many_clicks_the_newest_are_listed, the_view_moves_by_mouse_and_keyboard,
          the_3d_view_turns_while_the_surface_evolves, a_click_is_moved_by_the_keyboard,
          objects_and_proposals, options_are_applied_together, files_are_exported_and_overwritten_after_a_question,
          files_are_listed_where_no_volume_is_open, errors_and_a_lost_connection_are_told, dark_light_help_and_no_foreign_requests]

@@ -1,0 +1,94 @@
+#include "libsurf/volume/volume.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <vector>
+
+namespace surf::volume {
+namespace {
+
+constexpr std::array<int, 3> kSize = {11, 9, 21};  // three slabs of slices
+
+std::vector<float> values_of(const std::function<float(int i, int j, int k)>& value) {
+  std::vector<float> out;
+  for (int k = 0; k < kSize[2]; ++k)
+    for (int j = 0; j < kSize[1]; ++j)
+      for (int i = 0; i < kSize[0]; ++i) out.push_back(value(i, j, k));
+  return out;
+}
+
+Volume volume_of(const std::vector<float>& values) {
+  return Volume(kSize, Eigen::Affine3d::Identity(), values);
+}
+
+void expect_holds(const Volume& volume, const std::vector<float>& values) {
+  std::vector<float> box(values.size());
+  volume.copy_box({0, 0, 0}, kSize, box.data());
+  EXPECT_EQ(box, values);
+  std::vector<float> one_by_one =
+      values_of([&](int i, int j, int k) { return volume.value(i, j, k); });
+  EXPECT_EQ(one_by_one, values);
+}
+
+TEST(Volume, HoldsWholeNumbersInAsFewBytesAsTheyNeed) {
+  const std::vector<float> bytes = values_of([](int i, int j, int k) {
+    return float((7 * i + 5 * j + 3 * k) % 256);
+  }),
+                           words = values_of(
+                               [](int i, int j, int k) { return float(300 * i - 2000 * j + k); }),
+                           floats = values_of(
+                               [](int i, int j, int k) { return 0.1f * float(i) - float(j * k); });
+  for (const auto& [values, n_bytes] : {std::pair(bytes, 1), {words, 2}, {floats, 4}}) {
+    const Volume volume = volume_of(values);
+    EXPECT_EQ(volume.bytes_per_voxel(), n_bytes);
+    expect_holds(volume, values);
+  }
+}
+
+TEST(Volume, KeepsTheLimitsOfItsIntegers) {
+  for (const auto& [value, n_bytes] : {std::pair(255.0f, 1),
+                                       {256.0f, 2},
+                                       {-1.0f, 2},
+                                       {-32768.0f, 2},
+                                       {32767.0f, 2},
+                                       {32768.0f, 4},
+                                       {-32769.0f, 4},
+                                       {1e17f, 4}}) {
+    std::vector<float> values(volume_of(values_of([](int, int, int) { return 0; })).n_voxels());
+    values[5] = value;
+    const Volume volume = volume_of(values);
+    EXPECT_EQ(volume.bytes_per_voxel(), n_bytes) << value;
+    expect_holds(volume, values);
+  }
+}
+
+TEST(Volume, WidensWhatItHasWhenALaterSliceNeedsIt) {
+  for (const auto& [later, last, n_bytes] :
+       {std::tuple(-1000.0f, 3.0f, 2), {3.0f, 0.5f, 4}, {-1000.0f, 0.5f, 4}, {70000.0f, 3.0f, 4}}) {
+    const auto values = values_of([later = later, last = last](int i, int j, int k) {
+      return k < 8 ? float(i + j) : k < 16 ? later : last;
+    });
+    const Volume volume = volume_of(values);
+    EXPECT_EQ(volume.bytes_per_voxel(), n_bytes);
+    expect_holds(volume, values);
+  }
+}
+
+TEST(Volume, OfIntegersIsTheSameInAnotherOrderOfTheAxes) {
+  Eigen::Affine3d turned = Eigen::Affine3d::Identity();
+  turned.linear() << 0, -1, 0, 1, 0, 0, 0, 0, -1;
+  const auto values = values_of([](int i, int j, int k) { return float(i + 20 * j - 200 * k); });
+  const Volume volume(kSize, turned, values), ordered = volume.in_ras_order();
+  EXPECT_EQ(ordered.bytes_per_voxel(), 2);
+  for (const Eigen::Vector3d& index : {Eigen::Vector3d(0, 0, 0), {3, 7, 11}, {10, 8, 20}}) {
+    const Eigen::Vector3d there = ordered.world_to_index() * (turned * index);
+    EXPECT_EQ(ordered.value(int(std::lround(there[0])), int(std::lround(there[1])),
+                            int(std::lround(there[2]))),
+              volume.value(int(index[0]), int(index[1]), int(index[2])));
+  }
+}
+
+}  // namespace
+}  // namespace surf::volume
