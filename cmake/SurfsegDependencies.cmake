@@ -24,6 +24,7 @@ find_package(X11 REQUIRED)  # to look for a display before VTK does
 find_package(fmt REQUIRED)
 find_package(nlohmann_json 3.11 REQUIRED)
 find_package(ZLIB REQUIRED)
+find_package(OpenSSL REQUIRED COMPONENTS Crypto)
 find_package(PNG REQUIRED)
 find_package(TIFF REQUIRED)
 # Only the two structs of the file headers (libnifti2-dev).

@@ -9,7 +9,7 @@
 
 namespace surf {
 
-/// SHA-1 (by Boost) of the bytes of numbers, in the order in which they are added: tells images
+/// SHA-1 (by OpenSSL) of the bytes of numbers, in the order in which they are added: tells images
 /// apart, and is no safeguard against somebody who wants two alike.
 class ContentHash {
  public:

@@ -38,9 +38,9 @@ Checkpoint::Checkpoint(const std::string& argument, bool resumes) : resumes_(res
         fmt::format("--checkpoint: expected FILE or FILE,SECONDS; got '{}'", argument));
 }
 
-void Checkpoint::begin(const std::string& asked) {
+void Checkpoint::begin(const std::function<std::string()>& asked) {
   if (path_.empty()) return;
-  asked_ = hash(asked + "\n" + SURFSEG_VERSION);
+  asked_ = hash(asked() + "\n" + SURFSEG_VERSION);
   if (!resumes_ || !std::filesystem::exists(path_)) return;
   const ordered_json file = read_json(path_);
   try {

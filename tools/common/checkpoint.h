@@ -2,6 +2,7 @@
 #pragma once
 
 #include <chrono>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -21,9 +22,9 @@ class Checkpoint {
   const std::string& path() const { return path_; }
 
   /// Reads the file, if there is one and it is to go on from it.
-  /// @param asked  the image, clicks and options, as text
+  /// @param asked  gives the image, clicks and options, as text; called only where there is a file
   /// @throws surf::InputError  the file is none, or of another image, program or other options
-  void begin(const std::string& asked);
+  void begin(const std::function<std::string()>& asked);
   /// Of the n-th object. Lives no longer than this.
   surf::segment::Checkpointing of(std::size_t n);
   /// When all is written nothing is left to go on from.

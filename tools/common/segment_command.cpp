@@ -117,7 +117,7 @@ typename SegmentCommand<Dim>::Objects SegmentCommand<Dim>::segment(const Input& 
       segmentation.add_click(id, click);
     for (const auto& stroke : object.strokes) segmentation.add_click(id, stroke);
   }
-  checkpoint_.begin(surf::segment::to_recipe<Dim>(segmentation));
+  checkpoint_.begin([&] { return surf::segment::to_recipe<Dim>(segmentation); });
   Objects out;
   for (const int id : segmentation.objects()) {
     segmentation.set_checkpointing(checkpoint_.of(out.size()));
