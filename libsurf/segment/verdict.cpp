@@ -33,7 +33,7 @@ const std::array kTerms = {
     Term{[](const F& f) { return f.separation; }, 6.948, 0.807,
          "what lies inside and outside of its boundary looks much alike"},
     Term{[](const F& f) { return std::log(double(std::max<std::size_t>(f.n_nodes, 1))) / 3; },
-         0.830, 3.376, "it is small: a few nodes more or less change much of it"},
+         0.830, 3.376, "it is small: little more or less would change much of it"},
     Term{[](const F& f) { return f.n_clicks > 1 ? kUsuallyKept : f.kept; }, 14.685, 0.936,
          "the edges near by are not where its intensities end"},
     Term{[](const F& f) { return -std::min(f.contest.rival, 1.0); }, 0.093, -0.290,
