@@ -119,6 +119,7 @@ ClickSearchPointer<Dim> further_search(const SearchGrid<Dim>& grid,
   for (const Correction<Dim>& correction : corrected) rungs.push_back(rung_of(inside, correction));
   std::vector<const Rung<Dim>*> all;
   for (const Rung<Dim>& rung : rungs) all.push_back(&rung);
+  out->evolved.reset();
   out->found.clear();
   for (const Rung<Dim>* rung :
        differing(all, std::size_t(options.max_regions), SearchOptions::kMostOverlapOfCorrections))
@@ -173,6 +174,7 @@ ClickSearchPointer<Dim> next_search(const SearchGrid<Dim>& grid,
 
 template <int Dim>
 NodeSet<Dim> ClickSearch<Dim>::inside() const {
+  if (evolved) return *evolved;
   return found.empty() ? NodeSet<Dim>() : found[chosen].inside.in(box);
 }
 
@@ -213,7 +215,23 @@ template <int Dim>
 ClickSearchPointer<Dim> with_choice(const ClickSearch<Dim>& search, std::size_t chosen) {
   auto out = std::make_shared<ClickSearch<Dim>>(search);
   out->chosen = chosen;
+  out->evolved.reset();
   return out;
+}
+
+template <int Dim>
+ClickSearchPointer<Dim> with_evolved(const ClickSearchPointer<Dim>& search, NodeSet<Dim> inside) {
+  auto out = std::make_shared<ClickSearch<Dim>>(*search);
+  out->evolved = std::move(inside);
+  out->before = search;
+  return out;
+}
+
+template <int Dim>
+ClickSearchPointer<Dim> before_evolutions(ClickSearchPointer<Dim> search) {
+  for (auto at = search; at; at = at->before)
+    if (at->evolved) search = at->before;
+  return search;
 }
 
 template <int Dim>
@@ -230,6 +248,9 @@ std::vector<Region<Dim>> regions(const SearchGrid<Dim>& grid, const ClickSearch<
       const SearchGrid<Dim>&, std::span<const Click<Dim>>, ClickSearchPointer<Dim>,        \
       const SearchOptions&, const SearchProgress<Dim>&, const std::stop_token&);           \
   template ClickSearchPointer<Dim> with_choice<Dim>(const ClickSearch<Dim>&, std::size_t); \
+  template ClickSearchPointer<Dim> with_evolved<Dim>(const ClickSearchPointer<Dim>&,       \
+                                                     NodeSet<Dim>);                        \
+  template ClickSearchPointer<Dim> before_evolutions<Dim>(ClickSearchPointer<Dim>);        \
   template std::vector<Region<Dim>> regions<Dim>(const SearchGrid<Dim>&, const ClickSearch<Dim>&);
 SURF_INSTANTIATE(2)
 SURF_INSTANTIATE(3)

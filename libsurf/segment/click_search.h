@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <span>
 #include <stop_token>
 #include <vector>
@@ -24,22 +25,25 @@ Contest contest(std::span<const double> scores, std::span<const double> overlaps
                 double chosen_score);
 
 /// What the first clicks of an object have found. Immutable; a further click makes a new one from
-/// it, so that the same clicks in the same order end at the same, to the bit, whenever they were
-/// made.
+/// it, so that the same clicks in the same order, with the same evolutions between them, end at the
+/// same, to the bit, whenever they were made.
 template <int Dim>
 struct ClickSearch {
   std::vector<Click<Dim>> clicks;
   std::vector<GridClick<Dim>> on_grid;  ///< in the order in which they were heeded
   /// Of the first inside click that finds something, best first; never null.
   std::shared_ptr<const std::vector<SettledRegion<Dim>>> first;
-  double noise = 0;                           ///< [intensity per node]
-  NodeBox<Dim> box;                           ///< of the grid
-  std::vector<Rung<Dim>> found;               ///< by the last click, best first; few
-  std::size_t chosen = 0;                     ///< of them
+  double noise = 0;              ///< [intensity per node]
+  NodeBox<Dim> box;              ///< of the grid
+  std::vector<Rung<Dim>> found;  ///< by the last click, best first; few
+  std::size_t chosen = 0;        ///< of them
+  /// What the chosen one has become, if a shape has evolved from it: on the box of the grid.
+  std::optional<NodeSet<Dim>> evolved;
   Contest contest;                            ///< of the best one, at the last click that it heeded
   std::shared_ptr<const ClickSearch> before;  ///< one click less; null at the first
 
-  /// Of the chosen one, in the box of the grid; in no box if nothing was found.
+  /// Of the chosen one, or what has become of it, in the box of the grid; in no box if nothing was
+  /// found.
   NodeSet<Dim> inside() const;
 };
 
@@ -66,6 +70,15 @@ ClickSearchPointer<Dim> search_clicks(const SearchGrid<Dim>& grid,
 /// The same with another of those that were found; further clicks start from it.
 template <int Dim>
 ClickSearchPointer<Dim> with_choice(const ClickSearch<Dim>& search, std::size_t chosen);
+
+/// The same after a shape has evolved from what was found: further clicks correct that.
+/// @param inside  the nodes inside it, on the box of the grid
+template <int Dim>
+ClickSearchPointer<Dim> with_evolved(const ClickSearchPointer<Dim>& search, NodeSet<Dim> inside);
+
+/// The last one before anything evolved; it and those before it depend on their clicks alone.
+template <int Dim>
+ClickSearchPointer<Dim> before_evolutions(ClickSearchPointer<Dim> search);
 
 /// Those that were found, best first.
 template <int Dim>

@@ -50,11 +50,15 @@ class Amend : public Stage<Dim> {
       if (std::find(settled.search->clicks.begin(), settled.search->clicks.end(), click) ==
           settled.search->clicks.end())
         clicks.push_back(click);
+    // What the search saw of the shape, if it did.
+    const ClickSearch<Dim>* seen = work.search.get();
+    while (seen && (!seen->evolved || seen->clicks != settled.search->clicks))
+      seen = seen->before.get();
     work.energies = settled.energies;
     static_cast<Lengths&>(work) = settled;
     return amended<Dim>(work.setting(), grid,
                         {settled.shape, parameter_of(work.energies, "local-means", "reach"),
-                         settled.search->inside(), work.search->inside(), clicks},
+                         (seen ? *seen : *settled.search).inside(), work.search->inside(), clicks},
                         shape_options(work, work.edge_length_mm, work.sigma_mm));
   }
 };

@@ -1,6 +1,7 @@
 #include <algorithm>
 
 #include "libsurf/segment/object_box.h"
+#include "libsurf/segment/result.h"
 #include "libsurf/segment/stages/stages.h"
 
 namespace surf::segment {
@@ -59,6 +60,17 @@ class Propose : public Stage<Dim> {
     return out;
   }
 
+  /// What earlier clicks have found, and what an evolution has made of it.
+  static ClickSearchPointer<Dim> known(const Work<Dim>& work, const SearchGrid<Dim>& grid) {
+    if (!work.settled) return before_evolutions<Dim>(work.search);
+    if (!work.search || work.search != work.settled->search || work.search->found.empty())
+      return work.search;
+    return with_evolved<Dim>(
+        work.search,
+        NodeSet<Dim>(grid.box(), work.setting().rasterized(work.settled->shape, grid.box().size,
+                                                           grid.node_to_world())));
+  }
+
   static bool tell(Work<Dim>& work, int n_done) {
     flow::StepRecord record;
     record.k = n_done;
@@ -73,7 +85,7 @@ class Propose : public Stage<Dim> {
     work.proposals.clear();
     if (!grid.is_whole()) return;
     const ClickSearchPointer<Dim> found = search_clicks<Dim>(
-        grid, clicks_of(work), work.search, {},
+        grid, clicks_of(work), known(work, grid), {},
         [&](int n, const Rung<Dim>* seen) {
           n_done = n;
           flow::StepRecord record;
