@@ -24,6 +24,13 @@ constexpr std::array<Colour, 7> kColours = {{{230, 159, 0},
                                              {213, 94, 0},
                                              {204, 121, 167}}};
 
+/// What further clicks go on from; null where nothing has come to rest by itself.
+template <int Dim>
+std::shared_ptr<const Result<Dim>> settled_without_energy(const History<Dim>& history) {
+  const auto out = history.settled();
+  return history.now().options.energies.empty() && out && out->search ? out : nullptr;
+}
+
 }  // namespace
 
 template <int Dim>
@@ -202,6 +209,7 @@ const Result<Dim>& Segmentation<Dim>::propose_beside(Id id, const std::vector<Cl
   Work<Dim> work = work_for(after, others, progress, stop);
   if (work.seeds_mm.empty())
     throw UsageError(fmt::format("'{}' has no inside click to look for it", after.name));
+  work.settled = settled_without_energy(find(id));
   run_proposal(work);
   fields_.shrink();
   if (!work.is_stopped()) {
@@ -280,9 +288,7 @@ Result<Dim> Segmentation<Dim>::evolved(const History<Dim>& history,
   work.start_is_given = goes_on || uses_initial;
   if (goes_on && object.options.energies.empty()) work.verdict = before.verdict;
   if (goes_on) work.unfinished = history.unfinished();
-  const auto settled = history.settled();
-  if (object.options.energies.empty() && settled && settled->search && (is_answer || !goes_on))
-    work.settled = settled;
+  if (is_answer || !goes_on) work.settled = settled_without_energy(history);
   run_stages(work, checkpointing_);
   fields_.shrink();
   // What was found earlier and is handed on is not of these clicks.

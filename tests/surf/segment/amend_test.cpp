@@ -61,6 +61,21 @@ TEST(Amend, WhatAClickAmendsEndsWhereAllOfItWould) {
   EXPECT_NEAR(dialogue.measures(object).content, whole, 0.01 * whole);
 }
 
+TEST(Amend, IsTheSameAfterProposalsWereLookedAt) {
+  std::vector<Triangles> ends;
+  for (const bool is_looked_at : {false, true}) {
+    Segmentation<3> s(make_setting(phantom(volume::PhantomKind::kSeparateBalls, 0.05)));
+    const int object = s.add_object();
+    s.add_click(object, inside(-0.5));
+    s.evolve(object);
+    s.add_click(object, inside(0.5));
+    if (is_looked_at) s.propose(object);
+    ends.push_back(s.evolve(object).shape);
+  }
+  EXPECT_EQ(ends[0].points, ends[1].points);
+  EXPECT_EQ(ends[0].elements, ends[1].elements);
+}
+
 // Its options have changed since: nothing is kept.
 TEST(Amend, OtherOptionsEvolveAllOfIt) {
   Segmentation<3> s(make_setting(phantom(volume::PhantomKind::kSeparateBalls, 0.05)));

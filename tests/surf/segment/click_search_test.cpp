@@ -105,6 +105,25 @@ TYPED_TEST(ClickSearches, TakesAnotherThatWasFound) {
   EXPECT_EQ(with_choice(*other, 0)->inside(), found->inside());
 }
 
+// A part of the object that the evolution has lost, and that the region has.
+TYPED_TEST(ClickSearches, CorrectsWhatHasEvolved) {
+  constexpr int Dim = TypeParam::value;
+  const auto found = this->search({this->inside(14)});
+  NodeSet<Dim> lost = found->inside();
+  const int end = this->image.grid.box().size[0];
+  lost.erase_layers(0, 14, end);
+  const auto evolved = with_evolved<Dim>(found, lost);
+  EXPECT_EQ(evolved->inside(), lost);
+  EXPECT_EQ(before_evolutions<Dim>(evolved), found);
+  EXPECT_EQ(with_choice(*evolved, 0)->inside(), found->inside());
+  const std::vector<Click<Dim>> clicks = {this->inside(14), this->inside(17)};
+  EXPECT_EQ(this->search(clicks, found)->inside(), found->inside());  // has it already
+  const auto mended = this->search(clicks, evolved);
+  EXPECT_FALSE(mended->evolved);
+  EXPECT_GT(this->dice(mended->inside(), found->inside()), this->dice(lost, found->inside()) + 0.1);
+  EXPECT_EQ(before_evolutions<Dim>(mended), found);
+}
+
 TYPED_TEST(ClickSearches, EndsWithNothingWhenItIsStopped) {
   std::stop_source stop;
   stop.request_stop();
