@@ -20,6 +20,11 @@ std::string StepOptions::error() const {
     return fmt::format("StepOptions::exempt_share = {} violates 0 <= exempt_share < 1",
                        exempt_share);
   if (!(tau > 0)) return fmt::format("StepOptions::tau = {} violates > 0", tau);
+  if (!(tau_min >= 0 && std::isfinite(tau_min)))
+    return fmt::format("StepOptions::tau_min = {} violates >= 0", tau_min);
+  if (tau_max && !(*tau_max > 0 && *tau_max >= tau_min))
+    return fmt::format("StepOptions::tau_max = {} violates > 0 and >= tau_min = {}", *tau_max,
+                       tau_min);
   if (max_trials < 1) return fmt::format("StepOptions::max_trials = {} violates >= 1", max_trials);
   return {};
 }
@@ -34,6 +39,7 @@ std::optional<Step> choose_step(const StepOptions& options, double tau_first, do
   if (options.rule == StepRule::kFixed) {
     step.tau = std::min(options.tau, tau_max);
     for (step.n_trials = 1; step.n_trials <= options.max_trials; ++step.n_trials) {
+      if (step.tau < options.tau_min) break;
       step.trial = attempt(step.tau);
       if (std::isfinite(step.trial.change)) return step;
       step.tau /= 2;  // there is no such shape
@@ -41,6 +47,7 @@ std::optional<Step> choose_step(const StepOptions& options, double tau_first, do
     return std::nullopt;
   }
   for (step.n_trials = 1; step.n_trials <= options.max_trials; ++step.n_trials) {
+    if (tau < options.tau_min) break;
     step.tau = tau;
     step.trial = attempt(tau);
     const bool decreases = step.trial.change < 0;

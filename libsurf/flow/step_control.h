@@ -39,6 +39,11 @@ struct StepOptions {
   double exempt_share = 1e-4;
   int max_trials = 12;
   double tau = 1;  ///< of kFixed: the whole step of an inexact Newton method
+  /// Of all gradient flows: no longer step is taken, and no shorter one tried; where those that are
+  /// left do not lower J, or would go further than the shape allows, the flow has stalled. The
+  /// thesis' Alg. 3 would take tau_min against its own bound. 0 <= tau_min <= tau_max.
+  double tau_min = 0;
+  std::optional<double> tau_max = {};  ///< none = no bound
 
   std::string error() const;  ///< empty if valid
 };
@@ -58,7 +63,8 @@ struct Step {
 /// Alg. 1 and 2. `attempt(tau)` moves a copy of the shape and returns the change of J.
 /// Too little decrease shrinks the step, too much grows it (Alg. 2 as printed has the two
 /// mixed up). A step at tau_max is accepted however much it gains.
-/// kFixed takes the lesser of tau and tau_max, or the first half of it at which there is a J.
+/// kFixed takes the lesser of tau and tau_max, or the first half of it at which there is a J. None
+/// that is shorter than options.tau_min is attempted.
 /// @param tau_first  first trial, 0 < tau_first <= tau_max
 /// @return the accepted step, which is the last one attempted; nothing if no trial decreased J
 std::optional<Step> choose_step(const StepOptions& options, double tau_first, double tau_max,

@@ -27,6 +27,18 @@ std::string Options<Dim>::error() const {
     return fmt::format("Options::n_levels = {} violates 1 to 6", n_levels);
   if (n_coarse_steps < 0)
     return fmt::format("Options::n_coarse_steps = {} violates >= 0", n_coarse_steps);
+  for (const auto& [value, name] :
+       {std::pair{coarse_geometry, "coarse_geometry"}, {continued_geometry, "continued_geometry"}})
+    if (!(value >= 1)) return fmt::format("Options::{} = {} violates >= 1", name, value);
+  if (!(first_threshold > 0 && first_threshold <= second_threshold))
+    return fmt::format(
+        "Options::first_threshold = {}, second_threshold = {} violate 0 < first <= second",
+        first_threshold, second_threshold);
+  if (!(gamma_coarsen >= 0 && gamma_coarsen < gamma_refine && gamma_refine <= 1))
+    return fmt::format(
+        "Options::gamma_refine = {}, gamma_coarsen = {} violate 0 <= gamma_coarsen < gamma_refine "
+        "<= 1",
+        gamma_refine, gamma_coarsen);
   if (!(coarseness >= 1)) return fmt::format("Options::coarseness = {} violates >= 1", coarseness);
   if (!(integral_tolerance >= 0))
     return fmt::format("Options::integral_tolerance = {} violates >= 0", integral_tolerance);

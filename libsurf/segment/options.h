@@ -66,6 +66,9 @@ struct Options {
   std::optional<double> geometry_tolerance_mm;
   /// epsilon_int of Alg. 7 per area or length, for the integrands on the shape; 0 = not used.
   double integral_tolerance = 0.016;
+  /// gamma_R and gamma_C of Alg. 6 (fem::AdaptivityOptions); 0 <= gamma_coarsen < gamma_refine
+  /// <= 1.
+  double gamma_refine = 0.7, gamma_coarsen = 0.65;
   /// What happens where sheets meet.
   mesh::Topology topology = mesh::Topology::kFree;
   /// What is thinner is joined or cut [mm]; none = 0.7 of the edge length.
@@ -84,6 +87,12 @@ struct Options {
   /// Of piecewise smooth models in the plane with an L2 or H1 flow: at most so many steps of each
   /// coarse stage (Alg. 17); 0 = none.
   int n_coarse_steps = 150;  // thesis 5.2
+  /// C_coarse of its first part, by which geometry_tolerance_mm is larger, and C_2 of the part that
+  /// continues it; >= 1.
+  double coarse_geometry = 3, continued_geometry = 2;  // thesis 5.2
+  /// d_1 and d_2 over flow.rel_tol: down to what share of its largest value |dJ| falls before the
+  /// tolerance is that of the result, and that of C_2; 0 < first <= second.
+  double first_threshold = 5, second_threshold = 20;  // thesis 5.2
   flow::FlowOptions flow;
   /// Settle the shape on the edges it has found: a last stage with the edge indicator alone. Not
   /// where the flow keeps the content.

@@ -1,6 +1,7 @@
 // curveseg: from a phantom to scored contours, and what is wrong ends in one line.
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "libcurve/image/write_image.h"
 #include "libsurf/volume/phantom.h"
@@ -120,6 +121,24 @@ TEST_F(Curveseg, DenoisesWithMumfordShah) {
   must({"segment", "u.tif", "--contour", "b.json", "--energy", "chan-vese", "-o", "c.json", "-q"});
   must(joined(run, {"--energy", "mumford-shah", "--denoised", "u.png"}));
   EXPECT_TRUE(exists("u.png"));
+}
+
+// Alg. 17: how often it may step coarsely, and down to what derivative.
+TEST_F(Curveseg, GoesThroughTheCoarseStagesThatAreAskedFor) {
+  make("blob", {"--size", "64", "--noise", "0.1"});
+  const auto n_steps = [&](const Words& more) {
+    must(joined({"segment", "blob.tif", "--circle", "31.5,31.5,27px", "-q", "-o", "b.json",
+                 "--energy", "mumford-shah", "--json", "s.json"},
+                more));
+    std::map<std::string, int> out;
+    for (const auto& stage : json("s.json")["evolution"]) out[stage["stage"]] = stage["steps"];
+    return out;
+  };
+  auto usual = n_steps({});
+  EXPECT_GT(usual["coarse"], 2);
+  EXPECT_LE(n_steps({"--coarse-steps", "2"})["coarse"], 2);
+  EXPECT_EQ(n_steps({"--coarse-steps", "0"}).count("coarse"), 0u);
+  EXPECT_LT(n_steps({"--second-threshold", "4000"})["coarse"], usual["coarse"]);
 }
 
 TEST_F(Curveseg, FindsTheHoleOfARingFromOutside) {
@@ -253,6 +272,11 @@ const std::vector<Row> kRows = {
       "--flow", "newton"},
      2,
      "no second derivative as a matrix; --flow has to be a gradient flow"},
+    {"ThresholdsTheWrongWay", segment({"--first-threshold", "30"}), 2,
+     "--first-threshold = 30, second_threshold = 20 violate"},
+    {"CoarseGeometryBelowOne", segment({"--coarse-geometry", "0.5"}), 2,
+     "--coarse-geometry = 0.5 violates >= 1"},
+    {"CoarseStepsNegative", segment({"--coarse-steps", "-1"}), 2, "--coarse-steps = -1 violates"},
     {"BoxOfThree", segment({"--box", "1,2,3"}), 2, "--box: expected 4 numbers X,Y,X,Y"},
     {"BoxOfNoPixel", segment({"--box", "90,90,99,99"}), 2, "holds no pixel"},
     {"OutsideBeyondTheImage", segment({"--outside", "99,0"}), 2, "--outside: (99, 0) mm is"},

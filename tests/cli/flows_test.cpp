@@ -85,6 +85,18 @@ TEST_F(Flows, TakeLandmarksInTheSpaceOfTheirFileOrTheOption) {
     EXPECT_NEAR(from_voxels[axis].get<double>(), expected[axis].get<double>(), 1e-6);
 }
 
+TEST_F(Flows, TakeNoLongerStepThanIsAskedFor) {
+  const auto n_steps = [&](const Words& more) {
+    Words words = {"--landmarks", "lps.fcsv", "--energy", "minimal-surface:gamma=0"};
+    words.insert(words.end(), more.begin(), more.end());
+    EXPECT_EQ(segment(words).exit_code, 0);
+    int n = 0;
+    for (const auto& stage : json("s.json")["evolution"]) n += stage["steps"].get<int>();
+    return n;
+  };
+  EXPECT_GE(n_steps({"--tau-max", "0.1"}), 2 * n_steps({}));
+}
+
 TEST_F(Flows, SayWhatDoesNotGoTogether) {
   const std::vector<std::pair<Words, std::string>> cases = {
       {{"--landmarks", "lps.fcsv", "--energy", "area", "--volume", "9l"},

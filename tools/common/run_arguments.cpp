@@ -61,6 +61,12 @@ void check_flow(const CLI::App& command, const RunArguments& a, const RunWords& 
   const bool is_area = words.content == "area";
   if (!a.kept_content.empty()) parse_content(option, a.kept_content, is_area);
   const bool is_gradient_flow = a.flow != "newton" && a.flow != "lbfgs";
+  const std::vector<const char*> of_gradient_flows = {"--alpha", "--beta", "--epsilon-tau",
+                                                      "--tau-min", "--tau-max"};
+  for (const char* given : of_gradient_flows)
+    if (!is_gradient_flow && command.count(given) > 0)
+      throw UsageError(fmt::format(
+          "{}: it belongs to the flows h1, l2 and h-1; --flow {} has no time step", given, a.flow));
   if (!is_gradient_flow && a.scheme == "semi-implicit")
     throw UsageError(
         fmt::format("--scheme semi-implicit: it belongs to the flows h1, l2 and h-1; --flow {} has "
@@ -81,10 +87,15 @@ void check_flow(const CLI::App& command, const RunArguments& a, const RunWords& 
 }
 
 template <int Dim>
-void set_flow(const RunArguments& a, surf::segment::Options<Dim>& out) {
+void set_flow(const CLI::App& command, const RunArguments& a, surf::segment::Options<Dim>& out) {
   using namespace surf::flow;
   out.flow.max_steps = a.max_iterations;
   out.flow.rel_tol = a.tolerance;
+  out.flow.step.alpha = a.alpha;
+  out.flow.step.beta = a.beta;
+  out.flow.step.epsilon_tau = a.epsilon_tau;
+  out.flow.step.tau_min = a.tau_min;
+  if (command.count("--tau-max") > 0) out.flow.step.tau_max = a.tau_max;
   out.flow.method = a.flow == "newton"  ? Method::kNewton
                     : a.flow == "lbfgs" ? Method::kLbfgs
                                         : Method::kGradientFlow;
@@ -167,6 +178,25 @@ void add_flow_options(CLI::App& command, RunArguments& a, const RunWords& words)
                          "Steps per stage; exit code 5 if they do not suffice");
   group.add_with_default("--tolerance", a.tolerance,
                          "Stop when the shape derivative falls to this share of its largest value");
+  group.add_with_default("--alpha", a.alpha,
+                         "Least decrease that the line search accepts, by the expected one");
+  group.add_with_default("--beta", a.beta,
+                         "Largest decrease that the line search accepts, by the expected one: a "
+                         "longer step is tried where it is larger");
+  group.add_with_default("--epsilon-tau", a.epsilon_tau,
+                         "Bound of the time step times the velocity's gradient");
+  group.add_with_default("--tau-min", a.tau_min, "No shorter time step is tried");
+  group.add("--tau-max", a.tau_max, "No longer time step is taken [no bound]");
+  if (!is_flat(words)) return;
+  group.add_with_default("--coarse-steps", a.coarse_steps,
+                         "Most steps of the coarse stages of mumford-shah; 0: none of them");
+  group.add_with_default("--coarse-geometry", a.coarse_geometry,
+                         "Of its first one: the geometry tolerance, by that of the result");
+  group.add_with_default("--continued-geometry", a.continued_geometry, "Of its second one");
+  group.add_with_default("--first-threshold", a.first_threshold,
+                         "The second one ends where the shape derivative has fallen to this, by "
+                         "--tolerance");
+  group.add_with_default("--second-threshold", a.second_threshold, "The first one ends at this");
 }
 
 void add_mesh_options(CLI::App& command, RunArguments& a, const RunWords& words) {
@@ -188,6 +218,12 @@ void add_mesh_options(CLI::App& command, RunArguments& a, const RunWords& words)
       fmt::format("Quadrature error of H, or of the window, per {} above which elements "
                   "are refined; 0: do not look",
                   words.measure));
+  group.add_with_default("--gamma-refine", a.gamma_refine,
+                         "Elements with more than this share of the largest indicator are refined "
+                         "together with it");
+  group.add_with_default("--gamma-coarsen", a.gamma_coarsen,
+                         "Elements with less than this share of the tolerance may be coarsened; 0: "
+                         "none is");
 }
 
 void add_topology_options(CLI::App& command, RunArguments& a, const RunWords& words) {
@@ -396,6 +432,13 @@ void set_run_options(const CLI::App& command, const RunArguments& a, double cell
   out.n_levels = a.levels;
   out.geometry_tolerance_mm = length("--geometry-tolerance", a.geometry_tolerance);
   out.integral_tolerance = a.integral_tolerance;
+  out.gamma_refine = a.gamma_refine;
+  out.gamma_coarsen = a.gamma_coarsen;
+  out.n_coarse_steps = a.coarse_steps;
+  out.coarse_geometry = a.coarse_geometry;
+  out.continued_geometry = a.continued_geometry;
+  out.first_threshold = a.first_threshold;
+  out.second_threshold = a.second_threshold;
   out.topology = a.topology == "fixed"    ? surf::mesh::Topology::kFixed
                  : a.topology == "genus0" ? surf::mesh::Topology::kGenus0
                                           : surf::mesh::Topology::kFree;
@@ -409,7 +452,7 @@ void set_run_options(const CLI::App& command, const RunArguments& a, double cell
   if (a.locate || a.no_locate) out.locate = a.locate;
   out.open_cavities = a.open_cavities;
   out.components = {a.fill_cavities, a.min_component, a.kept()};
-  set_flow<Dim>(a, out);
+  set_flow<Dim>(command, a, out);
 }
 
 template void set_run_options<2>(const CLI::App&, const RunArguments&, double,

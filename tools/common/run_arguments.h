@@ -47,6 +47,10 @@ struct RunArguments {
   double coarseness = 4, integral_tolerance = 0.016;
   int levels = 1;
   double tolerance = 1e-4;
+  double alpha = 0.25, beta = 0.75, epsilon_tau = 0.8, tau_min = 0, tau_max = 0;
+  double gamma_refine = 0.7, gamma_coarsen = 0.65;
+  int coarse_steps = 150;
+  double coarse_geometry = 3, continued_geometry = 2, first_threshold = 5, second_threshold = 20;
   bool no_settle = false, locate = false, no_locate = false, open_cavities = false;
   double min_component = 0;
   bool fill_cavities = false;

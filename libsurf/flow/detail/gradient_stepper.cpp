@@ -1,5 +1,6 @@
 // Steps of gradient flows: the velocity of a scalar product, and the search along it.
 #include <algorithm>
+#include <limits>
 
 #include "libsurf/fem/stiffness.h"
 #include "libsurf/flow/detail/stepper.h"
@@ -23,7 +24,9 @@ class GradientStepper : public Stepper<Dim> {
     velocity_ = system.solve(previous_tau_);
     const StepOptions& options = this->options_.step;
     const double furthest = this->moving_.max_displacement();
-    const double tau_max = largest_step<Dim>(shape, velocity_.vector, furthest, options);
+    const double tau_max =
+        std::min(largest_step<Dim>(shape, velocity_.vector, furthest, options),
+                 options.tau_max.value_or(std::numeric_limits<double>::infinity()));
     if (!(tau_max > 0)) return false;
     const double J = this->energy_.value();
     const auto attempt = [&](double tau) {

@@ -64,12 +64,18 @@ void for_each_field(OptionsType& o, const Visit& visit) {
   visit("coarseness", o.coarseness);
   visit("geometry_tolerance_mm", o.geometry_tolerance_mm);
   visit("integral_tolerance", o.integral_tolerance);
+  visit("gamma_refine", o.gamma_refine);
+  visit("gamma_coarsen", o.gamma_coarsen);
   visit("topology", o.topology);
   visit("topology_resolution_mm", o.topology_resolution_mm);
   visit("sheet_distance_mm", o.sheet_distance_mm);
   visit("open_cavities", o.open_cavities);
   visit("n_levels", o.n_levels);
   visit("n_coarse_steps", o.n_coarse_steps);
+  visit("coarse_geometry", o.coarse_geometry);
+  visit("continued_geometry", o.continued_geometry);
+  visit("first_threshold", o.first_threshold);
+  visit("second_threshold", o.second_threshold);
   visit("settle", o.settle);
   visit("locate", o.locate);
   visit("components.fill_cavities", o.components.fill_cavities);
@@ -90,6 +96,8 @@ void for_each_field(OptionsType& o, const Visit& visit) {
   visit("flow.step.exempt_share", flow.step.exempt_share);
   visit("flow.step.max_trials", flow.step.max_trials);
   visit("flow.step.tau", flow.step.tau);
+  visit("flow.step.tau_min", flow.step.tau_min);
+  visit("flow.step.tau_max", flow.step.tau_max);
   visit("flow.keep_content", flow.keep_content);
   visit("flow.content", flow.content);
   visit("flow.max_steps", flow.max_steps);

@@ -5,9 +5,6 @@
 namespace surf::segment {
 namespace {
 
-// Alg. 17, thesis 5.2: C_coarse and C_2 for the tolerance of Alg. 6, d_1 and d_2 by the tolerance.
-constexpr double kCoarseGeometry = 3, kContinuedGeometry = 2;
-constexpr double kFirstThreshold = 5, kSecondThreshold = 20;
 constexpr double kCoarseEdges = 2;  // times longer in the coarse part, which the thesis leaves
 constexpr double kCoarseShare =
     0.02;  // of the length, exempt from Alg. 3 there: surgery resolves it
@@ -46,9 +43,9 @@ class Coarse : public Stage<Dim> {
     out.flow.step.exempt_share = std::max(out.flow.step.exempt_share, kCoarseShare);
     out.flow.max_steps = work.options.n_coarse_steps;
     out.flow.energy_tol = std::max(out.flow.energy_tol, kCoarseEnergyTol);
-    out.flow.rel_tol = std::min(0.5, kSecondThreshold * out.flow.rel_tol);
+    out.flow.rel_tol = std::min(0.5, work.options.second_threshold * out.flow.rel_tol);
     out.shape = shape_options(work, kCoarseEdges * work.edge_length_mm, work.sigma_mm);
-    out.shape.adaptivity.geometry_tolerance_mm *= kCoarseGeometry;
+    out.shape.adaptivity.geometry_tolerance_mm *= work.options.coarse_geometry;
     out.shape.max_displacement_mm *= kCoarseEdges;
     return out;
   }
@@ -57,9 +54,9 @@ class Coarse : public Stage<Dim> {
     Minimisation<Dim> out = coarse(work);
     out.name = "continued";
     out.terms = work.energies;
-    out.flow.rel_tol = std::min(0.5, kFirstThreshold * work.options.flow.rel_tol);
+    out.flow.rel_tol = std::min(0.5, work.options.first_threshold * work.options.flow.rel_tol);
     out.shape = shape_options(work, work.edge_length_mm, work.sigma_mm);
-    out.shape.adaptivity.geometry_tolerance_mm *= kContinuedGeometry;
+    out.shape.adaptivity.geometry_tolerance_mm *= work.options.continued_geometry;
     return out;
   }
 };

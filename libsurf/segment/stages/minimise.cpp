@@ -74,6 +74,8 @@ mesh::MovingShapeOptions<Dim> shape_options(const Work<Dim>& work, double edge_l
   out.coarseness = options.coarseness;
   out.adaptivity.geometry_tolerance_mm = work.geometry_tolerance_mm;
   out.adaptivity.integral_tolerance = options.integral_tolerance;
+  out.adaptivity.gamma_refine = options.gamma_refine;
+  out.adaptivity.gamma_coarsen = options.gamma_coarsen;
   out.topology = options.topology;
   out.topology_resolution_mm = options.topology_resolution_mm.value_or(0);
   if (options.sheet_distance_mm) out.sheet_distance = *options.sheet_distance_mm / edge_length_mm;

@@ -11,11 +11,10 @@ TEST(Memory, OfTheMachineIsThatOfAComputer) {
   EXPECT_LT(machine_memory(), 1e15);
 }
 
-TEST(Memory, HoldsFourFifthsInFloats) {
-  const double floats = machine_memory() / sizeof(float);
+TEST(Memory, HoldsFourFifths) {
   EXPECT_TRUE(fits_in_memory(0));
-  EXPECT_TRUE(fits_in_memory(0.79 * floats));
-  EXPECT_FALSE(fits_in_memory(0.81 * floats));
+  EXPECT_TRUE(fits_in_memory(0.79 * machine_memory()));
+  EXPECT_FALSE(fits_in_memory(0.81 * machine_memory()));
 }
 
 TEST(Memory, ThatMayBeUsedIsNoMoreThanTheProcessIsAllowed) {

@@ -111,6 +111,18 @@ TEST(LineSearch, FindsNothingWhereNoStepDecreasesTheEnergy) {
   EXPECT_EQ(n, 7);
 }
 
+TEST(Steps, AreNoShorterThanTheLeast) {
+  for (const StepRule rule : {StepRule::kLineSearch, StepRule::kBacktracking, StepRule::kFixed}) {
+    std::vector<double> tried;
+    const auto step = choose_step({.rule = rule, .tau = 8, .tau_min = 2}, 8, 8, [&](double tau) {
+      tried.push_back(tau);
+      return Trial{std::numeric_limits<double>::infinity(), -tau};
+    });
+    EXPECT_FALSE(step);
+    EXPECT_EQ(tried, (std::vector<double>{8, 4, 2}));
+  }
+}
+
 TEST(LineSearch, TakesAnInfiniteOrUndefinedEnergyForTooLong) {
   for (const double bad :
        {std::numeric_limits<double>::infinity(), std::numeric_limits<double>::quiet_NaN()}) {
@@ -180,6 +192,9 @@ TEST(StepOptions, NameTheFieldThatIsWrong) {
             "StepOptions::alpha = 0.8, beta = 0.75 violate 0 < alpha < beta < 1");
   EXPECT_EQ((StepOptions{.epsilon_tau = 0}).error(), "StepOptions::epsilon_tau = 0 violates > 0");
   EXPECT_EQ((StepOptions{.max_trials = 0}).error(), "StepOptions::max_trials = 0 violates >= 1");
+  EXPECT_EQ((StepOptions{.tau_min = -1}).error(), "StepOptions::tau_min = -1 violates >= 0");
+  EXPECT_EQ((StepOptions{.tau_min = 2, .tau_max = 1}).error(),
+            "StepOptions::tau_max = 1 violates > 0 and >= tau_min = 2");
 }
 
 }  // namespace
