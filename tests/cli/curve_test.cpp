@@ -131,7 +131,8 @@ TEST_F(Curveseg, GoesThroughTheCoarseStagesThatAreAskedFor) {
                  "--energy", "mumford-shah", "--json", "s.json"},
                 more));
     std::map<std::string, int> out;
-    for (const auto& stage : json("s.json")["evolution"]) out[stage["stage"]] = stage["steps"];
+    const auto summary = json("s.json");
+    for (const auto& stage : summary["evolution"]) out[stage["stage"]] = stage["steps"];
     return out;
   };
   auto usual = n_steps({});

@@ -91,7 +91,8 @@ TEST_F(Flows, TakeNoLongerStepThanIsAskedFor) {
     words.insert(words.end(), more.begin(), more.end());
     EXPECT_EQ(segment(words).exit_code, 0);
     int n = 0;
-    for (const auto& stage : json("s.json")["evolution"]) n += stage["steps"].get<int>();
+    const auto summary = json("s.json");
+    for (const auto& stage : summary["evolution"]) n += stage["steps"].get<int>();
     return n;
   };
   EXPECT_GE(n_steps({"--tau-max", "0.1"}), 2 * n_steps({}));
