@@ -26,21 +26,25 @@ STUDIES = [
 NUMBER = re.compile(r"[-+]?(?:\d[\d,]*\.?\d*|\.\d+)(?:e[-+]?\d+)?")
 CLOCK = re.compile(r"\b(s|ms|seconds|time|wall|MB)\b")  # columns that depend on the machine
 RELATIVE, DIGITS = 0.05, 2  # of a number, or so many units of its last digit
+ROUNDING = 1e-12
 
 
 def tables_of(lines):
-    """[(number of the first line, [cells of a row, ...])]; the head is the first row, the line of dashes is left out."""
-    out, rows, first = [], [], 0
+    """[(number of the first line, [cells of a row, ...])]; the head is the first row, the line of dashes below it is left out."""
+    out, rows, first, is_table = [], [], 0, False
     for n, line in enumerate([*lines, ""]):
         if line.strip().startswith("|"):
             if not rows:
                 first = n
             cells = [cell.strip() for cell in line.strip().strip("|").split("|")]
-            if not all(re.fullmatch(r":?-+:?", cell) for cell in cells):
+            if all(re.fullmatch(r":?-+:?", cell) for cell in cells):
+                is_table = len(rows) == 1
+            else:
                 rows.append(cells)
         elif rows:
-            out.append((first, rows))
-            rows = []
+            if is_table:
+                out.append((first, rows))
+            rows, is_table = [], False
     return out
 
 
@@ -58,7 +62,7 @@ def are_alike(a, b):
     """The same words, and numbers within the tolerance."""
     if NUMBER.sub("#", a) != NUMBER.sub("#", b):
         return False
-    return all(abs(value(x) - value(y)) <= max(RELATIVE * abs(value(x)), DIGITS * max(unit(x), unit(y)))
+    return all(abs(value(x) - value(y)) <= max(RELATIVE * abs(value(x)), DIGITS * max(unit(x), unit(y)), ROUNDING)
                for x, y in zip(NUMBER.findall(a), NUMBER.findall(b)))
 
 
