@@ -260,10 +260,25 @@ std::unique_ptr<MumfordShah::State> MumfordShah::made(const fem::Geometry<2>& sh
 void MumfordShah::reset(const fem::Geometry<2>& shape) {
   state_ = made(shape);
   state_->require_simple();
+  drift_ = 0;
 }
 
-double MumfordShah::value() const {
-  return constant_ + state_->solution.energy() + options_.gamma * state_->length;
+double MumfordShah::energy_of(const State& state) const {
+  return constant_ + state.solution.energy() + options_.gamma * state.length;
+}
+
+double MumfordShah::value() const { return energy_of(*state_) - drift_; }
+
+void MumfordShah::remesh(const fem::Geometry<2>& shape) {
+  const double drift = drift_;
+  reset(shape);
+  drift_ = drift;
+}
+
+void MumfordShah::rebuild(const fem::Geometry<2>& shape) {
+  const double before = value();
+  reset(shape);
+  drift_ = energy_of(*state_) - before;
 }
 
 /// A mesh whose triangles have become thin is made anew, when the derivative is asked for: by then
@@ -284,7 +299,7 @@ double MumfordShah::try_move(const fem::Geometry<2>& moved) {
                                        energy::charged_measure<2>(moved));
   }
   if (!tried_) tried_ = made(moved);
-  return constant_ + tried_->solution.energy() + options_.gamma * tried_->length;
+  return energy_of(*tried_) - drift_;
 }
 
 void MumfordShah::accept() {

@@ -56,7 +56,11 @@ class MumfordShah : public energy::ShapeEnergy<2> {
   double value() const override;
   double try_move(const fem::Geometry<2>& moved) override;
   void accept() override;
-  void remesh(const fem::Geometry<2>& shape) override { reset(shape); }
+  double drift() const override { return drift_; }
+  void remesh(const fem::Geometry<2>& shape) override;
+  /// J jumps where surgery joins what a thin sheet has parted: steps that gain are not taken for
+  /// ones that lose.
+  void rebuild(const fem::Geometry<2>& shape) override;
   /// @throws InvalidMesh  the current curves meet one another
   void differentiate(const fem::Curvature&, double, energy::ShapeTerms<2>&) const override;
   /// @throws UsageError  always: Theorem 2.2.11 has u' of every velocity, no sparse matrix
@@ -86,6 +90,7 @@ class MumfordShah : public energy::ShapeEnergy<2> {
  private:
   struct State;
   std::unique_ptr<State> made(const fem::Geometry<2>& shape) const;
+  double energy_of(const State& state) const;
   std::pair<DomainMesh, ImageIntegrals> adapted_mesh(const Segments& curves) const;
   bool lower_sizes(const DomainMesh& mesh, const Eigen::VectorXd& errors) const;
   void refresh() const;
@@ -94,6 +99,7 @@ class MumfordShah : public energy::ShapeEnergy<2> {
   MumfordShahOptions options_;
   NeumannOptions neumann_;
   double constant_ = 0;  // 1/2 int (I - offset)^2 / contrast^2 over the box
+  double drift_ = 0;
   mutable SizeField sizes_;
   mutable std::unique_ptr<State> state_;
   std::unique_ptr<State> tried_;

@@ -146,10 +146,10 @@ void MumfordShah::reset(const fem::Geometry<3>& shape) {
   if (state_ && state_->box.contains(box)) box = state_->box;
   state_ = solved(shape, box, state_.get());
   tried_.reset();
-  offset_ = 0;
+  offset_ = drift_ = 0;
 }
 
-double MumfordShah::value() const { return offset_ + state_->energy(options_.gamma); }
+double MumfordShah::value() const { return offset_ + state_->energy(options_.gamma) - drift_; }
 
 /// Grows the box if points come close to its sides where the image goes on.
 void MumfordShah::make_room_for(const Points<3>& points) {
@@ -167,7 +167,7 @@ void MumfordShah::make_room_for(const Points<3>& points) {
 double MumfordShah::try_move(const fem::Geometry<3>& moved) {
   make_room_for(moved.points());
   tried_ = solved(moved, state_->box, state_.get());
-  return offset_ + tried_->energy(options_.gamma);
+  return offset_ + tried_->energy(options_.gamma) - drift_;
 }
 
 void MumfordShah::accept() { state_ = std::move(tried_); }
@@ -175,6 +175,12 @@ void MumfordShah::accept() { state_ = std::move(tried_); }
 void MumfordShah::remesh(const fem::Geometry<3>& shape) {
   make_room_for(shape.points());
   state_ = solved(shape, state_->box, state_.get());
+}
+
+void MumfordShah::rebuild(const fem::Geometry<3>& shape) {
+  const double before = value();
+  remesh(shape);
+  drift_ += value() - before;
 }
 
 MumfordShah::Loads MumfordShah::loads() const {

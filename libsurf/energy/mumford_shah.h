@@ -51,7 +51,10 @@ class MumfordShah : public ShapeEnergy<3> {
   double try_move(const fem::Geometry<3>& moved) override;
   void accept() override;
   void remesh(const fem::Geometry<3>& shape) override;
-  void rebuild(const fem::Geometry<3>& shape) override { remesh(shape); }
+  /// J jumps where surgery joins what a thin sheet has parted: steps that gain are not taken for
+  /// ones that lose.
+  void rebuild(const fem::Geometry<3>& shape) override;
+  double drift() const override { return drift_; }
   void differentiate(const fem::Curvature&, double, ShapeTerms<3>&) const override;
   /// @throws UsageError  always: Theorem 2.2.11 has u' of every velocity, no sparse matrix
   void differentiate_twice(const fem::Curvature&, double, SecondDerivative<3>&) const override;
@@ -76,6 +79,7 @@ class MumfordShah : public ShapeEnergy<3> {
   MumfordShahOptions options_;
   std::unique_ptr<State> state_, tried_;
   double offset_ = 0;  // of J, by what boxes have grown
+  double drift_ = 0;
 };
 
 }  // namespace surf::energy

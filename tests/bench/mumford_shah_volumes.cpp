@@ -233,6 +233,12 @@ void run(const Case& one, int size, const std::string& energy) {
   const double start = cpu_seconds();
   const segment::SegmentResult result = segment::segment(image, options);
   const double time = cpu_seconds() - start;
+  if (result.shape.elements.rows() == 0) {
+    fmt::print("| {} | {:.2f} | {} | {:.2f} | - | - | - | {} | vanishes | {:.1f} | {:.0f} |\n",
+               one.name, one.edge_width, energy, one.start_radius, result.last().steps.size(), time,
+               peak_memory_mb());
+    return;
+  }
   std::optional<volume::Volume> u;
   if (energy == "mumford-shah")
     u = segment::denoised(image, result.shape, segment::parameter(result.energies.front(), "mu"));

@@ -138,6 +138,24 @@ TEST(MumfordShah, IsContinuedWithoutAJumpWhereTheBoxGrows) {
   }
 }
 
+TEST(MumfordShah, IsContinuousOverSurgery) {
+  auto arrays = test::unit_sphere<3>(2);
+  const auto ball = [&](double radius) { return fem::Geometry<3>(radius * arrays.X, arrays.T); };
+  const auto field = std::make_shared<const SoftBall>();
+  MumfordShah energy(field, oblique_grid(20), options(0.01, 0.1)),
+      anew(field, oblique_grid(20), options(0.01, 0.1));
+  energy.reset(ball(0.7));
+  const double before = energy.value();
+  energy.rebuild(ball(0.6));
+  anew.reset(ball(0.7));
+  anew.remesh(ball(0.6));
+  EXPECT_NEAR(energy.value(), before, 1e-12);
+  EXPECT_GT(std::abs(energy.drift()), 0.01 * std::abs(before));
+  EXPECT_NEAR(energy.value() + energy.drift(), anew.value(), 1e-9);
+  EXPECT_NEAR(energy.try_move(ball(0.65)) - energy.value(),
+              anew.try_move(ball(0.65)) - anew.value(), 1e-9);
+}
+
 TEST(MumfordShah, DoesNotFeelAffineMapsOfTheIntensities) {
   constexpr double kTolerance = 1e-9;  // of solver and rounding
   const auto I = std::make_shared<const test::WaveField<3>>(3);
