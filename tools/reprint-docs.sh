@@ -6,7 +6,7 @@
 #   tools/reprint-docs.sh --write flows    and writes what is printed into the page
 #   tools/reprint-docs.sh --help
 #
-# Code 1 where a number differs by more than its tolerance, or a table is printed or written by one side alone.
+# Code 1 where a number differs by more than its tolerance, or the page lacks a table that is printed.
 set -euo pipefail
 root=$(cd "$(dirname "$0")/.." && pwd)
 exec "${SURFSEG_PYTHON:-/usr/bin/python3}" "$root/tools/reprint_docs.py" "$@"

@@ -24,8 +24,8 @@ STUDIES = [
     ("method", ["locate_study"]),
 ]
 NUMBER = re.compile(r"[-+]?(?:\d[\d,]*\.?\d*|\.\d+)(?:e[-+]?\d+)?")
-CLOCK = re.compile(r"\b(s|ms|seconds|time|wall|MB)\b")  # columns that depend on the machine
-RELATIVE, DIGITS = 0.05, 2  # of a number, or so many units of its last digit
+CLOCK = re.compile(r"(?:^|[ ,(])(?:s|ms|seconds|time|MB)$")  # the end of columns that depend on the machine
+RELATIVE, DIGITS = 0.05, 2  # of a number, or so many units of its last digit behind the point
 ROUNDING = 1e-12
 
 
@@ -58,11 +58,16 @@ def unit(text):
     return 10.0 ** (int(exponent or 0) - len(mantissa.partition(".")[2]))
 
 
+def fraction(a, b):
+    """Of the last digit, but 0 for whole numbers: counts of parts are not rounded."""
+    return max(unit(text) if unit(text) < 1 else 0 for text in (a, b))
+
+
 def are_alike(a, b):
     """The same words, and numbers within the tolerance."""
     if NUMBER.sub("#", a) != NUMBER.sub("#", b):
         return False
-    return all(abs(value(x) - value(y)) <= max(RELATIVE * abs(value(x)), DIGITS * max(unit(x), unit(y)), ROUNDING)
+    return all(abs(value(x) - value(y)) <= max(RELATIVE * abs(value(x)), DIGITS * fraction(x, y), ROUNDING)
                for x, y in zip(NUMBER.findall(a), NUMBER.findall(b)))
 
 

@@ -178,8 +178,7 @@ class Evolution {
     for (int k = 1; k <= options_.max_steps; ++k) {
       StepRecord record;
       record.k = k;
-      if (!stepper->advance(*geometry_, record))
-        return finish(Termination::kStalled, "no step decreases the energy any further");
+      if (!stepper->advance(*geometry_, record)) return finish_without_step();
       record.energy += left_out_;
       shape_.move_to(stepper->destination());
       mend(record);
@@ -228,6 +227,15 @@ class Evolution {
     energy_.try_move(*geometry_);
     energy_.accept();
     record.energy = energy_.value();
+  }
+
+  /// With a least step others may have been left.
+  FlowSummary finish_without_step() {
+    const double least = options_.step.tau_min;
+    if (least > 0 && options_.method == Method::kGradientFlow)
+      return finish(Termination::kMaxSteps,
+                    fmt::format("no time step of {:g} or more decreases the energy", least));
+    return finish(Termination::kStalled, "no step decreases the energy any further");
   }
 
   std::string unreached() const {

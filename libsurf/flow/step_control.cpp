@@ -14,7 +14,7 @@ std::string StepOptions::error() const {
   if (!(0 < alpha && alpha < beta && beta < 1))
     return fmt::format("StepOptions::alpha = {}, beta = {} violate 0 < alpha < beta < 1", alpha,
                        beta);
-  if (!(epsilon_tau > 0))
+  if (!(epsilon_tau > 0 && std::isfinite(epsilon_tau)))
     return fmt::format("StepOptions::epsilon_tau = {} violates > 0", epsilon_tau);
   if (!(exempt_share >= 0 && exempt_share < 1))
     return fmt::format("StepOptions::exempt_share = {} violates 0 <= exempt_share < 1",

@@ -13,6 +13,7 @@ namespace {
 template <int Dim>
 bool has_found(const ClickSearch<Dim>& search) {
   if (!search.before) return true;
+  if (search.has_evolved && search.before->clicks.size() == search.clicks.size()) return false;
   const std::vector<Rung<Dim>>&now = search.found, &before = search.before->found;
   return !std::equal(now.begin(), now.end(), before.begin(), before.end(),
                      [](const Rung<Dim>& a, const Rung<Dim>& b) {

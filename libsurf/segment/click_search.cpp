@@ -119,7 +119,7 @@ ClickSearchPointer<Dim> further_search(const SearchGrid<Dim>& grid,
   for (const Correction<Dim>& correction : corrected) rungs.push_back(rung_of(inside, correction));
   std::vector<const Rung<Dim>*> all;
   for (const Rung<Dim>& rung : rungs) all.push_back(&rung);
-  out->evolved.reset();
+  out->has_evolved = false;
   out->found.clear();
   for (const Rung<Dim>* rung :
        differing(all, std::size_t(options.max_regions), SearchOptions::kMostOverlapOfCorrections))
@@ -174,7 +174,6 @@ ClickSearchPointer<Dim> next_search(const SearchGrid<Dim>& grid,
 
 template <int Dim>
 NodeSet<Dim> ClickSearch<Dim>::inside() const {
-  if (evolved) return *evolved;
   return found.empty() ? NodeSet<Dim>() : found[chosen].inside.in(box);
 }
 
@@ -215,14 +214,18 @@ template <int Dim>
 ClickSearchPointer<Dim> with_choice(const ClickSearch<Dim>& search, std::size_t chosen) {
   auto out = std::make_shared<ClickSearch<Dim>>(search);
   out->chosen = chosen;
-  out->evolved.reset();
+  out->has_evolved = search.has_evolved && chosen == search.chosen;
   return out;
 }
 
 template <int Dim>
-ClickSearchPointer<Dim> with_evolved(const ClickSearchPointer<Dim>& search, NodeSet<Dim> inside) {
+ClickSearchPointer<Dim> with_evolved(const ClickSearchPointer<Dim>& search,
+                                     const NodeSet<Dim>& inside) {
   auto out = std::make_shared<ClickSearch<Dim>>(*search);
-  out->evolved = std::move(inside);
+  Rung<Dim>& rung = out->found[out->chosen];
+  rung.inside = inside.in(inside.bounds(6));
+  rung.n_nodes = rung.inside.count();
+  out->has_evolved = true;
   out->before = search;
   return out;
 }
@@ -230,7 +233,7 @@ ClickSearchPointer<Dim> with_evolved(const ClickSearchPointer<Dim>& search, Node
 template <int Dim>
 ClickSearchPointer<Dim> before_evolutions(ClickSearchPointer<Dim> search) {
   for (auto at = search; at; at = at->before)
-    if (at->evolved) search = at->before;
+    if (at->has_evolved) search = at->before;
   return search;
 }
 
@@ -249,7 +252,7 @@ std::vector<Region<Dim>> regions(const SearchGrid<Dim>& grid, const ClickSearch<
       const SearchOptions&, const SearchProgress<Dim>&, const std::stop_token&);           \
   template ClickSearchPointer<Dim> with_choice<Dim>(const ClickSearch<Dim>&, std::size_t); \
   template ClickSearchPointer<Dim> with_evolved<Dim>(const ClickSearchPointer<Dim>&,       \
-                                                     NodeSet<Dim>);                        \
+                                                     const NodeSet<Dim>&);                 \
   template ClickSearchPointer<Dim> before_evolutions<Dim>(ClickSearchPointer<Dim>);        \
   template std::vector<Region<Dim>> regions<Dim>(const SearchGrid<Dim>&, const ClickSearch<Dim>&);
 SURF_INSTANTIATE(2)

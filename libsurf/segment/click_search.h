@@ -2,7 +2,6 @@
 #pragma once
 
 #include <memory>
-#include <optional>
 #include <span>
 #include <stop_token>
 #include <vector>
@@ -33,17 +32,15 @@ struct ClickSearch {
   std::vector<GridClick<Dim>> on_grid;  ///< in the order in which they were heeded
   /// Of the first inside click that finds something, best first; never null.
   std::shared_ptr<const std::vector<SettledRegion<Dim>>> first;
-  double noise = 0;              ///< [intensity per node]
-  NodeBox<Dim> box;              ///< of the grid
-  std::vector<Rung<Dim>> found;  ///< by the last click, best first; few
-  std::size_t chosen = 0;        ///< of them
-  /// What the chosen one has become, if a shape has evolved from it: on the box of the grid.
-  std::optional<NodeSet<Dim>> evolved;
+  double noise = 0;                           ///< [intensity per node]
+  NodeBox<Dim> box;                           ///< of the grid
+  std::vector<Rung<Dim>> found;               ///< by the last click, best first; few
+  std::size_t chosen = 0;                     ///< of them
+  bool has_evolved = false;                   ///< the chosen one is what has become of it
   Contest contest;                            ///< of the best one, at the last click that it heeded
-  std::shared_ptr<const ClickSearch> before;  ///< one click less; null at the first
+  std::shared_ptr<const ClickSearch> before;  ///< one click or evolution less; null at the first
 
-  /// Of the chosen one, or what has become of it, in the box of the grid; in no box if nothing was
-  /// found.
+  /// Of the chosen one, in the box of the grid; in no box if nothing was found.
   NodeSet<Dim> inside() const;
 };
 
@@ -71,10 +68,13 @@ ClickSearchPointer<Dim> search_clicks(const SearchGrid<Dim>& grid,
 template <int Dim>
 ClickSearchPointer<Dim> with_choice(const ClickSearch<Dim>& search, std::size_t chosen);
 
-/// The same after a shape has evolved from what was found: further clicks correct that.
-/// @param inside  the nodes inside it, on the box of the grid
+/// The same after a shape has evolved from what was found, which takes the place of the chosen one:
+/// further clicks correct that.
+/// @param inside  the nodes inside it, on the box of the grid; at least one
+/// @pre  something was found
 template <int Dim>
-ClickSearchPointer<Dim> with_evolved(const ClickSearchPointer<Dim>& search, NodeSet<Dim> inside);
+ClickSearchPointer<Dim> with_evolved(const ClickSearchPointer<Dim>& search,
+                                     const NodeSet<Dim>& inside);
 
 /// The last one before anything evolved; it and those before it depend on their clicks alone.
 template <int Dim>

@@ -87,6 +87,7 @@ class Corrector {
         lower_(lower),
         stop_(stop),
         held_(scene.held()),
+        loose_(scene.before - clicked(scene.before)),
         edge_(SeedView<Dim>(scene.grid, {scene.click().seed}, scene.noise).edge) {}
 
   std::vector<Candidate<Dim>> all() {
@@ -217,15 +218,18 @@ class Corrector {
     candidate.kept = dice_of_changes(unsettled, after ^ scene_.before);
   }
 
-  /// Only what is connected with an inside click.
-  void keep_clicked(NodeSet<Dim>& after) const {
+  /// Only what is connected with an inside click; all if none is in it.
+  NodeSet<Dim> clicked(const NodeSet<Dim>& nodes) const {
     std::vector<Index> starts;
     for (const GridClick<Dim>& click : scene_.clicks)
       if (click.side == Side::kInside)
         for (const auto& node : click.seed.nodes)
-          if (after.contains(node)) starts.push_back(node);
-    if (!starts.empty()) after = after.component(starts);
+          if (nodes.contains(node)) starts.push_back(node);
+    return starts.empty() ? nodes : nodes.component(starts);
   }
+
+  /// And what was connected with none before: an evolved shape may be thinner than a node.
+  void keep_clicked(NodeSet<Dim>& after) const { after = clicked(after) | (loose_ & after); }
 
   std::vector<Index> starts_in(const NodeSet<Dim>& nodes) const {
     std::vector<Index> out;
@@ -343,6 +347,7 @@ class Corrector {
   typename NodeBox<Dim>::Index lower_;
   const std::stop_token& stop_;
   std::vector<Held> held_;
+  NodeSet<Dim> loose_;  // of the object, connected with no inside click
   NodeSet<Dim> edge_;
 };
 

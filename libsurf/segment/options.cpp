@@ -29,8 +29,10 @@ std::string Options<Dim>::error() const {
     return fmt::format("Options::n_coarse_steps = {} violates >= 0", n_coarse_steps);
   for (const auto& [value, name] :
        {std::pair{coarse_geometry, "coarse_geometry"}, {continued_geometry, "continued_geometry"}})
-    if (!(value >= 1)) return fmt::format("Options::{} = {} violates >= 1", name, value);
-  if (!(first_threshold > 0 && first_threshold <= second_threshold))
+    if (!(value >= 1 && std::isfinite(value)))
+      return fmt::format("Options::{} = {} violates >= 1", name, value);
+  if (!(first_threshold > 0 && first_threshold <= second_threshold &&
+        std::isfinite(second_threshold)))
     return fmt::format(
         "Options::first_threshold = {}, second_threshold = {} violate 0 < first <= second",
         first_threshold, second_threshold);

@@ -48,8 +48,9 @@ void check_size(const std::array<int, 3>& size, const std::string& path) {
 /// The least kind of grid, by its place in AnyGrid, that holds all values.
 std::size_t least_kind(const std::vector<float>& values) {
   const auto are_in = [&](float lowest, float highest) {
-    return std::all_of(values.begin(), values.end(), [&](float value) {
-      return value >= lowest && value <= highest && value == std::floor(value);
+    return std::all_of(values.begin(), values.end(), [&](float value) {  // -0 is none
+      return value >= lowest && value <= highest && value == std::floor(value) &&
+             !(value == 0 && std::signbit(value));
     });
   };
   return are_in(0, 255) ? 0 : are_in(-32768, 32767) ? 1 : 2;
@@ -280,9 +281,10 @@ void Volume::Builder::append_slice(std::span<const float> values) {
 
 void Volume::Builder::store_slab() {
   const auto& size = impl_->size;
-  const double n_voxels = double(size[0]) * size[1] * size[2];
-  if (const std::size_t kind = least_kind(slab_); kind > impl_->grid.index()) {
-    check_memory(double(1 << kind) * n_voxels,
+  const std::size_t old = impl_->grid.index();
+  if (const std::size_t kind = old == 2 ? old : least_kind(slab_); kind > old) {
+    const double slice = double(size[0]) * size[1];  // the old and the new grid are there together
+    check_memory(double(1 << kind) * slice * size[2] + double(1 << old) * slice * n_slices_,
                  kind == 1 ? " as 16-bit integers" : " as 32-bit floats", size, impl_->source.path);
     widen(impl_->grid, kind);
   }

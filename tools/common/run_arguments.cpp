@@ -61,8 +61,8 @@ void check_flow(const CLI::App& command, const RunArguments& a, const RunWords& 
   const bool is_area = words.content == "area";
   if (!a.kept_content.empty()) parse_content(option, a.kept_content, is_area);
   const bool is_gradient_flow = a.flow != "newton" && a.flow != "lbfgs";
-  const std::vector<const char*> of_gradient_flows = {"--alpha", "--beta", "--epsilon-tau",
-                                                      "--tau-min", "--tau-max"};
+  const std::vector<const char*> of_gradient_flows = {"--alpha", "--beta", "--tau-min",
+                                                      "--tau-max"};
   for (const char* given : of_gradient_flows)
     if (!is_gradient_flow && command.count(given) > 0)
       throw UsageError(fmt::format(

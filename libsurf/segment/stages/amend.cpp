@@ -52,7 +52,7 @@ class Amend : public Stage<Dim> {
         clicks.push_back(click);
     // What the search saw of the shape, if it did.
     const ClickSearch<Dim>* seen = work.search.get();
-    while (seen && (!seen->evolved || seen->clicks != settled.search->clicks))
+    while (seen && (!seen->has_evolved || seen->clicks != settled.search->clicks))
       seen = seen->before.get();
     work.energies = settled.energies;
     static_cast<Lengths&>(work) = settled;

@@ -126,8 +126,11 @@ bool minimise(Work<Dim>& work, const Minimisation<Dim>& minimisation) {
     return false;
   }
   flow::FlowOptions flow = minimisation.flow;
-  if (are_fitted<Dim>(terms)) {
+  const bool is_fitted = are_fitted<Dim>(terms);
+  const bool may_rest = is_fitted && !flow.step.tau_max;  // steps that are cut say nothing of rest
+  if (may_rest)
     flow.displacement_tol_mm = std::max(flow.displacement_tol_mm, kAtRest * work.cell_mm());
+  if (is_fitted) {
     flow.step.bound = flow::StepBound::kVertex;
     flow.step.exempt_share = std::max(flow.step.exempt_share, kFittedShare);
     flow.energy_window = std::min(flow.energy_window, kFittedWindow);
@@ -137,7 +140,7 @@ bool minimise(Work<Dim>& work, const Minimisation<Dim>& minimisation) {
   std::string at_rest;
   const auto shape_now = [&] { return shape->simplices(); };
   const auto on_step = [&](const flow::StepRecord& record) {
-    if (are_fitted<Dim>(terms)) at_rest = rest.check(record.k, record.energy, shape_now);
+    if (may_rest) at_rest = rest.check(record.k, record.energy, shape_now);
     return work.tell(report.name, record, shape_now) && at_rest.empty();
   };
   const auto energy = make_energy<Dim>(terms, context(work, *model));

@@ -1,5 +1,6 @@
 #include <algorithm>
 
+#include "libsurf/segment/clicks.h"
 #include "libsurf/segment/object_box.h"
 #include "libsurf/segment/result.h"
 #include "libsurf/segment/stages/stages.h"
@@ -65,10 +66,23 @@ class Propose : public Stage<Dim> {
     if (!work.settled) return before_evolutions<Dim>(work.search);
     if (!work.search || work.search != work.settled->search || work.search->found.empty())
       return work.search;
-    return with_evolved<Dim>(
-        work.search,
-        NodeSet<Dim>(grid.box(), work.setting().rasterized(work.settled->shape, grid.box().size,
-                                                           grid.node_to_world())));
+    const NodeSet<Dim> inside(
+        grid.box(),
+        work.setting().rasterized(work.settled->shape, grid.box().size, grid.node_to_world()));
+    return inside.is_empty() ? work.search : with_evolved<Dim>(work.search, inside);
+  }
+
+  /// Those that an evolution has heeded first, whatever clicks of other objects came since.
+  static std::vector<Click<Dim>> in_order_of(const ClickSearchPointer<Dim>& known,
+                                             std::vector<Click<Dim>> clicks) {
+    if (!known || before_evolutions<Dim>(known) == known ||
+        !contains_all<Dim>(clicks, known->clicks))
+      return clicks;
+    std::vector<Click<Dim>> out = known->clicks;
+    for (Click<Dim>& click : clicks)
+      if (std::find(known->clicks.begin(), known->clicks.end(), click) == known->clicks.end())
+        out.push_back(std::move(click));
+    return out;
   }
 
   static bool tell(Work<Dim>& work, int n_done) {
@@ -84,8 +98,9 @@ class Propose : public Stage<Dim> {
     work.chosen = 0;
     work.proposals.clear();
     if (!grid.is_whole()) return;
+    const ClickSearchPointer<Dim> before = known(work, grid);
     const ClickSearchPointer<Dim> found = search_clicks<Dim>(
-        grid, clicks_of(work), known(work, grid), {},
+        grid, in_order_of(before, clicks_of(work)), before, {},
         [&](int n, const Rung<Dim>* seen) {
           n_done = n;
           flow::StepRecord record;

@@ -76,6 +76,21 @@ TEST(Amend, IsTheSameAfterProposalsWereLookedAt) {
   EXPECT_EQ(ends[0].elements, ends[1].elements);
 }
 
+// A click of another object comes before the new one: what has evolved is corrected all the same.
+TEST(Amend, GoesOnFromTheShapeWhateverAnotherObjectWasGiven) {
+  Segmentation<3> s(make_setting(phantom(volume::PhantomKind::kSeparateBalls, 0.05)));
+  const int one = s.add_object(), other = s.add_object();
+  s.add_click(one, inside(-0.5));
+  s.evolve(one);
+  s.add_click(other, inside(0.5));
+  s.add_click(one, {{-0.5, 0.9, 0}, Side::kInside});
+  const Result<3>& result = s.evolve(one);
+  bool is_from_shape = false;
+  for (auto at = result.search; at; at = at->before) is_from_shape |= at->has_evolved;
+  EXPECT_TRUE(is_from_shape);
+  EXPECT_EQ(result.search->clicks.size(), 3u);
+}
+
 // Its options have changed since: nothing is kept.
 TEST(Amend, OtherOptionsEvolveAllOfIt) {
   Segmentation<3> s(make_setting(phantom(volume::PhantomKind::kSeparateBalls, 0.05)));
