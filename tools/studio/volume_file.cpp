@@ -20,8 +20,8 @@ constexpr std::array<double, 2> kSoftTissue = {-160, 240}, kThorax = {-1050, 350
 // Lung that holds air [HU], and of how much of a scan on it is one of the thorax.
 constexpr std::array<double, 2> kLung = {-900, -600};
 constexpr double kShareOfLung = 0.1;  // 0.14 and 0.30 of two of the thorax, 0.03 of an abdomen
-constexpr double kCut = 1e-3;  // of the voxels, at both ends of a window: a tumour is more
-constexpr int kSamples = 40;   // along each axis, for percentiles
+constexpr double kCut = 1e-3;         // of the voxels, at both ends of a window: a tumour is more
+constexpr int kSamples = 40;          // along each axis, for percentiles
 constexpr double kSteps = 65000;
 
 bool is_whole(float value) { return value == std::floor(value); }
