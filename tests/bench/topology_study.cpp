@@ -97,7 +97,7 @@ std::vector<Case> cases() {
        grown({{0, 0.05, 0.05}}, 0.1, balloon),
        1},
       {"rods",
-       "enclosing sphere, not filled",
+       "enclosing sphere, chan-vese, not filled",
        PhantomKind::kRods,
        {1, 0, 40},
        shrunk(0.64, {{"chan-vese", 1, {}}, {"area", 0.003, {}}}),
