@@ -38,6 +38,9 @@ def tables_of(lines):
                 first = n
             cells = [cell.strip() for cell in line.strip().strip("|").split("|")]
             if all(re.fullmatch(r":?-+:?", cell) for cell in cells):
+                if len(rows) > 1 and is_table:  # one right after another
+                    out.append((first, rows[:-1]))
+                    rows, first = rows[-1:], n - 1
                 is_table = len(rows) == 1
             else:
                 rows.append(cells)
