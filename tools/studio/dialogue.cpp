@@ -124,7 +124,8 @@ surf::segment::Segmentation<3>& Dialogue::segmentation() {
 void Dialogue::do_beside(const Act& act, const std::function<void(State&)>& show_now) {
   {
     std::lock_guard lock(mutex_);
-    if (job_ && job_->what != "open" && !is_ending_) {
+    // Also where the evolution is next in turn but has not begun: it would be ended at once.
+    if (!is_ending_ && (job_ ? job_->what != "open" : !wanted_.empty())) {
       auto next = std::make_shared<State>(*state_);
       show_now(*next);
       ++next->revision;
@@ -137,6 +138,7 @@ void Dialogue::do_beside(const Act& act, const std::function<void(State&)>& show
         }
       });
       ++tick_;
+      wake_.notify_all();
       changed_.notify_all();
       return;
     }
