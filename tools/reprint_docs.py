@@ -15,6 +15,7 @@ STUDIES = [
     ("energies", ["model_study", "{scratch}"]),
     ("synthetic-study", ["synthetic_study"]),
     ("flows", ["flow_study"]),
+    ("flows", ["quadratic_velocities"]),
     ("topology", ["topology_study"]),
     ("mumford-shah-volumes", ["mumford_shah_volumes"]),
     ("mumford-shah", ["mumford_shah_study", "--pictures", "{scratch}"]),
