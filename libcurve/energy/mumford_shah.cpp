@@ -7,6 +7,7 @@
 #include <optional>
 #include <unordered_map>
 
+#include "libcurve/energy/solution_response.h"
 #include "libcurve/mesh/curve_mesh.h"
 #include "libcurve/mesh/hierarchy.h"
 #include "libcurve/mesh/intersections.h"
@@ -16,12 +17,14 @@
 #include "libsurf/base/products.h"
 #include "libsurf/energy/detail/element_terms.h"
 #include "libsurf/fem/indicators.h"
+#include "libsurf/fem/p1.h"
 
 namespace surf::curve {
 namespace {
 
 constexpr double kMostPixels = 32;   // longest edge of a mesh
 constexpr int kAdaptiveRounds = 4;   // of Alg. 8 for one mesh
+constexpr double kRaisedTo = 0.9;    // of its tolerance, to which coarsening may bring the error
 constexpr double kLeastShare = 0.2;  // of its area that a triangle may keep in a trial step
 constexpr double kWorn = 12;         // degrees: a mesh with smaller angles is made anew
 constexpr double kSizeCell = 4;      // pixels
@@ -136,6 +139,8 @@ std::string MumfordShahOptions::error() const {
   checks.require(step_mm >= 0, "step_mm", step_mm, ">= 0");
   checks.require(min_size_mm >= 0, "min_size_mm", min_size_mm, ">= 0");
   checks.require(data_tolerance >= 0, "data_tolerance", data_tolerance, ">= 0");
+  checks.require(gamma_coarsen >= 0 && gamma_coarsen < 1, "gamma_coarsen", gamma_coarsen,
+                 "0 <= gamma_coarsen < 1");
   checks.require(outer.rows() == 4, "outer.rows()", double(outer.rows()), "= 4");
   return checks.error();
 }
@@ -201,7 +206,8 @@ MumfordShah::MumfordShah(std::shared_ptr<const Field<2>> I, const MumfordShahOpt
 
 MumfordShah::~MumfordShah() = default;
 
-/// Alg. 8: what is marked is halved where the bounds on sizes are lowered, and those stay.
+/// Alg. 8: what is marked is halved where the bounds on sizes are lowered, and those stay until
+/// raise_sizes().
 std::pair<DomainMesh, ImageIntegrals> MumfordShah::adapted_mesh(const Segments& curves) const {
   const Neumann* last = state_ ? &state_->solution : nullptr;
   const auto meshed = [&](const DomainMesh* from) {
@@ -235,10 +241,26 @@ bool MumfordShah::lower_sizes(const DomainMesh& mesh, const Eigen::VectorXd& err
     sizes_.limit((mesh.points.row(nodes[0]) + mesh.points.row(nodes[1]) + mesh.points.row(nodes[2]))
                          .transpose() /
                      3,
-                 size / 2);
+                 size / 2, errors[t] / (twice_areas[t] / 2));
     is_changed = true;
   }
   return is_changed;
+}
+
+/// The second half of Alg. 8, for the meshes to come: bounds that the error does without. It may
+/// grow by what was measured when they were lowered, to less than the tolerance; so nothing is
+/// refined and coarsened by turns. Not for trial steps, whose J is compared with that of this mesh.
+void MumfordShah::raise_sizes() {
+  if (!state_ || options_.data_tolerance == 0 || options_.gamma_coarsen == 0) return;
+  const DomainMesh& mesh = state_->solution.mesh();
+  const Eigen::VectorXd& errors = state_->solution.integrals().errors;
+  const double tolerance = options_.data_tolerance * areas(mesh.triangles, mesh.points).sum() / 2;
+  const double budget = kRaisedTo * tolerance - errors.sum();
+  if (budget <= 0) return;
+  const double bound = options_.gamma_coarsen * errors.maxCoeff();
+  std::vector<char> is_held(errors.size());
+  for (Eigen::Index t = 0; t < errors.size(); ++t) is_held[t] = errors[t] >= bound;
+  sizes_.raise(mesh, is_held, budget);
 }
 
 std::unique_ptr<MumfordShah::State> MumfordShah::made(const fem::Geometry<2>& shape) const {
@@ -258,6 +280,7 @@ std::unique_ptr<MumfordShah::State> MumfordShah::made(const fem::Geometry<2>& sh
 }
 
 void MumfordShah::reset(const fem::Geometry<2>& shape) {
+  raise_sizes();
   state_ = made(shape);
   state_->require_simple();
   drift_ = 0;
@@ -329,11 +352,28 @@ void MumfordShah::differentiate(const fem::Curvature& curvature, double weight,
   terms.beta.array() += weight * second.max(G.abs() / step);
 }
 
-void MumfordShah::differentiate_twice(const fem::Curvature&, double,
-                                      energy::SecondDerivative<2>&) const {
-  throw UsageError(
-      "energy mumford-shah: it has no second derivative as a matrix; FlowOptions::method has to be "
-      "a gradient flow, h1 or l2");
+void MumfordShah::differentiate_twice(const fem::Curvature& curvature, double weight,
+                                      energy::SecondDerivative<2>& second) const {
+  state_->require_simple();
+  refresh();
+  const fem::Geometry<2>& shape = state_->shape;
+  const Traces at = traces();
+  const Eigen::ArrayXd a = at.inside - at.intensity, b = at.outside - at.intensity;
+  // As d_nu u = 0 all along the curve, d_nu |grad u|^2 = -2 kappa |grad_Gamma u|^2 there.
+  const Eigen::ArrayXd density =
+      0.5 * curvature.mean.array() *
+          (a.square() - b.square() - options_.mu * (at.slope_inside - at.slope_outside).array()) -
+      (at.inside - at.outside).array() * at.intensity_slope.array();
+  energy::add_element_matrices<2>(
+      shape, weight * options_.gamma, second.sparse, [&](Eigen::Index t) {
+        return fem::p1_stiffness<2, 2>(shape.basis_gradients(t), shape.measures()[t]);
+      });
+  second.sparse.diagonal() += weight * density.matrix().cwiseProduct(shape.lumped_mass());
+  const auto response = std::make_shared<const SolutionResponse>(state_->solution, shape.elements(),
+                                                                 shape.n_vertices());
+  second.operators.emplace_back([response, weight](const Eigen::VectorXd& W) -> Eigen::VectorXd {
+    return weight * (*response)(W);
+  });
 }
 
 MumfordShah::Traces MumfordShah::traces() const {

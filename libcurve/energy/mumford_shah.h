@@ -24,6 +24,9 @@ struct MumfordShahOptions : energy::MumfordShahWeights {
   /// of the interpolation error of I is larger; 0 = not used. What Alg. 8 bounds is how well the
   /// meshes resolve I; quadrature does without them.
   double data_tolerance = 0.05;  // thesis 5.2
+  /// gamma_C of Alg. 8: sizes are raised again only where triangles have less than this share of
+  /// the largest error; 0 = never. In [0, 1).
+  double gamma_coarsen = 0.3;  // thesis 5.2
   /// In the scalar product beta is at least |G| over this length [mm]: it bounds how far a full
   /// step moves the curve, and far from the optimum, where the second derivative knows nothing of
   /// it, all parts move alike. 0 = 4 pixels.
@@ -63,9 +66,10 @@ class MumfordShah : public energy::ShapeEnergy<2> {
   void rebuild(const fem::Geometry<2>& shape) override;
   /// @throws InvalidMesh  the current curves meet one another
   void differentiate(const fem::Curvature&, double, energy::ShapeTerms<2>&) const override;
-  /// @throws UsageError  always: Theorem 2.2.11 has u' of every velocity, no sparse matrix
-  void differentiate_twice(const fem::Curvature&, double,
-                           energy::SecondDerivative<2>&) const override;
+  /// Theorem 2.2.11. Its last line, with u' of the velocity, is an operator (SolutionResponse).
+  /// @throws InvalidMesh  the current curves meet one another
+  void differentiate_twice(const fem::Curvature& curvature, double weight,
+                           energy::SecondDerivative<2>& second) const override;
   /// With the mean of u_2 in place of what u would be in the hole:
   /// F = 1/2 ((I - u_1)^2 - (I - mean)^2).
   void add_density(const Points<2>&, double, Eigen::VectorXd&) const override;
@@ -93,6 +97,7 @@ class MumfordShah : public energy::ShapeEnergy<2> {
   double energy_of(const State& state) const;
   std::pair<DomainMesh, ImageIntegrals> adapted_mesh(const Segments& curves) const;
   bool lower_sizes(const DomainMesh& mesh, const Eigen::VectorXd& errors) const;
+  void raise_sizes();
   void refresh() const;
 
   std::shared_ptr<const Field<2>> I_;

@@ -215,23 +215,35 @@ std::array<int, 3> Neumann::unknowns_of(Eigen::Index t) const {
   return out;
 }
 
-void Neumann::solve(const Eigen::VectorXd& start) {
+Eigen::SparseMatrix<double> Neumann::matrix() const {
   std::vector<Eigen::Triplet<double>> entries;
   entries.reserve(9 * mesh_.triangles.rows());
-  Eigen::VectorXd rhs = Eigen::VectorXd::Zero(unknowns_.size);
   for (Eigen::Index t = 0; t < mesh_.triangles.rows(); ++t) {
     const Triangle T(mesh_, t);
     const auto dofs = unknowns_of(t);
     const Eigen::Matrix3d K =
-        T.area * (options_.mu * T.gradients * T.gradients.transpose() +
-                  (Eigen::Matrix3d::Ones() + Eigen::Matrix3d::Identity()) / 12);
-    for (int i = 0; i < 3; ++i) {
-      rhs[dofs[i]] += integrals_.loads(t, i);
+        options_.mu * fem::p1_stiffness(T.gradients, T.area) + fem::p1_mass<3>(T.area);
+    for (int i = 0; i < 3; ++i)
       for (int j = 0; j < 3; ++j) entries.emplace_back(dofs[i], dofs[j], K(i, j));
-    }
   }
-  Eigen::SparseMatrix<double> K(unknowns_.size, unknowns_.size);
-  K.setFromTriplets(entries.begin(), entries.end());
+  Eigen::SparseMatrix<double> out(unknowns_.size, unknowns_.size);
+  out.setFromTriplets(entries.begin(), entries.end());
+  return out;
+}
+
+Eigen::VectorXd Neumann::intensity(const Points<2>& points) const {
+  Samples<2> samples;
+  I_->sample(points, Derivatives::kNone, samples);
+  return (samples.value.array() - options_.offset) / options_.scale;
+}
+
+void Neumann::solve(const Eigen::VectorXd& start) {
+  Eigen::VectorXd rhs = Eigen::VectorXd::Zero(unknowns_.size);
+  for (Eigen::Index t = 0; t < mesh_.triangles.rows(); ++t) {
+    const auto dofs = unknowns_of(t);
+    for (int i = 0; i < 3; ++i) rhs[dofs[i]] += integrals_.loads(t, i);
+  }
+  const Eigen::SparseMatrix<double> K = matrix();
   Eigen::ConjugateGradient<
       Eigen::SparseMatrix<double>, Eigen::Lower,
       Eigen::IncompleteCholesky<double, Eigen::Lower, Eigen::NaturalOrdering<int>>>

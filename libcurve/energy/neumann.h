@@ -65,6 +65,11 @@ class Neumann {
   const Eigen::VectorXd& u() const { return u_; }
   const ImageIntegrals& integrals() const { return integrals_; }
   int n_iterations() const { return n_iterations_; }
+  const NeumannOptions& options() const { return options_; }
+  /// <mu grad phi_a, grad phi_b> + <phi_a, phi_b> of all unknowns: symmetric positive definite.
+  Eigen::SparseMatrix<double> matrix() const;
+  /// I as the problem sees it, (I - offset) / scale, at points: (n).
+  Eigen::VectorXd intensity(const Points<2>& points) const;
 
   /// min_u sum_i 1/2 int_{Omega_i} (mu |grad u_i|^2 + u_i^2) - int_{Omega_i} I u_i: the first term
   /// of (5.4) less 1/2 int I^2 over the box, which no curve changes. Quadratic in the error of u.

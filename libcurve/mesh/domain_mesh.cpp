@@ -261,17 +261,60 @@ SizeField::SizeField(const Points<2>& outer, double max_size, double cell)
   const Vector<2> extent = outer.colwise().maxCoeff().transpose() - lower_;
   n_ = (extent / cell).array().ceil().max(1).cast<int>();
   sizes_.assign(std::size_t(n_[0]) * n_[1], max_size);
+  before_.resize(sizes_.size());
+}
+
+Eigen::Array2i SizeField::cell_of(const Vector<2>& x) const {
+  return ((x - lower_) / cell_).array().floor().cast<int>().max(0).min(n_.array() - 1);
 }
 
 std::size_t SizeField::index(const Vector<2>& x) const {
-  const Eigen::Array2i at =
-      ((x - lower_) / cell_).array().floor().cast<int>().max(0).min(n_.array() - 1);
+  const Eigen::Array2i at = cell_of(x);
   return std::size_t(at[1]) * n_[0] + at[0];
 }
 
-void SizeField::limit(const Vector<2>& x, double size) {
-  double& here = sizes_[index(x)];
-  here = std::min(here, size);
+void SizeField::limit(const Vector<2>& x, double size, double error) {
+  const std::size_t cell = index(x);
+  if (size >= sizes_[cell]) return;
+  // Several triangles of a cell are one lowering.
+  if (std::vector<Bound>& before = before_[cell]; before.empty() || size <= sizes_[cell] / 2)
+    before.push_back({sizes_[cell], error});
+  else
+    before.back().error = std::max(before.back().error, error);
+  sizes_[cell] = size;
+}
+
+/// The cells that the boxes of these triangles meet.
+std::vector<char> SizeField::touched(const DomainMesh& mesh,
+                                     const std::vector<char>& triangles) const {
+  std::vector<char> out(sizes_.size(), 0);
+  for (Eigen::Index t = 0; t < mesh.triangles.rows(); ++t) {
+    if (!triangles[t]) continue;
+    Eigen::AlignedBox2d box;
+    for (int i = 0; i < 3; ++i) box.extend(mesh.points.row(mesh.triangles(t, i)).transpose());
+    const Eigen::Array2i first = cell_of(box.min()), last = cell_of(box.max());
+    for (int j = first[1]; j <= last[1]; ++j)
+      for (int i = first[0]; i <= last[0]; ++i) out[std::size_t(j) * n_[0] + i] = 1;
+  }
+  return out;
+}
+
+int SizeField::raise(const DomainMesh& mesh, const std::vector<char>& is_held, double budget) {
+  const std::vector<char> is_fixed = touched(mesh, is_held);
+  std::vector<std::pair<double, std::size_t>> costs;
+  for (std::size_t cell = 0; cell < sizes_.size(); ++cell)
+    if (!before_[cell].empty() && !is_fixed[cell])
+      costs.emplace_back(before_[cell].back().error * cell_ * cell_, cell);
+  std::sort(costs.begin(), costs.end());
+  int n_raised = 0;
+  for (const auto& [cost, cell] : costs) {
+    budget -= cost;
+    if (budget < 0) break;
+    sizes_[cell] = before_[cell].back().size;
+    before_[cell].pop_back();
+    ++n_raised;
+  }
+  return n_raised;
 }
 
 DomainMesh mesh_domain(const Segments& curves, const Points<2>& outer, const SizeField& sizes,

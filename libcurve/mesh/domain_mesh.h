@@ -10,8 +10,10 @@ namespace surf::curve {
 /// Corners of triangles, counter-clockwise: (m, 3).
 using PlaneTriangles = Eigen::Matrix<int, Eigen::Dynamic, 3, Eigen::RowMajor>;
 
+struct DomainMesh;
+
 /// How long the edges of a domain mesh may be [mm]: a bound everywhere, and bounds on the cells of
-/// a grid, which data-driven adaptivity (Alg. 8) lowers.
+/// a grid, which data-driven adaptivity (Alg. 8) lowers and raises again.
 class SizeField {
  public:
   /// @param outer    points whose bounding box the grid covers, (n, 2)
@@ -22,15 +24,28 @@ class SizeField {
   double max_size() const { return max_size_; }
   double at(const Vector<2>& x) const { return sizes_[index(x)]; }
   /// Lowers the bound of the cell round x.
-  void limit(const Vector<2>& x, double size);
+  /// @param error  what the indicator is with the present bound, per area: what raising it costs
+  void limit(const Vector<2>& x, double size, double error = 0);
+  /// Gives cells the bound back that they had before the last one: those that no triangle to be
+  /// held touches, cheapest first, as long as their costs together are within the budget.
+  /// @param is_held  per triangle of the mesh
+  /// @return         how many cells
+  int raise(const DomainMesh& mesh, const std::vector<char>& is_held, double budget);
 
  private:
+  struct Bound {
+    double size, error;
+  };
+
+  Eigen::Array2i cell_of(const Vector<2>& x) const;
   std::size_t index(const Vector<2>& x) const;
+  std::vector<char> touched(const DomainMesh& mesh, const std::vector<char>& triangles) const;
 
   Vector<2> lower_;
   double max_size_, cell_;
   Eigen::Vector2i n_;
   std::vector<double> sizes_;
+  std::vector<std::vector<Bound>> before_;  // of each cell: what it has been lowered from
 };
 
 /// A part of a curve's element that is an edge of the mesh.

@@ -2,6 +2,9 @@
 
 #include <cmath>
 
+#include "libsurf/base/products.h"
+#include "libsurf/fem/p1.h"
+
 namespace surf::curve {
 namespace {
 
@@ -22,12 +25,10 @@ std::vector<int> rings(const DomainMesh& mesh, int n_rings) {
 }
 
 Eigen::Matrix3d stiffness(const DomainMesh& mesh, Eigen::Index t) {
-  Eigen::Matrix<double, 3, 2> sides;
-  for (int i = 0; i < 3; ++i)
-    sides.row(i) = mesh.points.row(mesh.triangles(t, (i + 2) % 3)) -
-                   mesh.points.row(mesh.triangles(t, (i + 1) % 3));
-  const double twice = sides(0, 0) * sides(1, 1) - sides(0, 1) * sides(1, 0);
-  return sides * sides.transpose() / (2 * twice);
+  Eigen::Matrix<double, 3, 2> X;
+  for (int i = 0; i < 3; ++i) X.row(i) = mesh.points.row(mesh.triangles(t, i));
+  const Vector<2> a = X.row(1) - X.row(0), b = X.row(2) - X.row(0);
+  return fem::p1_stiffness(fem::p1_gradients<3, 2>(X), cross(a, b) / 2);
 }
 
 }  // namespace

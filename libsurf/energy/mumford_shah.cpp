@@ -10,6 +10,8 @@
 #include "libsurf/base/error.h"
 #include "libsurf/base/option_checks.h"
 #include "libsurf/energy/detail/element_terms.h"
+#include "libsurf/fem/curvature.h"
+#include "libsurf/fem/p1.h"
 #include "libsurf/volume/cell_pieces.h"
 #include "libsurf/volume/cut_cells.h"
 
@@ -22,6 +24,19 @@ MumfordShahOptions checked(const MumfordShahOptions& options) {
   if (const std::string error = options.error(); !error.empty()) throw UsageError(error);
   return options;
 }
+
+/// A cell that the surface meets, with what is on both sides.
+struct SurfaceCell {
+  std::array<int, 3> at;
+  volume::CellDensity inside, outside;
+};
+
+/// A point of the surface in a cell.
+struct SurfacePoint {
+  Eigen::Vector3d x;    ///< in the cell, [0, 1]^3
+  Eigen::Vector3d phi;  ///< values of the triangle's three functions
+  double weight;        ///< of the quadrature [mm^2]
+};
 
 Points<3> indices(const Points<3>& points, const volume::Grid& grid) {
   const Eigen::Affine3d to_index = grid.index_to_world.inverse();
@@ -79,6 +94,7 @@ struct MumfordShah::Loads {
   Points<3> force;       ///< [1/2 ((u - I)^2 + mu |grad u|^2)] nu
   Eigen::VectorXd jump;  ///< the same without nu
   Eigen::VectorXd u;     ///< [u]
+  Eigen::VectorXd bend;  ///< mu [S(grad u, grad u)], S the shape operator
 };
 
 MumfordShah::MumfordShah(std::shared_ptr<const Field<3>> I, const volume::Grid& grid,
@@ -183,27 +199,28 @@ void MumfordShah::rebuild(const fem::Geometry<3>& shape) {
   drift_ += value() - before;
 }
 
-MumfordShah::Loads MumfordShah::loads() const {
+/// Calls visit(t, cell, point) for the points of the rule on the parts of triangle t in each cell;
+/// triangles in parallel.
+template <class Visit>
+void MumfordShah::for_points(const Visit& visit) const {
   const fem::Geometry<3>& shape = state_->shape;
   const Elements<3>& T = shape.elements();
   const volume::Grid grid = state_->box.grid(grid_);
   const Points<3> index = indices(shape.points(), grid);
   const volume::PieceRule& rule = volume::piece_rule();
-  Points<3> jumps = Points<3>::Zero(T.rows(), 3), of_u = jumps;  // of the three corners
   const auto add_part = [&](Eigen::Index t, int i, int j, int k, const volume::Piece& part) {
-    const auto inside = state_->inside.density(i, j, k), outside = state_->outside.density(i, j, k);
+    const SurfaceCell cell{
+        {i, j, k}, state_->inside.density(i, j, k), state_->outside.density(i, j, k)};
     const Eigen::Vector3d corner(i, j, k);
     volume::for_triangles_of(part, [&](const auto& p, const auto& q, const auto& r) {
       const double area =
           shape.measures()[t] * std::abs(p.barycentric.dot(q.barycentric.cross(r.barycentric)));
       for (std::size_t n = 0; n < rule.weights.size(); ++n) {
         const Eigen::Vector3d& l = rule.points[n];
-        const Eigen::Vector3d x = l[0] * p.index + l[1] * q.index + l[2] * r.index - corner;
-        const Eigen::RowVector3d phi =
-            (l[0] * p.barycentric + l[1] * q.barycentric + l[2] * r.barycentric).transpose();
-        const double weight = area * rule.weights[n];
-        jumps.row(t) += weight * (inside(x) - outside(x)) * phi;
-        of_u.row(t) += weight * (inside.difference(x) - outside.difference(x)) * phi;
+        visit(t, cell,
+              SurfacePoint{l[0] * p.index + l[1] * q.index + l[2] * r.index - corner,
+                           l[0] * p.barycentric + l[1] * q.barycentric + l[2] * r.barycentric,
+                           area * rule.weights[n]});
       }
     });
   };
@@ -218,15 +235,45 @@ MumfordShah::Loads MumfordShah::loads() const {
       });
     });
   });
-  Loads out{Points<3>::Zero(shape.n_vertices(), 3), Eigen::VectorXd::Zero(shape.n_vertices()),
-            Eigen::VectorXd::Zero(shape.n_vertices())};
+}
+
+MumfordShah::Loads MumfordShah::loads() const {
+  const fem::Geometry<3>& shape = state_->shape;
+  const Elements<3>& T = shape.elements();
+  // S of derivatives along the grid's axes.
+  const Eigen::Matrix3d to_index = grid_.index_to_world.linear().inverse();
+  auto S = fem::shape_operators<3>(shape);
+  for (Eigen::Matrix3d& of_element : S)
+    of_element = options_.mu * to_index * of_element * to_index.transpose();
+  Points<3> jumps = Points<3>::Zero(T.rows(), 3), of_u = jumps, bends = jumps;  // of the corners
+  for_points([&](Eigen::Index t, const SurfaceCell& cell, const SurfacePoint& at) {
+    const Eigen::RowVector3d phi = at.weight * at.phi.transpose();
+    const Eigen::Vector3d a = cell.inside.slope(at.x), b = cell.outside.slope(at.x);
+    jumps.row(t) += (cell.inside(at.x) - cell.outside(at.x)) * phi;
+    of_u.row(t) += (cell.inside.difference(at.x) - cell.outside.difference(at.x)) * phi;
+    bends.row(t) += (a.dot(S[t] * a) - b.dot(S[t] * b)) * phi;
+  });
+  const Eigen::VectorXd none = Eigen::VectorXd::Zero(shape.n_vertices());
+  Loads out{Points<3>::Zero(shape.n_vertices(), 3), none, none, none};
   for (Eigen::Index t = 0; t < T.rows(); ++t)
     for (int i = 0; i < 3; ++i) {
       out.force.row(T(t, i)) += jumps(t, i) * shape.normals().row(t);
       out.jump[T(t, i)] += jumps(t, i);
       out.u[T(t, i)] += of_u(t, i);
+      out.bend[T(t, i)] += bends(t, i);
     }
   return out;
+}
+
+/// d_nu I by the contrast, at the vertices.
+Eigen::VectorXd MumfordShah::intensity_slope() const {
+  const fem::Geometry<3>& shape = state_->shape;
+  Samples<3> samples;
+  I_->sample(shape.points(), Derivatives::kFirst, samples);
+  return samples.gradient.cwiseProduct(shape.nodal_normals().rowwise().normalized())
+             .rowwise()
+             .sum() /
+         options_.contrast;
 }
 
 void MumfordShah::differentiate(const fem::Curvature& curvature, double weight,
@@ -235,23 +282,90 @@ void MumfordShah::differentiate(const fem::Curvature& curvature, double weight,
   const Loads at = loads();
   terms.derivative += weight * at.force;
   add_measure_terms<3>(shape, weight * options_.gamma, terms);
-  Samples<3> samples;
-  I_->sample(shape.points(), Derivatives::kFirst, samples);
-  const Eigen::ArrayXd slope =
-      samples.gradient.cwiseProduct(shape.nodal_normals().rowwise().normalized())
-          .rowwise()
-          .sum()
-          .array() /
-      options_.contrast;
   // d_nu u_i = 0, so d_nu (u_i - I)^2 / 2 = -(u_i - I) d_nu I.
-  terms.beta.array() += weight * (curvature.mean.array() * at.jump.array() - at.u.array() * slope) /
-                        shape.lumped_mass().array();
+  terms.beta +=
+      weight * (curvature.mean.cwiseProduct(at.jump) - at.u.cwiseProduct(intensity_slope()))
+                   .cwiseQuotient(shape.lumped_mass());
 }
 
-void MumfordShah::differentiate_twice(const fem::Curvature&, double, SecondDerivative<3>&) const {
-  throw UsageError(
-      "energy mumford-shah: its second derivative needs u' of every velocity (Theorem 2.2.11) and "
-      "has no matrix; FlowOptions::method has to be a gradient flow, h1 or l2");
+/// -sum_i C_i^T K_i^-1 C_i, with C_i W = int_Gamma (mu grad u_i . grad phi + (u_i - I) phi) W dS
+/// and u'_i = -K_i^-1 C_i W_i: what the last line of Theorem 2.2.11 is for these functions.
+class MumfordShah::Response {
+ public:
+  explicit Response(const MumfordShah& energy) {
+    const State& state = *energy.state_;
+    const volume::Grid grid = state.box.grid(energy.grid_);
+    const auto cells = volume::cut_cells(state.shape.points(), state.shape.elements(), grid);
+    for (int side = 0; side < 2; ++side)
+      inverses_.emplace_back(cells[side], grid, energy.options_.mu, energy.options_.solver);
+    set_loads(energy, grid.size);
+  }
+
+  Eigen::VectorXd operator()(const Eigen::VectorXd& W) const {
+    Eigen::VectorXd out = Eigen::VectorXd::Zero(W.size());
+    for (int side = 0; side < 2; ++side)
+      out -= loads_[side].transpose() * inverses_[side](loads_[side] * W);
+    return out;
+  }
+
+ private:
+  using Matrix = Eigen::SparseMatrix<double, Eigen::RowMajor>;  // (nodes, vertices)
+  using Local = Eigen::Matrix<double, 8, 3>;
+  struct Part {
+    std::array<int, 3> cell;
+    std::array<Local, 2> sides;
+  };
+
+  void set_loads(const MumfordShah& energy, const std::array<int, 3>& size) {
+    const Elements<3>& T = energy.state_->shape.elements();
+    std::vector<std::vector<Part>> parts(T.rows());
+    energy.for_points([&](Eigen::Index t, const SurfaceCell& cell, const SurfacePoint& at) {
+      auto& of_triangle = parts[t];
+      if (of_triangle.empty() || of_triangle.back().cell != cell.at)
+        of_triangle.push_back({cell.at, {Local::Zero(), Local::Zero()}});
+      const Eigen::RowVector3d phi = at.weight * at.phi.transpose();
+      of_triangle.back().sides[0] += cell.inside.by_corner(at.x) * phi;
+      of_triangle.back().sides[1] += cell.outside.by_corner(at.x) * phi;
+    });
+    const Eigen::Index n_nodes = Eigen::Index(size[0]) * size[1] * size[2];
+    for (int side = 0; side < 2; ++side) {
+      std::vector<Eigen::Triplet<double>> entries;
+      for (Eigen::Index t = 0; t < T.rows(); ++t)
+        for (const Part& part : parts[t])
+          for (int a = 0; a < 8; ++a) {
+            const int i = part.cell[0] + (a & 1), j = part.cell[1] + (a >> 1 & 1),
+                      k = part.cell[2] + (a >> 2);
+            for (int c = 0; c < 3; ++c)
+              entries.emplace_back((k * size[1] + j) * size[0] + i, T(t, c),
+                                   part.sides[side](a, c));
+          }
+      loads_[side].resize(n_nodes, energy.state_->shape.n_vertices());
+      loads_[side].setFromTriplets(entries.begin(), entries.end());
+    }
+  }
+
+  std::vector<volume::ScreenedPoissonInverse> inverses_;
+  std::array<Matrix, 2> loads_;
+};
+
+void MumfordShah::differentiate_twice(const fem::Curvature& curvature, double weight,
+                                      SecondDerivative<3>& second) const {
+  const fem::Geometry<3>& shape = state_->shape;
+  const Loads at = loads();
+  add_element_matrices<3>(shape, weight * options_.gamma, second.sparse, [&](Eigen::Index t) {
+    const auto& gradients = shape.basis_gradients(t);
+    Eigen::Matrix3d local = fem::p1_stiffness<3, 3>(gradients, shape.measures()[t]);
+    double gauss = 0;  // kappa^2 - sum kappa_i^2
+    for (const int i : shape.elements().row(t))
+      gauss += (std::pow(curvature.mean[i], 2) - curvature.square_sum[i]) / 3;
+    return Eigen::Matrix3d(local + gauss * fem::p1_mass<3>(shape.measures()[t]));
+  });
+  second.sparse.diagonal() += weight * (curvature.mean.cwiseProduct(at.jump) -
+                                        at.u.cwiseProduct(intensity_slope()) - at.bend);
+  const auto response = std::make_shared<const Response>(*this);
+  second.operators.emplace_back([response, weight](const Eigen::VectorXd& W) -> Eigen::VectorXd {
+    return weight * (*response)(W);
+  });
 }
 
 void MumfordShah::add_density(const Points<3>& points, double weight,

@@ -56,8 +56,12 @@ class MumfordShah : public ShapeEnergy<3> {
   void rebuild(const fem::Geometry<3>& shape) override;
   double drift() const override { return drift_; }
   void differentiate(const fem::Curvature&, double, ShapeTerms<3>&) const override;
-  /// @throws UsageError  always: Theorem 2.2.11 has u' of every velocity, no sparse matrix
-  void differentiate_twice(const fem::Curvature&, double, SecondDerivative<3>&) const override;
+  /// Theorem 2.2.11, in space: as d_nu u_i = 0 all along the surface, d_nu |grad u_i|^2 is
+  /// -2 S(grad_Gamma u_i, grad_Gamma u_i), S the shape operator, and gamma |Gamma| has its term of
+  /// Gauss' curvature. The last line, with u' of the velocity, is an operator: each product solves
+  /// both problems once.
+  void differentiate_twice(const fem::Curvature& curvature, double weight,
+                           SecondDerivative<3>& second) const override;
   /// With the mean of u_2 in place of what u would be in the hole:
   /// F = 1/2 ((I - u_1)^2 - (I - mean)^2).
   void add_density(const Points<3>&, double, Eigen::VectorXd&) const override;
@@ -66,13 +70,17 @@ class MumfordShah : public ShapeEnergy<3> {
   struct Box;
   struct State;
   struct Loads;
+  class Response;
 
   Box box_round(const Points<3>& points, double margin) const;
   std::shared_ptr<const std::vector<double>> intensities(const Box& box) const;
   std::unique_ptr<State> solved(const fem::Geometry<3>& shape, const Box& box,
                                 const State* start) const;
   void make_room_for(const Points<3>& points);
+  template <class Visit>
+  void for_points(const Visit& visit) const;
   Loads loads() const;
+  Eigen::VectorXd intensity_slope() const;
 
   std::shared_ptr<const Field<3>> I_;
   volume::Grid grid_;

@@ -21,6 +21,7 @@ Eigen::VectorXd SecondDerivative<Dim>::times(const fem::Geometry<Dim>& shape, co
   if (!bilaplacian.isZero(0))
     out += A * bilaplacian.cwiseQuotient(shape.lumped_mass()).cwiseProduct(A * W);
   if (vectors.cols() > 0) out += vectors * (coefficients * (vectors.transpose() * W));
+  for (const auto& product : operators) out += product(W);
   return out;
 }
 

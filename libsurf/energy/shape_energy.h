@@ -1,7 +1,9 @@
 // What every shape energy offers to the flows.
 #pragma once
 
+#include <functional>
 #include <string>
+#include <vector>
 
 #include "libsurf/fem/curvature.h"
 #include "libsurf/fem/geometry.h"
@@ -38,7 +40,7 @@ struct ShapeTerms {
 
 /// The second derivative d2J(Gamma; V, W) at one shape for normal velocities V, W that are constant
 /// along the normals (2.23), as a bilinear form on P1 functions:
-///   V^T (S + A M^-1 diag(c) A + U C U^T) W
+///   V^T (S + A M^-1 diag(c) A + U C U^T + L) W
 /// with A, M the stiffness and the lumped mass. It is the mixed derivative of
 /// J(X + s V nu + t W nu) at s = t = 0, summed over the terms of a weighted sum.
 template <int Dim>
@@ -50,7 +52,7 @@ struct SecondDerivative {
 
   /// Adds the rank-one terms vectors * coefficients * vectors^T.
   void add_integrals(const Eigen::MatrixXd& more_vectors, const Eigen::MatrixXd& more_coefficients);
-  /// (S + A M^-1 diag(c) A + U C U^T) W.
+  /// (S + A M^-1 diag(c) A + U C U^T + L) W.
   /// @param A  stiffness(shape, 1)
   Eigen::VectorXd times(const fem::Geometry<Dim>& shape, const SparseMatrix& A,
                         const Eigen::VectorXd& W) const;
@@ -60,6 +62,9 @@ struct SecondDerivative {
   /// The rank-one terms of integrals (Theorems 2.2.7 and 2.2.9), applied and never assembled:
   Eigen::MatrixXd vectors;       ///< U (n, r): columns <u, phi_i>
   Eigen::MatrixXd coefficients;  ///< C (r, r), symmetric
+  /// L = their sum: symmetric operators (n) -> (n), each product of which solves a boundary value
+  /// problem (Theorem 2.2.11). They hold what they need of the energy at the shape.
+  std::vector<std::function<Eigen::VectorXd(const Eigen::VectorXd&)>> operators;
 };
 
 /// A shape energy J. It keeps its value at a current shape, so that domain integrals need not

@@ -1,26 +1,14 @@
 #include "libsurf/fem/mass.h"
 
 #include "libsurf/fem/detail/assemble.h"
+#include "libsurf/fem/p1.h"
 
 namespace surf::fem {
-namespace {
-
-/// <phi_i, phi_j> on an element of measure 1: (1 + delta_ij) / (Dim (Dim + 1)).
-template <int Dim>
-Eigen::Matrix<double, Dim, Dim> reference_mass() {
-  Eigen::Matrix<double, Dim, Dim> local = Eigen::Matrix<double, Dim, Dim>::Ones();
-  local.diagonal().setConstant(2);
-  return local / (Dim * (Dim + 1));
-}
-
-}  // namespace
 
 template <int Dim>
 SparseMatrix mass(const Geometry<Dim>& shape, const Eigen::VectorXd& w) {
-  const Eigen::Matrix<double, Dim, Dim> reference = reference_mass<Dim>();
-  return assemble<Dim>(shape, [&](Eigen::Index t) {
-    return Eigen::Matrix<double, Dim, Dim>(w[t] * shape.measures()[t] * reference);
-  });
+  return assemble<Dim>(shape,
+                       [&](Eigen::Index t) { return p1_mass<Dim>(w[t] * shape.measures()[t]); });
 }
 
 template <int Dim>

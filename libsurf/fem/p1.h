@@ -1,4 +1,4 @@
-// P1 elements: piecewise linear basis functions on simplices.
+// P1 elements: piecewise linear basis functions on simplices, those of surfaces and of domains.
 #pragma once
 
 #include <Eigen/Core>
@@ -21,6 +21,20 @@ Eigen::Matrix<double, Corners, Dim> p1_gradients(const Eigen::Matrix<double, Cor
   out.template bottomRows<Corners - 1>() = rows;
   out.row(0) = -rows.colwise().sum();
   return out;
+}
+
+/// <grad phi_i, grad phi_j> over a simplex of this measure.
+template <int Corners, int Dim>
+Eigen::Matrix<double, Corners, Corners> p1_stiffness(
+    const Eigen::Matrix<double, Corners, Dim>& gradients, double measure) {
+  return measure * gradients * gradients.transpose();
+}
+
+/// <phi_i, phi_j>: measure (1 + delta_ij) / (Corners (Corners + 1)).
+template <int Corners>
+Eigen::Matrix<double, Corners, Corners> p1_mass(double measure) {
+  using Matrix = Eigen::Matrix<double, Corners, Corners>;
+  return measure / (Corners * (Corners + 1)) * (Matrix::Ones() + Matrix::Identity());
 }
 
 }  // namespace surf::fem

@@ -1,15 +1,14 @@
 #include "libsurf/fem/stiffness.h"
 
 #include "libsurf/fem/detail/assemble.h"
+#include "libsurf/fem/p1.h"
 
 namespace surf::fem {
 
 template <int Dim>
 SparseMatrix stiffness(const Geometry<Dim>& shape, const Eigen::VectorXd& alpha) {
   return assemble<Dim>(shape, [&](Eigen::Index t) {
-    const auto& gradients = shape.basis_gradients(t);
-    return Eigen::Matrix<double, Dim, Dim>(alpha[t] * shape.measures()[t] * gradients *
-                                           gradients.transpose());
+    return p1_stiffness<Dim, Dim>(shape.basis_gradients(t), alpha[t] * shape.measures()[t]);
   });
 }
 

@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "libsurf/fem/trilinear.h"
 #include "libsurf/volume/cell_pieces.h"
-#include "libsurf/volume/detail/cell_matrix.h"
 
 namespace surf::volume {
 namespace {
@@ -128,8 +128,8 @@ std::vector<std::vector<int>> triangles_of_slabs(const Points<3>& index,
 }
 
 bool is_definite(const Moments& moments) {
-  static const CellMatrix shift = kDefinite * cell_mass(full_moments());
-  return Eigen::LLT<CellMatrix>(cell_mass(moments) + shift).info() == Eigen::Success;
+  static const fem::CellMatrix shift = kDefinite * fem::cell_mass(fem::full_moments());
+  return Eigen::LLT<fem::CellMatrix>(fem::cell_mass(moments) + shift).info() == Eigen::Success;
 }
 
 Moments scaled(const Moments& moments, double factor) {
@@ -140,7 +140,7 @@ Moments scaled(const Moments& moments, double factor) {
 
 Moments complement(const Moments& moments) {
   Moments out;
-  for (std::size_t m = 0; m < out.size(); ++m) out[m] = full_moments()[m] - moments[m];
+  for (std::size_t m = 0; m < out.size(); ++m) out[m] = fem::full_moments()[m] - moments[m];
   return out;
 }
 
@@ -155,7 +155,7 @@ void settle(std::vector<std::int32_t>& state, std::vector<Moments>& cut, DomainC
     if (in < 0) continue;
     Moments& moments = cut[in];
     if (!is_definite(moments) || !is_definite(complement(moments)))
-      moments = scaled(full_moments(), std::clamp(moments[0], 0.0, 1.0));
+      moments = scaled(fem::full_moments(), std::clamp(moments[0], 0.0, 1.0));
     if (moments[0] < kLeastShare)
       in = DomainCells::kEmpty;
     else if (moments[0] > 1 - kLeastShare)
@@ -181,14 +181,6 @@ void number_cut_cells(std::vector<std::vector<Moments>>& of_slabs, DomainCells& 
   }
 }
 
-Moments make_full_moments() {
-  Moments out;
-  for (int c = 0; c < 3; ++c)
-    for (int b = 0; b < 3; ++b)
-      for (int a = 0; a < 3; ++a) out[(c * 3 + b) * 3 + a] = 1.0 / ((a + 1) * (b + 1) * (c + 1));
-  return out;
-}
-
 /// Coefficients of ((x + offset) / factor)^a for 1, x, x^2.
 std::array<std::array<double, 3>, 3> power_of_child(int factor, int offset) {
   const double s = 1.0 / factor, o = offset;
@@ -212,11 +204,6 @@ void add_child(const Moments& child, const std::array<int, 3>& factor,
 }
 
 }  // namespace
-
-const Moments& full_moments() {
-  static const Moments moments = make_full_moments();
-  return moments;
-}
 
 std::array<DomainCells, 2> cut_cells(const Points<3>& points, const Elements<3>& elements,
                                      const Grid& grid) {
@@ -252,7 +239,7 @@ DomainCells blended(const DomainCells& cells, double share) {
   for (Moments& moments : out.moments) {
     const double volume = moments[0];
     for (std::size_t m = 0; m < moments.size(); ++m)
-      moments[m] = (1 - share) * moments[m] + share * volume * full_moments()[m];
+      moments[m] = (1 - share) * moments[m] + share * volume * fem::full_moments()[m];
   }
   return out;
 }
@@ -283,8 +270,9 @@ DomainCells coarsened(const DomainCells& fine, const std::array<int, 3>& factor)
         Moments moments{};
         for (int n = 0; n < n_children; ++n)
           if (states[n] != DomainCells::kEmpty)
-            add_child(states[n] == DomainCells::kFull ? full_moments() : fine.moments[states[n]],
-                      factor, offsets[n], moments);
+            add_child(
+                states[n] == DomainCells::kFull ? fem::full_moments() : fine.moments[states[n]],
+                factor, offsets[n], moments);
         out.state.push_back(static_cast<std::int32_t>(out.moments.size()));
         out.moments.push_back(moments);
       }

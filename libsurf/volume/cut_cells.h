@@ -6,16 +6,12 @@
 #include <vector>
 
 #include "libsurf/base/types.h"
+#include "libsurf/fem/trilinear.h"
 #include "libsurf/volume/tiled_field.h"
 
 namespace surf::volume {
 
-/// Integrals of x^a y^b z^c, 0 <= a, b, c <= 2, over a part of the unit cell, at 9 c + 3 b + a.
-/// Products of two trilinear functions and of their derivatives are sums of these.
-using Moments = std::array<double, 27>;
-
-/// Those of the whole cell.
-const Moments& full_moments();
+using fem::Moments;
 
 /// What of each cell of a grid belongs to a domain. Cell (i, j, k) lies between the nodes (i, j, k)
 /// and (i + 1, j + 1, k + 1).

@@ -44,34 +44,61 @@ double scaled_square(const CutMatrix& matrix, const Values& r) {
   return sum_over_active(matrix, [&](std::size_t n) { return scale[n] * r[n] * r[n]; });
 }
 
-/// Trilinear weights of the corners, and their derivatives.
-std::array<double, 8> corner_weights(const Eigen::Vector3d& x) {
-  std::array<double, 8> out;
-  for (int a = 0; a < 8; ++a)
-    out[a] = (a & 1 ? x[0] : 1 - x[0]) * (a & 2 ? x[1] : 1 - x[1]) * (a & 4 ? x[2] : 1 - x[2]);
-  return out;
-}
-
-Eigen::Vector3d slope(const std::array<double, 8>& u, const Eigen::Vector3d& x) {
-  Eigen::Vector3d out = Eigen::Vector3d::Zero();
-  for (int a = 0; a < 8; ++a) {
-    const double wx = a & 1 ? x[0] : 1 - x[0], wy = a & 2 ? x[1] : 1 - x[1],
-                 wz = a & 4 ? x[2] : 1 - x[2];
-    out += u[a] * Eigen::Vector3d((a & 1 ? 1 : -1) * wy * wz, wx * (a & 2 ? 1 : -1) * wz,
-                                  wx * wy * (a & 4 ? 1 : -1));
-  }
-  return out;
-}
-
 struct Solved {
   int n_iterations = 0;
   bool has_converged = false;
 };
 
+/// CG from x for A x = b, with one multigrid cycle as preconditioner; r becomes the residual.
+Solved solve_by_cg(Multigrid& multigrid, const ScreenedPoissonOptions& options, const Values& b,
+                   Values& x, Values& r) {
+  const CutMatrix& A = multigrid.matrix();
+  const double target = options.tolerance * options.tolerance * scaled_square(A, b);
+  r.assign(b.size(), 0);
+  A.residual(b, x, r);
+  Values z(b.size()), p(b.size()), Ap(b.size());
+  double rz = 0;
+  for (int iteration = 0;; ++iteration) {
+    if (scaled_square(A, r) <= target) return {iteration, true};
+    if (iteration >= options.max_iterations) return {iteration, false};
+    multigrid.precondition(r, z);
+    const double previous = std::exchange(rz, dot(A, r, z));
+    const double beta = iteration == 0 ? 0 : rz / previous;
+    for_active(A, [&](std::size_t n) { p[n] = z[n] + beta * p[n]; });
+    A.multiply(p, Ap);
+    const double curvature = dot(A, p, Ap);
+    if (!(curvature > 0)) return {iteration, false};
+    const double alpha = rz / curvature;
+    for_active(A, [&](std::size_t n) {
+      x[n] += alpha * p[n];
+      r[n] -= alpha * Ap[n];
+    });
+  }
+}
+
+void warn_unless_converged(const Solved& solved, const ScreenedPoissonOptions& options) {
+  if (solved.has_converged) return;
+  log(LogLevel::kWarning,
+      fmt::format("screened Poisson problem: the residual is above {:g} of the load after {} "
+                  "iterations",
+                  options.tolerance, solved.n_iterations));
+}
+
+/// Values at the nodes of a grid, i fastest, with the margin of zeros.
+Values padded(std::span<const double> values, const PaddedGrid& box) {
+  Values out(box.n_values());
+  tbb::parallel_for(0, box.size[2], [&](int k) {
+    std::size_t from = std::size_t(k) * box.size[0] * box.size[1];
+    for (int j = 0; j < box.size[1]; ++j, from += box.size[0])
+      std::copy_n(values.begin() + from, box.size[0], out.begin() + box.at(0, j, k));
+  });
+  return out;
+}
+
 }  // namespace
 
 double CellDensity::difference(const Eigen::Vector3d& x) const {
-  const auto weights = corner_weights(x);
+  const auto weights = fem::trilinear_values(x);
   double sum = 0;
   for (int a = 0; a < 8; ++a) sum += weights[a] * e_[a];
   return sum;
@@ -79,8 +106,25 @@ double CellDensity::difference(const Eigen::Vector3d& x) const {
 
 double CellDensity::operator()(const Eigen::Vector3d& x) const {
   const double e = difference(x);
-  const Eigen::Vector3d d = slope(u_, x);
+  const Eigen::Vector3d d = slope(x);
   return pointwise_ * (e * e + d.dot(metric_ * d)) / 2 + constant_;
+}
+
+Eigen::Vector3d CellDensity::slope(const Eigen::Vector3d& x) const {
+  const auto slopes = fem::trilinear_slopes(x);
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (int a = 0; a < 8; ++a) sum += u_[a] * slopes[a];
+  return sum;
+}
+
+Eigen::Matrix<double, 8, 1> CellDensity::by_corner(const Eigen::Vector3d& x) const {
+  const auto weights = fem::trilinear_values(x);
+  const auto slopes = fem::trilinear_slopes(x);
+  const double e = difference(x);
+  const Eigen::Vector3d flux = metric_ * slope(x);
+  Eigen::Matrix<double, 8, 1> out = constant_by_corner_;
+  for (int a = 0; a < 8; ++a) out[a] += pointwise_ * (e * weights[a] + flux.dot(slopes[a]));
+  return out;
 }
 
 struct ScreenedPoisson::Impl {
@@ -89,8 +133,8 @@ struct ScreenedPoisson::Impl {
         I(the_I),
         blend(the_blend),
         metric(grid.index_to_world.linear()),
-        mass(cell_matrix(full_moments(), metric, 1 / metric.volume, 0)),
-        stiffness(cell_matrix(full_moments(), metric, 0, mu / metric.volume)),
+        mass(fem::cell_matrix(fem::full_moments(), metric, 1 / metric.volume, 0)),
+        stiffness(fem::cell_matrix(fem::full_moments(), metric, 0, mu / metric.volume)),
         mu_metric(mu * metric.metric) {}
 
   std::size_t node(int i, int j, int k) const {
@@ -107,8 +151,8 @@ struct ScreenedPoisson::Impl {
   PaddedGrid box;
   std::span<const double> I;
   double blend;
-  CellMetric metric;
-  CellMatrix mass, stiffness;  // of a whole cell, over its volume
+  fem::CellMetric metric;
+  fem::CellMatrix mass, stiffness;  // of a whole cell, over its volume
   Eigen::Matrix3d mu_metric;
   Values e;  // u - I
   std::vector<char> is_active;
@@ -125,44 +169,18 @@ class Equations {
   Equations(const DomainCells& cells, const Eigen::Matrix3d& index_to_world, double mu,
             std::span<const double> I)
       : multigrid_(cells, index_to_world, mu), b_(A().box().n_values(), 0) {
-    const PaddedGrid& box = A().box();
-    Values padded(box.n_values());
-    tbb::parallel_for(0, box.size[2], [&](int k) {
-      std::size_t from = std::size_t(k) * box.size[0] * box.size[1];
-      for (int j = 0; j < box.size[1]; ++j, from += box.size[0])
-        std::copy_n(I.begin() + from, box.size[0], padded.begin() + box.at(0, j, k));
-    });
+    const Values at_nodes = padded(I, A().box());
     const CutMatrix K(cells, index_to_world, 0, mu);
-    K.multiply(padded, b_);
-    constant_ = dot(K, padded, b_) / 2;
+    K.multiply(at_nodes, b_);
+    constant_ = dot(K, at_nodes, b_) / 2;
     for_active(K, [&](std::size_t n) { b_[n] = A().is_active(n) ? -b_[n] : 0; });
   }
 
   const CutMatrix& A() const { return multigrid_.matrix(); }
 
-  /// CG from e.
+  /// From e on.
   Solved solve(const ScreenedPoissonOptions& options, Values& e) {
-    const double target = options.tolerance * options.tolerance * scaled_square(A(), b_);
-    r_.assign(b_.size(), 0);
-    A().residual(b_, e, r_);
-    Values z(b_.size()), p(b_.size()), Ap(b_.size());
-    double rz = 0;
-    for (int iteration = 0;; ++iteration) {
-      if (scaled_square(A(), r_) <= target) return {iteration, true};
-      if (iteration >= options.max_iterations) return {iteration, false};
-      multigrid_.precondition(r_, z);
-      const double previous = std::exchange(rz, dot(A(), r_, z));
-      const double beta = iteration == 0 ? 0 : rz / previous;
-      for_active(A(), [&](std::size_t n) { p[n] = z[n] + beta * p[n]; });
-      A().multiply(p, Ap);
-      const double curvature = dot(A(), p, Ap);
-      if (!(curvature > 0)) return {iteration, false};
-      const double alpha = rz / curvature;
-      for_active(A(), [&](std::size_t n) {
-        e[n] += alpha * p[n];
-        r_[n] -= alpha * Ap[n];
-      });
-    }
+    return solve_by_cg(multigrid_, options, b_, e, r_);
   }
 
   double energy(const Values& e) const {
@@ -212,11 +230,7 @@ ScreenedPoisson::ScreenedPoisson(const DomainCells& cells, const Grid& grid, dou
              [&](std::size_t n) { impl_->is_active[n] = equations.A().is_active(n); });
   if (start) impl_->start_from(*start->impl_, shift);
   impl_->solved = equations.solve(options, impl_->e);
-  if (!impl_->solved.has_converged)
-    log(LogLevel::kWarning,
-        fmt::format("screened Poisson problem: the residual is above {:g} of the load after {} "
-                    "iterations",
-                    options.tolerance, impl_->solved.n_iterations));
+  warn_unless_converged(impl_->solved, options);
   impl_->energy = equations.energy(impl_->e);
 }
 
@@ -268,9 +282,43 @@ CellDensity ScreenedPoisson::density(int i, int j, int k) const {
     out.e_[a] = out.u_[a] - impl_->I[impl_->node(i + (a & 1), j + (a >> 1 & 1), k + (a >> 2))];
   out.metric_ = impl_->mu_metric;
   const Eigen::Map<const Eigen::Matrix<double, 8, 1>> u(out.u_.data()), e(out.e_.data());
-  const double mean = (e.dot(impl_->mass * e) + u.dot(impl_->stiffness * u)) / 2;
+  const Eigen::Matrix<double, 8, 1> of_e = impl_->mass * e, of_u = impl_->stiffness * u;
   out.pointwise_ = 1 - impl_->blend;
-  out.constant_ = impl_->blend * mean;
+  out.constant_ = impl_->blend * (e.dot(of_e) + u.dot(of_u)) / 2;
+  out.constant_by_corner_ = impl_->blend * (of_e + of_u);
+  return out;
+}
+
+struct ScreenedPoissonInverse::Impl {
+  Impl(const DomainCells& cells, const Grid& grid, double mu,
+       const ScreenedPoissonOptions& the_options)
+      : options(the_options),
+        multigrid(blended(cells, options.blend), grid.index_to_world.linear(), mu) {}
+
+  ScreenedPoissonOptions options;
+  Multigrid multigrid;
+};
+
+ScreenedPoissonInverse::ScreenedPoissonInverse(const DomainCells& cells, const Grid& grid,
+                                               double mu, const ScreenedPoissonOptions& options)
+    : impl_(std::make_unique<Impl>(cells, grid, mu, options)) {}
+
+ScreenedPoissonInverse::~ScreenedPoissonInverse() = default;
+ScreenedPoissonInverse::ScreenedPoissonInverse(ScreenedPoissonInverse&&) noexcept = default;
+
+Eigen::VectorXd ScreenedPoissonInverse::operator()(const Eigen::VectorXd& load) const {
+  const CutMatrix& A = impl_->multigrid.matrix();
+  const PaddedGrid& box = A.box();
+  const std::array<int, 3>& size = box.size;
+  Values b = padded({load.data(), std::size_t(load.size())}, box), x(b.size()), r;
+  for (std::size_t n = 0; n < b.size(); ++n)
+    if (!A.is_active(n)) b[n] = 0;
+  warn_unless_converged(solve_by_cg(impl_->multigrid, impl_->options, b, x, r), impl_->options);
+  Eigen::VectorXd out(load.size());
+  for (int k = 0; k < size[2]; ++k)
+    for (int j = 0; j < size[1]; ++j)
+      std::copy_n(x.begin() + std::ptrdiff_t(box.at(0, j, k)), size[0],
+                  out.data() + (std::ptrdiff_t(k) * size[1] + j) * size[0]);
   return out;
 }
 

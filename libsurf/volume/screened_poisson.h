@@ -31,11 +31,17 @@ class CellDensity {
   double operator()(const Eigen::Vector3d& x) const;
   /// u - I there.
   double difference(const Eigen::Vector3d& x) const;
+  /// The derivatives of u along the axes of the grid there [1 / spacing].
+  Eigen::Vector3d slope(const Eigen::Vector3d& x) const;
+  /// The derivative of the density by u at the corners of the cell, x fastest: (u - I) phi_a +
+  /// mu grad u . grad phi_a.
+  Eigen::Matrix<double, 8, 1> by_corner(const Eigen::Vector3d& x) const;
 
  private:
   friend class ScreenedPoisson;
   std::array<double, 8> u_, e_;
   Eigen::Matrix3d metric_;  // times mu
+  Eigen::Matrix<double, 8, 1> constant_by_corner_;
   double pointwise_ = 1, constant_ = 0;
 };
 
@@ -77,6 +83,26 @@ class ScreenedPoisson {
   /// u at a node where there is a part of Omega in one of its cells, else I.
   double node_value(int i, int j, int k) const;
   bool is_active(int i, int j, int k) const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+/// The inverse of the problem's matrix: v with <mu grad v, grad phi> + <v, phi> = load(phi) for all
+/// trilinear phi, for one load after another.
+class ScreenedPoissonInverse {
+ public:
+  /// @param cells  of Omega on `grid`
+  ScreenedPoissonInverse(const DomainCells& cells, const Grid& grid, double mu,
+                         const ScreenedPoissonOptions& options);
+  ~ScreenedPoissonInverse();
+  ScreenedPoissonInverse(ScreenedPoissonInverse&&) noexcept;
+
+  /// @param load  at the nodes of the grid, i fastest; what nodes whose functions vanish on Omega
+  ///              have is not heeded
+  /// @return      v at the nodes, 0 at those
+  Eigen::VectorXd operator()(const Eigen::VectorXd& load) const;
 
  private:
   struct Impl;

@@ -10,8 +10,10 @@
 #include <string>
 #include <vector>
 
+#include "libcurve/energy/mumford_shah.h"
 #include "libcurve/image/image_fields.h"
 #include "libcurve/image/phantom.h"
+#include "libsurf/energy/mumford_shah.h"
 #include "libsurf/fem/stiffness.h"
 #include "libsurf/flow/velocity.h"
 #include "libsurf/volume/image_fields.h"
@@ -225,11 +227,44 @@ void add_flows(const Probe<Dim>& probe, energy::ShapeEnergy<Dim>& J, Errors& err
   }
 }
 
+// Of the model of Mumford and Shah, on a square or cube that holds the shapes. Its meshes and grids
+// are as fine as the shape's elements.
+constexpr energy::MumfordShahWeights kWeights{.mu = 0.1, .gamma = 0.05, .contrast = 0.7};
+constexpr double kHalfSide = 1.8;  // [mm]
+
+std::unique_ptr<energy::ShapeEnergy<2>> mumford_shah(std::shared_ptr<const Field<2>> I,
+                                                     const fem::Geometry<2>& shape) {
+  curve::MumfordShahOptions options;
+  static_cast<energy::MumfordShahWeights&>(options) = kWeights;
+  options.outer.resize(4, 2);
+  options.outer << -1, -1, 1, -1, 1, 1, -1, 1;
+  options.outer *= kHalfSide;
+  options.pixel_mm = shape.measure() / double(shape.n_elements());
+  options.max_size_mm = 4 * options.pixel_mm;
+  options.data_tolerance = 0;
+  return std::make_unique<curve::MumfordShah>(std::move(I), options);
+}
+
+std::unique_ptr<energy::ShapeEnergy<3>> mumford_shah(std::shared_ptr<const Field<3>> I,
+                                                     const fem::Geometry<3>& shape) {
+  energy::MumfordShahOptions options;
+  static_cast<energy::MumfordShahWeights&>(options) = kWeights;
+  options.solver.tolerance = 1e-11;
+  const int n = int(std::ceil(
+      2 * kHalfSide / std::sqrt(4 / std::sqrt(3) * shape.measure() / double(shape.n_elements()))));
+  volume::Grid grid{{n + 1, n + 1, n + 1}, Eigen::Affine3d::Identity()};
+  grid.index_to_world = Eigen::Translation3d(Eigen::Vector3d::Constant(-kHalfSide)) *
+                        Eigen::Scaling(2 * kHalfSide / n);
+  return std::make_unique<energy::MumfordShah>(std::move(I), grid, options);
+}
+
 /// @param visit  called with the name and the energy, reset to the shape of the probe
 template <int Dim, class Visit>
 void for_every_energy(const Probe<Dim>& probe, const test::EnergyFields<Dim>& fields,
                       const Visit& visit) {
-  for (auto& [name, J] : test::every_energy<Dim>(fields)) {
+  auto cases = test::every_energy<Dim>(fields);
+  cases.push_back({"mumford-shah", mumford_shah(fields.I, probe.shape)});
+  for (auto& [name, J] : cases) {
     J->reset(probe.shape);
     visit(name, *J);
   }

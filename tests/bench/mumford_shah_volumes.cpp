@@ -1,6 +1,6 @@
 // Prints the tables of docs/mumford-shah-volumes.md: orders of convergence, the derivative against
-// differences, and noisy phantoms with their scores.
-//   mumford_shah_volumes [solver|derivative|phantoms [SIZE]]
+// differences, Newton's method, and noisy phantoms with their scores.
+//   mumford_shah_volumes [solver|derivative|newton|phantoms [SIZE]]
 #include <fmt/format.h>
 #include <sys/resource.h>
 
@@ -9,6 +9,7 @@
 #include <cstdlib>
 #include <optional>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include "libsurf/energy/mumford_shah.h"
@@ -269,11 +270,49 @@ void print_phantoms(int size) {
     for (const char* energy : {"minimal-surface", "mumford-shah"}) run(one, size, energy);
 }
 
+/// Newton's method against the H1 flow, both until |dJ| has fallen to a share of its largest.
+void print_newton(int size) {
+  fmt::print(
+      "| phantom | tolerance | method | steps | trials | J | mean distance voxel | CPU time s |\n"
+      "|---|---|---|---|---|---|---|---|\n");
+  for (const auto& [name, kind, start_radius] :
+       {std::tuple{"ball", volume::PhantomKind::kBall, 0.9},
+        {"torus", volume::PhantomKind::kTorus, 0.7}})
+    for (const double tolerance : {1e-3, 1e-4})
+      for (const auto method : {flow::Method::kGradientFlow, flow::Method::kNewton}) {
+        volume::PhantomOptions phantom;
+        phantom.kind = kind;
+        phantom.noise = 0.1;
+        phantom.size = {size, size, size};
+        const volume::Volume image = volume::make_phantom(phantom);
+        segment::SegmentOptions options;
+        options.initial = mesh::ball({0, 0, 0}, start_radius, 0.05);
+        options.energies = {{"mumford-shah", 1, {}}};
+        options.flow.method = method;
+        options.flow.rel_tol = tolerance;
+        options.flow.energy_tol = 0;
+        const double start = cpu_seconds();
+        const segment::SegmentResult result = segment::segment(image, options);
+        const double time = cpu_seconds() - start;
+        int n_trials = 0;
+        for (const auto& step : result.last().steps) n_trials += step.n_trials;
+        const auto distance = mesh::distances_from(result.shape, [&](const Eigen::Vector3d& x) {
+          return volume::phantom_distance_mm(phantom, x);
+        });
+        fmt::print("| {} | {:g} | {} | {} | {} | {:.6g} | {:.3f} | {:.1f} |\n", name, tolerance,
+                   method == flow::Method::kNewton ? "Newton" : "H1", result.last().steps.size(),
+                   n_trials, result.last().final_energy, distance.mean_mm / image.voxel_size(),
+                   time);
+        std::fflush(stdout);
+      }
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
   const std::string what = argc > 1 ? argv[1] : "all";
   if (what == "solver" || what == "all") print_solver();
   if (what == "derivative" || what == "all") print_derivative();
+  if (what == "newton" || what == "all") print_newton(64);
   if (what == "phantoms" || what == "all") print_phantoms(argc > 2 ? std::atoi(argv[2]) : 128);
 }

@@ -44,7 +44,10 @@ class NewtonStepper : public Stepper<Dim> {
          ++record.n_trials) {
       const TrustRegionStep step = bounded_step(shape, system, solve, record.tau);
       const Points<Dim> velocity = step.V.asDiagonal() * shape.directions();
-      record.shape_derivative = system.derivative.dot(step.V);
+      // Of a step that the region cuts short as it would be with the length of the steepest
+      // descent: a small region is no minimum.
+      const double share = step.is_at_boundary ? std::min(1.0, step.norm / norm) : 1;
+      record.shape_derivative = system.derivative.dot(step.V) / share;
       if (!(record.tau > 0)) return false;
       const double J_new =
           this->try_displacement(shape, record.tau * velocity, system.content_direction, record);

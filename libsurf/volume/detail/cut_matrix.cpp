@@ -15,7 +15,7 @@ constexpr double kLeastRow = 1e-12;
 int neighbour(int x, int y, int z) { return (z + 1) * 9 + (y + 1) * 3 + x + 1; }
 
 /// Adds the row of a node in the cell of which it is the corner (x, y, z).
-void add_cell(const CellMatrix& matrix, int x, int y, int z, std::array<double, 27>& row) {
+void add_cell(const fem::CellMatrix& matrix, int x, int y, int z, std::array<double, 27>& row) {
   const int a = x + 2 * y + 4 * z;
   for (int b = 0; b < 8; ++b)
     row[neighbour((b & 1) - x, (b >> 1 & 1) - y, (b >> 2) - z)] += matrix(a, b);
@@ -56,11 +56,11 @@ void kinds_of_line(const DomainCells& cells, int j, int k, std::vector<NodeKind>
   }
 }
 
-std::vector<CellMatrix> cut_matrices(const DomainCells& cells, const CellMetric& metric,
-                                     double mass, double stiffness) {
-  std::vector<CellMatrix> out(cells.moments.size());
+std::vector<fem::CellMatrix> cut_matrices(const DomainCells& cells, const fem::CellMetric& metric,
+                                          double mass, double stiffness) {
+  std::vector<fem::CellMatrix> out(cells.moments.size());
   tbb::parallel_for(std::size_t(0), out.size(), [&](std::size_t n) {
-    out[n] = cell_matrix(cells.moments[n], metric, mass, stiffness);
+    out[n] = fem::cell_matrix(cells.moments[n], metric, mass, stiffness);
   });
   return out;
 }
@@ -74,17 +74,17 @@ CutMatrix::CutMatrix(const DomainCells& cells, const Eigen::Matrix3d& index_to_w
   for (int n = 0; n < 27; ++n)
     offsets_[n] = (n / 9 - 1) * std::ptrdiff_t(stride[2]) +
                   (n / 3 % 3 - 1) * std::ptrdiff_t(stride[1]) + (n % 3 - 1);
-  const CellMetric metric(index_to_world);
-  const CellMatrix full = cell_matrix(full_moments(), metric, mass, stiffness);
+  const fem::CellMetric metric(index_to_world);
+  const fem::CellMatrix full = fem::cell_matrix(fem::full_moments(), metric, mass, stiffness);
   make_stencils(full);
-  const std::vector<CellMatrix> cut = cut_matrices(cells, metric, mass, stiffness);
+  const std::vector<fem::CellMatrix> cut = cut_matrices(cells, metric, mass, stiffness);
   inverse_scale_.assign(box_.n_values(), 0);
   slabs_.resize(box_.size[2]);
   tbb::parallel_for(0, box_.size[2], [&](int k) { fill_slab(cells, cut, full, k); });
 }
 
 /// Of nodes all of whose cells in the grid are full.
-void CutMatrix::make_stencils(const CellMatrix& full) {
+void CutMatrix::make_stencils(const fem::CellMatrix& full) {
   for (int type = 0; type < 27; ++type) {
     const std::array<int, 3> at = {type % 3, type / 3 % 3, type / 9};
     Row row{};
@@ -102,8 +102,9 @@ void CutMatrix::make_stencils(const CellMatrix& full) {
   }
 }
 
-CutMatrix::Row CutMatrix::row_of(const DomainCells& cells, std::span<const CellMatrix> cut,
-                                 const CellMatrix& full, const std::array<int, 3>& node) const {
+CutMatrix::Row CutMatrix::row_of(const DomainCells& cells, std::span<const fem::CellMatrix> cut,
+                                 const fem::CellMatrix& full,
+                                 const std::array<int, 3>& node) const {
   Row row{};
   for (int z = 0; z < 2; ++z)
     for (int y = 0; y < 2; ++y)
@@ -115,8 +116,8 @@ CutMatrix::Row CutMatrix::row_of(const DomainCells& cells, std::span<const CellM
   return row;
 }
 
-void CutMatrix::fill_slab(const DomainCells& cells, std::span<const CellMatrix> cut,
-                          const CellMatrix& full, int k) {
+void CutMatrix::fill_slab(const DomainCells& cells, std::span<const fem::CellMatrix> cut,
+                          const fem::CellMatrix& full, int k) {
   const auto& size = box_.size;
   Slab& slab = slabs_[k];
   const auto add_regular = [&](std::size_t node, int stencil) {

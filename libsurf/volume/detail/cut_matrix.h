@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "libsurf/volume/cut_cells.h"
-#include "libsurf/volume/detail/cell_matrix.h"
 
 namespace surf::volume {
 
@@ -79,11 +78,11 @@ class CutMatrix {
     std::vector<NodeRange> active;
   };
 
-  void make_stencils(const CellMatrix& full);
-  void fill_slab(const DomainCells& cells, std::span<const CellMatrix> cut, const CellMatrix& full,
-                 int k);
-  Row row_of(const DomainCells& cells, std::span<const CellMatrix> cut, const CellMatrix& full,
-             const std::array<int, 3>& node) const;
+  void make_stencils(const fem::CellMatrix& full);
+  void fill_slab(const DomainCells& cells, std::span<const fem::CellMatrix> cut,
+                 const fem::CellMatrix& full, int k);
+  Row row_of(const DomainCells& cells, std::span<const fem::CellMatrix> cut,
+             const fem::CellMatrix& full, const std::array<int, 3>& node) const;
   void multiply_slab(const Slab& slab, const double* x, double* y) const;
 
   PaddedGrid box_;

@@ -10,6 +10,7 @@
 #include "tests/curve/analytic_fields.h"
 #include "tests/curve/curves.h"
 #include "tests/curve/mumford_shah_options.h"
+#include "tests/surf/energy/energies.h"
 
 namespace surf::curve {
 namespace {
@@ -80,6 +81,50 @@ TEST(MumfordShah, DerivativeConvergesToTheBoundaryForm) {
   }
   EXPECT_LT(errors[0], 0.05);
   EXPECT_LT(errors[1], 0.55 * errors[0]);  // first order at least
+}
+
+/// |d2J(V, W) - difference quotient| / |d2J(V, W)|, root mean square over shapes and velocities.
+double second_error(int level) {
+  constexpr double kStep = 2e-3;  // truncation ~ kStep^2
+  double errors = 0, scales = 0;
+  for (unsigned seed = 1; seed <= 3; ++seed) {
+    const auto smooth = test::smooth_shape<2>(seed, level);
+    const fem::Geometry<2> shape(smooth.X, smooth.T);
+    MumfordShah J(bright_waves(), options(shape.measure() / double(shape.n_elements())));
+    J.reset(shape);
+    const auto A = fem::stiffness<2>(shape, Eigen::VectorXd::Ones(shape.n_elements()));
+    energy::SecondDerivative<2> second(shape);
+    J.differentiate_twice(fem::curvature<2>(shape, A), 1, second);
+    const Eigen::VectorXd V = test::smooth_function<2>(smooth.X, 100 + seed),
+                          W = test::smooth_function<2>(smooth.X, 200 + seed);
+    const double exact = V.dot(second.times(shape, A, W));
+    const double difference = test::second_difference<2>(J, shape, V.asDiagonal() * smooth.normals,
+                                                         W.asDiagonal() * smooth.normals, kStep);
+    errors += std::pow(exact - difference, 2);
+    scales += exact * exact;
+  }
+  return std::sqrt(errors / scales);
+}
+
+// Theorem 2.2.11, u' included: without the operator of u' the error is far above the bound.
+TEST(MumfordShah, SecondDerivativeConvergesToTheDifferenceQuotient) {
+  const double coarse = second_error(2), fine = second_error(3);
+  EXPECT_LT(fine, 0.02);
+  EXPECT_LT(fine, 0.5 * coarse);
+}
+
+TEST(MumfordShah, SecondDerivativeIsProportionalToItsWeight) {
+  const auto smooth = test::smooth_shape<2>(4, 2);
+  const fem::Geometry<2> shape(smooth.X, smooth.T);
+  MumfordShah J(bright_waves(), options(0.05));
+  J.reset(shape);
+  const auto A = fem::stiffness<2>(shape, Eigen::VectorXd::Ones(shape.n_elements()));
+  energy::SecondDerivative<2> once(shape), thrice(shape);
+  J.differentiate_twice(fem::curvature<2>(shape, A), 1, once);
+  J.differentiate_twice(fem::curvature<2>(shape, A), 3, thrice);
+  const Eigen::VectorXd W = test::smooth_function<2>(smooth.X, 5);
+  const Eigen::VectorXd product = once.times(shape, A, W);
+  EXPECT_LT((thrice.times(shape, A, W) - 3 * product).norm(), 1e-9 * product.norm());
 }
 
 TEST(MumfordShah, EnergyOfATrialIsThatOfANewMesh) {

@@ -79,6 +79,25 @@ TEST(CurveSegment, MumfordShahFindsTheObjectInNoiseAndTakesTheNoiseAway) {
   EXPECT_GT(psnr(u, clean), psnr(image, clean) + 8);
 }
 
+// Theorem 2.2.11 in use.
+TEST(CurveSegment, NewtonEndsInTheMinimumOfTheH1FlowOfMumfordShah) {
+  const PhantomOptions phantom{.size = {96, 96}, .noise = 0.1};
+  const Image image = make_phantom(phantom);
+  CurveOptions options;
+  options.initial = circle({47.5, 47.5}, 32, 1.5);
+  options.energies = {{"mumford-shah", 1, {}}};
+  options.n_coarse_steps = 0;
+  options.flow.rel_tol = 1e-6;
+  options.flow.energy_tol = 0;
+  const CurveResult by_h1 = segment(image, options);
+  options.flow.method = flow::Method::kNewton;
+  const CurveResult by_newton = segment(image, options);
+  EXPECT_EQ(by_newton.last().termination, flow::Termination::kConverged);
+  EXPECT_LE(by_newton.last().steps.size(), by_h1.last().steps.size());
+  EXPECT_LT(curve_distances(by_newton.shape, by_h1.shape).mean_mm, 0.05);
+  EXPECT_LT(mean_distance(by_newton.shape, phantom), 0.25);
+}
+
 TEST(CurveSegment, MumfordShahMergesSeedsAndDoesNotDependOnTheIntensities) {
   const PhantomOptions phantom{.size = {96, 96}, .noise = 0.05};
   const Image image = make_phantom(phantom);

@@ -5,6 +5,7 @@
 #include "libsurf/base/error.h"
 #include "libsurf/fem/curvature.h"
 #include "libsurf/fem/stiffness.h"
+#include "tests/surf/energy/energies.h"
 #include "tests/surf/fixtures.h"
 
 namespace surf::energy {
@@ -223,12 +224,54 @@ TEST(MumfordShah, HardlyFeelsWhatIsFarAway) {
   EXPECT_LT((near.derivative - far.derivative).norm(), kTolerance * near.derivative.norm());
 }
 
-TEST(MumfordShah, SaysThatThereIsNoSecondDerivative) {
-  const auto shape = test::sphere_geometry<3>(2);
-  MumfordShah energy(std::make_shared<const SoftBall>(), oblique_grid(16), options(0.05, 0));
-  energy.reset(shape);
-  SecondDerivative<3> second(shape);
-  EXPECT_THROW(energy.differentiate_twice(curvature_of(shape), 1, second), UsageError);
+/// |d2J(V, W) - difference quotient| / |d2J(V, W)|, root mean square over shapes and velocities.
+double second_error(int level, int n) {
+  constexpr double kStep = 2e-3;  // truncation ~ kStep^2
+  double errors = 0, scales = 0;
+  for (unsigned seed = 1; seed <= 3; ++seed) {
+    const auto smooth = test::smooth_shape<3>(seed, level);
+    const fem::Geometry<3> shape(smooth.X, smooth.T);
+    MumfordShah J(std::make_shared<const test::WaveField<3>>(seed), oblique_grid(n),
+                  options(0.05, 0.3));
+    J.reset(shape);
+    const auto A = fem::stiffness<3>(shape, Eigen::VectorXd::Ones(shape.n_elements()));
+    SecondDerivative<3> second(shape);
+    J.differentiate_twice(curvature_of(shape), 1, second);
+    const Eigen::VectorXd V = test::smooth_function<3>(smooth.X, 100 + seed),
+                          W = test::smooth_function<3>(smooth.X, 200 + seed);
+    const double exact = V.dot(second.times(shape, A, W));
+    const double difference = test::second_difference<3>(J, shape, V.asDiagonal() * smooth.normals,
+                                                         W.asDiagonal() * smooth.normals, kStep);
+    errors += std::pow(exact - difference, 2);
+    scales += exact * exact;
+  }
+  return std::sqrt(errors / scales);
+}
+
+// Theorem 2.2.11, u' included: without the operator of u' the error is far above the bound.
+TEST(MumfordShah, SecondDerivativeConvergesToTheDifferenceQuotient) {
+  const double coarse = second_error(2, 16), fine = second_error(3, 32);
+  EXPECT_LT(fine, 0.1);
+  EXPECT_LT(fine, 0.6 * coarse);
+}
+
+TEST(MumfordShah, SecondDerivativeIsSymmetricAndProportionalToItsWeight) {
+  const auto smooth = test::smooth_shape<3>(4, 2);
+  const fem::Geometry<3> shape(smooth.X, smooth.T);
+  MumfordShah J(std::make_shared<const SoftBall>(), oblique_grid(20), options(0.05, 0.1));
+  J.reset(shape);
+  const auto A = fem::stiffness<3>(shape, Eigen::VectorXd::Ones(shape.n_elements()));
+  SecondDerivative<3> once(shape), thrice(shape);
+  J.differentiate_twice(curvature_of(shape), 1, once);
+  J.differentiate_twice(curvature_of(shape), 3, thrice);
+  const Eigen::VectorXd V = test::smooth_function<3>(smooth.X, 1),
+                        W = test::smooth_function<3>(smooth.X, 2);
+  const Eigen::VectorXd product = once.times(shape, A, W);
+  EXPECT_LT((thrice.times(shape, A, W) - 3 * product).norm(), 1e-9 * product.norm());
+  EXPECT_NEAR(V.dot(product), W.dot(once.times(shape, A, V)), 1e-9 * V.norm() * product.norm());
+}
+
+TEST(MumfordShah, RefusesWeightsBelowZero) {
   EXPECT_THROW(MumfordShah(std::make_shared<const SoftBall>(), oblique_grid(16), options(-1, 0)),
                UsageError);
 }

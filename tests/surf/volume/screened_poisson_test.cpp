@@ -8,8 +8,10 @@
 #include <numbers>
 
 #include "libsurf/base/log.h"
+#include "libsurf/base/random.h"
 #include "libsurf/base/threads.h"
 #include "libsurf/volume/cell_pieces.h"
+#include "libsurf/volume/detail/cut_matrix.h"
 #include "tests/surf/volume/cut_surfaces.h"
 
 namespace surf::volume {
@@ -249,6 +251,28 @@ TEST(ScreenedPoisson, SolutionDoesNotDependOnTheNumberOfThreads) {
   }
   for (std::size_t n = 0; n < values.size() / 2; ++n)
     EXPECT_EQ(values[n], values[n + values.size() / 2]);
+}
+
+TEST(ScreenedPoissonInverse, UndoesTheMatrix) {
+  const Problem problem = wavy_problem(24);
+  const ScreenedPoissonOptions options{.tolerance = 1e-10};
+  const CutMatrix A(blended(problem.cells, options.blend), problem.grid.index_to_world.linear(), 1,
+                    0.1);
+  const PaddedGrid& box = A.box();
+  Values v(box.n_values()), product(box.n_values());
+  for (std::size_t n = 0; n < v.size(); ++n)
+    if (A.is_active(n)) v[n] = uniform_random(1, n) - 0.5;
+  A.multiply(v, product);
+  const auto at_nodes = [&](const Values& values) {
+    Eigen::VectorXd out(std::ptrdiff_t(problem.I.size()));
+    Eigen::Index n = 0;
+    for (int k = 0; k < box.size[2]; ++k)
+      for (int j = 0; j < box.size[1]; ++j)
+        for (int i = 0; i < box.size[0]; ++i) out[n++] = values[box.at(i, j, k)];
+    return out;
+  };
+  const ScreenedPoissonInverse inverse(problem.cells, problem.grid, 0.1, options);
+  EXPECT_LT((inverse(at_nodes(product)) - at_nodes(v)).norm(), 1e-6 * at_nodes(v).norm());
 }
 
 }  // namespace

@@ -1,8 +1,8 @@
-#include "libsurf/volume/detail/cell_matrix.h"
+#include "libsurf/fem/trilinear.h"
 
 #include <cmath>
 
-namespace surf::volume {
+namespace surf::fem {
 namespace {
 
 /// Functions of one coordinate that products of l_0 = 1 - x, l_1 = x and their derivatives are
@@ -42,6 +42,14 @@ class Integrals {
   std::array<double, 216> values_;
 };
 
+Moments make_full_moments() {
+  Moments out;
+  for (int c = 0; c < 3; ++c)
+    for (int b = 0; b < 3; ++b)
+      for (int a = 0; a < 3; ++a) out[(c * 3 + b) * 3 + a] = 1.0 / ((a + 1) * (b + 1) * (c + 1));
+  return out;
+}
+
 std::array<int, 3> corner(int number) { return {number & 1, number >> 1 & 1, number >> 2}; }
 
 Function product(int a, int b) { return a != b ? kMixed : a == 0 ? kBoth0 : kBoth1; }
@@ -67,6 +75,28 @@ double slope_entry(const Integrals& integrals, const std::array<int, 3>& a,
 }
 
 }  // namespace
+
+const Moments& full_moments() {
+  static const Moments moments = make_full_moments();
+  return moments;
+}
+
+std::array<double, 8> trilinear_values(const Eigen::Vector3d& x) {
+  std::array<double, 8> out;
+  for (int a = 0; a < 8; ++a)
+    out[a] = (a & 1 ? x[0] : 1 - x[0]) * (a & 2 ? x[1] : 1 - x[1]) * (a & 4 ? x[2] : 1 - x[2]);
+  return out;
+}
+
+std::array<Eigen::Vector3d, 8> trilinear_slopes(const Eigen::Vector3d& x) {
+  std::array<Eigen::Vector3d, 8> out;
+  for (int a = 0; a < 8; ++a) {
+    const double wx = a & 1 ? x[0] : 1 - x[0], wy = a & 2 ? x[1] : 1 - x[1],
+                 wz = a & 4 ? x[2] : 1 - x[2];
+    out[a] = {(a & 1 ? 1 : -1) * wy * wz, wx * (a & 2 ? 1 : -1) * wz, wx * wy * (a & 4 ? 1 : -1)};
+  }
+  return out;
+}
 
 CellMetric::CellMetric(const Eigen::Matrix3d& index_to_world)
     : volume(std::abs(index_to_world.determinant())) {
@@ -104,4 +134,4 @@ CellMatrix cell_matrix(const Moments& moments, const CellMetric& metric, double 
   return out;
 }
 
-}  // namespace surf::volume
+}  // namespace surf::fem

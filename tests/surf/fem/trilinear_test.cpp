@@ -1,11 +1,11 @@
-#include "libsurf/volume/detail/cell_matrix.h"
+#include "libsurf/fem/trilinear.h"
 
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>
 #include <cmath>
 
-namespace surf::volume {
+namespace surf::fem {
 namespace {
 
 using Vector8 = Eigen::Matrix<double, 8, 1>;
@@ -44,12 +44,12 @@ Eigen::Matrix3d sheared() {
   return out;
 }
 
-TEST(CellMatrix, MomentsOfTheWholeCellAreThoseOfTheUnitCube) {
+TEST(Trilinear, MomentsOfTheWholeCellAreThoseOfTheUnitCube) {
   const Moments expected = box_moments({0, 0, 0}, {1, 1, 1});
   for (int n = 0; n < 27; ++n) EXPECT_NEAR(full_moments()[n], expected[n], 1e-15);
 }
 
-TEST(CellMatrix, MassOfTheWholeCellIsAProductOfThirdsAndSixths) {
+TEST(Trilinear, MassOfTheWholeCellIsAProductOfThirdsAndSixths) {
   const CellMatrix M = cell_mass(full_moments());
   for (int a = 0; a < 8; ++a)
     for (int b = 0; b < 8; ++b) {
@@ -61,7 +61,7 @@ TEST(CellMatrix, MassOfTheWholeCellIsAProductOfThirdsAndSixths) {
 }
 
 // 1 and x are trilinear: their products integrate to moments.
-TEST(CellMatrix, MassOfAPartGivesItsMoments) {
+TEST(Trilinear, MassOfAPartGivesItsMoments) {
   const CellMatrix M = cell_mass(box_moments(kLower, kUpper));
   const Vector8 one = Vector8::Ones();
   EXPECT_NEAR(one.dot(M * one), kContent, 1e-15);
@@ -76,7 +76,7 @@ TEST(CellMatrix, MassOfAPartGivesItsMoments) {
 }
 
 // u = g . x in the world: int |grad u|^2 = |g|^2 |part|, in any frame.
-TEST(CellMatrix, StiffnessOfALinearFunctionIsItsSquaredGradient) {
+TEST(Trilinear, StiffnessOfALinearFunctionIsItsSquaredGradient) {
   const CellMetric metric(sheared());
   EXPECT_NEAR(metric.volume, std::abs(sheared().determinant()), 1e-15);
   const CellMatrix K = cell_matrix(box_moments(kLower, kUpper), metric, 0, 1);
@@ -89,13 +89,13 @@ TEST(CellMatrix, StiffnessOfALinearFunctionIsItsSquaredGradient) {
 }
 
 // u = x y z on [0, 1]^3: int |grad u|^2 = 3 (1/3)^2.
-TEST(CellMatrix, StiffnessOfTheProductOfAllIndices) {
+TEST(Trilinear, StiffnessOfTheProductOfAllIndices) {
   const CellMatrix K = cell_matrix(full_moments(), CellMetric(Eigen::Matrix3d::Identity()), 0, 1);
   const Vector8 u = at_corners([](const Eigen::Vector3d& p) { return p.prod(); });
   EXPECT_NEAR(u.dot(K * u), 1.0 / 3, 1e-15);
 }
 
-TEST(CellMatrix, IsTheWeightedSumOfMassAndStiffness) {
+TEST(Trilinear, IsTheWeightedSumOfMassAndStiffness) {
   const Moments part = box_moments(kLower, kUpper);
   const CellMetric metric(sheared());
   const CellMatrix expected =
@@ -106,4 +106,4 @@ TEST(CellMatrix, IsTheWeightedSumOfMassAndStiffness) {
 }
 
 }  // namespace
-}  // namespace surf::volume
+}  // namespace surf::fem
