@@ -2,37 +2,15 @@
 // stdout, pictures if asked for. Lengths are in pixels.
 #pragma once
 
-#include <cstdint>
 #include <string>
 #include <utility>
 #include <vector>
 
-#include "libcurve/image/phantom.h"
 #include "libcurve/segment/segment.h"
 #include "tests/bench/montage.h"
+#include "tests/bench/subject.h"
 
 namespace surf::bench {
-
-/// An image, what is to be found in it, and how.
-struct Subject {
-  std::string name;
-  curve::Image clean;                ///< without added noise
-  curve::Image image;                ///< what all studies but that of noise run on
-  double contrast = 1;               ///< unit of added noise
-  Segments contour;                  ///< the truth; its elements need not be joined
-  std::vector<std::uint8_t> object;  ///< and its pixels
-  Segments start;
-  double mu = 1000, gamma = 0.5;
-  bool open_cavities = false;
-};
-
-Subject phantom_subject(const std::string& name, const curve::PhantomOptions& phantom,
-                        const Segments& start);
-
-/// An image file and a mask of its size, not 0 in the object. The contour is the pixels' staircase;
-/// contrast is that of the two classes of the whole image.
-/// @throws InputError  a file that cannot be read, other sizes, an empty mask
-Subject image_subject(const std::string& name, const std::string& image, const std::string& mask);
 
 struct Outcome {
   curve::CurveResult result;
@@ -45,8 +23,8 @@ struct Outcome {
 
 Outcome run(const curve::Image& image, const Segments& start, curve::CurveOptions options);
 curve::CurveOptions options_of(double mu, double gamma);
-/// "regions | Dice | mean px" of the curves.
-std::string found(const Outcome& out, const Subject& subject);
+/// From the subject's start, without the coarse stages.
+Outcome run_flow(const Subject& subject, flow::ScalarProduct product, flow::Scheme scheme);
 
 /// Where pictures go: DIRECTORY/PREFIX-STUDY.png; no directory, no pictures.
 struct Pictures {
@@ -59,6 +37,8 @@ struct Pictures {
 
 /// Explicit L2, semi-implicit L2 and H1 without the coarse stages. A row of curves per subject.
 void study_flows(const std::vector<Subject>& subjects, const Pictures& pictures);
+/// The H1 flow and Newton's method to two tolerances of |dJ|, without the coarse stages.
+void study_newton(const std::vector<Subject>& subjects);
 /// Noise 0.1, 0.25 and 0.5 of the contrast. Per subject a row of noisy images and one of u.
 void study_noise(const std::vector<Subject>& subjects, const Pictures& pictures);
 /// Pairs of mu and gamma. A row of u.

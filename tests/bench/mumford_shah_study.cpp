@@ -236,6 +236,15 @@ void flows(const Arguments& a) {
 
 Segments seeds_on_a_grid() { return grid_of_circles({0, 0}, {255, 255}, 24, 8, kEdge); }
 
+void newton(const Arguments& a) {
+  if (a.has_image()) return study_newton({subject_of(a)});
+  study_newton(
+      {phantom_subject("blob", {.kind = PhantomKind::kBlob, .noise = 0.1}, start_round_all()),
+       phantom_subject("bay", {.kind = PhantomKind::kBay, .noise = 0.1}, start_round_all()),
+       phantom_subject("discs12", {.kind = PhantomKind::kDiscs12, .noise = 0.1},
+                       seeds_on_a_grid())});
+}
+
 void noise(const Arguments& a) {
   if (a.has_image()) return study_noise({subject_of(a)}, a.pictures);
   study_noise({phantom_subject("blob", {.kind = PhantomKind::kBlob}, start_round_all()),
@@ -299,7 +308,7 @@ void many() {
   for (const auto& stage : out.result.stages)
     fmt::print("| {} | {} | {:.1f} |\n", stage.name, stage.flow.steps.size(), stage.used.seconds);
   fmt::print("\n512 x 512: {:.1f} s; regions, Dice, mean px: {}\n", out.seconds,
-             found(out, subject));
+             found(out.result.shape, subject));
 }
 
 void meshes() {
@@ -332,12 +341,13 @@ void meshes() {
 }
 
 void add_options(CLI::App& app, Arguments& a) {
-  app.add_option("SET", a.set,
-                 "orders, derivative, meshes, flows, noise, mu, gamma, start or many [all]");
+  app.add_option(
+      "SET", a.set,
+      "orders, derivative, meshes, flows, newton, noise, mu, gamma, start or many [all]");
   app.add_option("--pictures", a.pictures.directory, "Folder for a picture per study");
   app.add_option("--panel", a.pictures.width, "Width of a panel of the pictures [pixels]");
   const auto image = app.add_option(
-      "--image", a.image, "flows, noise, mu, gamma and start on this image, not phantoms");
+      "--image", a.image, "flows, newton, noise, mu, gamma and start on this image, not phantoms");
   const auto of_image = [&](const char* option, auto& value, const char* help) {
     return app.add_option(option, value, help)->needs(image);
   };
@@ -361,10 +371,10 @@ int main(int argc, char** argv) {
   const std::vector<std::pair<std::string, Table>> tables = {
       {"orders", alone(orders)}, {"derivative", alone(derivative)},
       {"meshes", alone(meshes)}, {"flows", flows},
-      {"noise", noise},          {"mu", mu_sweep},
-      {"gamma", gamma_sweep},    {"start", start},
-      {"many", alone(many)}};
-  const std::set<std::string> of_images = {"flows", "noise", "mu", "gamma", "start"};
+      {"newton", newton},        {"noise", noise},
+      {"mu", mu_sweep},          {"gamma", gamma_sweep},
+      {"start", start},          {"many", alone(many)}};
+  const std::set<std::string> of_images = {"flows", "newton", "noise", "mu", "gamma", "start"};
   Arguments a;
   CLI::App app{"Studies of the Mumford-Shah model in the plane.", "mumford_shah_study"};
   add_options(app, a);
