@@ -81,6 +81,31 @@ TEST(DomainMesh, AnglesAndSizesObeyTheirBounds) {
   }
 }
 
+TEST(DomainMesh, SizesRiseAgainCheapestFirstWithinTheBudget) {
+  SizeField sizes(square(2), 0.5, 0.25);
+  const std::array<Vector<2>, 4> places = {{{1.6, 1.6}, {-1.6, 1.6}, {-1.6, -1.6}, {1.6, -1.6}}};
+  const double cell = 0.25 * 0.25;
+  for (int i = 0; i < 4; ++i) sizes.limit(places[i], 0.2, 4 - i);
+  sizes.limit(places[3], 0.1, 5);    // a second bound
+  sizes.limit(places[2], 0.15, 10);  // not half of the first: the same one
+  const DomainMesh mesh = mesh_domain(circle({0, 0}, 0.5, 0.05), square(2), sizes);
+  std::vector<char> is_held(mesh.triangles.rows(), 0);
+  for (Eigen::Index t = 0; t < mesh.triangles.rows(); ++t)  // all at the second place
+    is_held[t] =
+        mesh.points(mesh.triangles(t, 0), 0) < 0 && mesh.points(mesh.triangles(t, 0), 1) > 0;
+  EXPECT_EQ(sizes.raise(mesh, is_held, 3.9 * cell), 0);
+  EXPECT_EQ(sizes.raise(mesh, is_held, 8.9 * cell), 1);  // the first one, not the fourth as well
+  EXPECT_EQ(sizes.at(places[0]), 0.5);
+  EXPECT_EQ(sizes.at(places[3]), 0.1);
+  EXPECT_EQ(sizes.raise(mesh, is_held, 15 * cell), 2);
+  EXPECT_EQ(sizes.at(places[3]), 0.2);
+  EXPECT_EQ(sizes.at(places[2]), 0.5);
+  EXPECT_EQ(sizes.raise(mesh, is_held, 1 * cell), 1);
+  EXPECT_EQ(sizes.at(places[3]), 0.5);
+  EXPECT_EQ(sizes.raise(mesh, is_held, 100 * cell), 0);
+  EXPECT_EQ(sizes.at(places[1]), 0.2);
+}
+
 TEST(DomainMesh, SheetsAThousandthApartAreMeshed) {
   const Segments curves = joined({circle({0, 0}, 1, 0.1), flipped(circle({0.2, 0}, 0.7990, 0.1))});
   const DomainMesh mesh = mesh_domain(curves, square(2), SizeField(square(2), 0.4, 0.1));
