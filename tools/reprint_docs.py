@@ -19,6 +19,7 @@ STUDIES = [
     ("topology", ["topology_study"]),
     ("mumford-shah-volumes", ["mumford_shah_volumes"]),
     ("mumford-shah", ["mumford_shah_study", "--pictures", "{scratch}"]),
+    ("mumford-shah", ["multilevel_study"]),
     ("adaptivity", ["adaptivity_study", "{scratch}"]),
     ("phantoms", ["phantom_study"]),
     ("phantoms", ["phantom_study", "sizes"]),

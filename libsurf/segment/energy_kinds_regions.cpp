@@ -163,8 +163,7 @@ std::vector<KindParameter<Dim>> mumford_shah_parameters() {
           "the distance of the image's two classes of intensities")};
 }
 
-/// In the plane with its domain meshes: Alg. 8 on them, and the first part of Alg. 17, in which
-/// they are not adapted to data.
+/// In the plane with its domain meshes: Alg. 8 on them, but not in the first part of Alg. 17.
 template <int Dim>
 EnergyKind<Dim> mumford_shah() {
   EnergyKind<Dim> kind{
@@ -178,6 +177,7 @@ EnergyKind<Dim> mumford_shah() {
     return context.model.mumford_shah(piecewise_smooth<Dim>(term));
   };
   kind.piecewise_smooth = piecewise_smooth<Dim>;
+  kind.coarse = [](const EnergyTerm& term) { return term; };
   if constexpr (Dim == 2) {
     kind.parameters.push_back({.key = "data-tolerance",
                                .meaning = "of Alg. 8 on the domains' meshes; 0: not used",

@@ -84,15 +84,16 @@ struct Options {
   /// before. An expanding front may leak through what the blur of a coarse level hides, so 1 is the
   /// default.
   int n_levels = 1;
-  /// Of piecewise smooth models in the plane with an L2 or H1 flow: at most so many steps of each
-  /// coarse stage (Alg. 17); 0 = none.
-  int n_coarse_steps = 150;  // thesis 5.2
-  /// C_coarse of its first part, by which geometry_tolerance_mm is larger, and C_2 of the part that
-  /// continues it; >= 1.
+  /// Of piecewise smooth models with an L2 or H1 flow: at most so many steps of the coarse stage
+  /// (Alg. 17); 0 = neither it nor the loop after it.
+  int n_coarse_steps = Dim == 2 ? 150 : 0;  // thesis 5.2, which is in the plane
+  /// C_coarse, by which geometry_tolerance_mm is larger there, and C_2 of the loop; >= 1.
   double coarse_geometry = 3, continued_geometry = 2;  // thesis 5.2
   /// d_1 and d_2 over flow.rel_tol: down to what share of its largest value |dJ| falls before the
   /// tolerance is that of the result, and that of C_2; 0 < first <= second.
   double first_threshold = 5, second_threshold = 20;  // thesis 5.2
+  /// Where |dJ| grows again the loop goes back to fixed steps, and to C_2.
+  bool continuation_returns = true;
   flow::FlowOptions flow;
   /// Settle the shape on the edges it has found: a last stage with the edge indicator alone. Not
   /// where the flow keeps the content.

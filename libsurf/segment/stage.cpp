@@ -34,8 +34,9 @@ std::vector<StagePointer<Dim>> plan(const Work<Dim>& work) {
   else
     out.push_back(work.settled ? amend_stage<Dim>() : fit_stage<Dim>());
   for (int level = options.n_levels - 1; level > 0; --level) out.push_back(level_stage<Dim>(level));
-  if (coarse_terms<Dim>(options.energies) && has_parts) out.push_back(coarse_stage<Dim>());
-  out.push_back(evolve_stage<Dim>());
+  const bool is_continued = has_parts && coarse_terms<Dim>(options.energies);
+  if (is_continued) out.push_back(coarse_stage<Dim>());
+  out.push_back(is_continued ? continued_stage<Dim>() : evolve_stage<Dim>());
   if (options.open_cavities) out.push_back(cavities_stage<Dim>());
   const bool is_fitted = options.energies.empty() || are_fitted<Dim>(options.energies);
   const bool settles = options.settle && !options.flow.keeps_content() &&

@@ -187,16 +187,24 @@ void add_flow_options(CLI::App& command, RunArguments& a, const RunWords& words)
                          "Bound of the time step times the velocity's gradient");
   group.add_with_default("--tau-min", a.tau_min, "No shorter time step is tried");
   group.add("--tau-max", a.tau_max, "No longer time step is taken [no bound]");
-  if (!is_flat(words)) return;
+  if (!is_flat(words)) a.coarse_steps = 0;
   group.add_with_default("--coarse-steps", a.coarse_steps,
-                         "Most steps of the coarse stages of mumford-shah; 0: none of them");
+                         "Most steps of the coarse stage of mumford-shah; 0: neither it nor fixed "
+                         "steps after it");
   group.add_with_default("--coarse-geometry", a.coarse_geometry,
-                         "Of its first one: the geometry tolerance, by that of the result");
-  group.add_with_default("--continued-geometry", a.continued_geometry, "Of its second one");
-  group.add_with_default("--first-threshold", a.first_threshold,
-                         "The second one ends where the shape derivative has fallen to this, by "
-                         "--tolerance");
-  group.add_with_default("--second-threshold", a.second_threshold, "The first one ends at this");
+                         "Of the coarse stage: the geometry tolerance, by that of the result");
+  group.add_with_default("--continued-geometry", a.continued_geometry,
+                         "The same after it, while the shape derivative is above the second "
+                         "threshold");
+  group.add_with_default(
+      "--first-threshold", a.first_threshold,
+      "Steps are fixed while the shape derivative is above this, by --tolerance");
+  group.add_with_default("--second-threshold", a.second_threshold,
+                         "The coarse stage ends where it has fallen to this");
+  group.add_flag(
+      "--one-way", a.one_way,
+      "After the coarse stage: no way back to fixed steps and the larger tolerance where "
+      "the shape derivative grows again");
 }
 
 void add_mesh_options(CLI::App& command, RunArguments& a, const RunWords& words) {
@@ -439,6 +447,7 @@ void set_run_options(const CLI::App& command, const RunArguments& a, double cell
   out.continued_geometry = a.continued_geometry;
   out.first_threshold = a.first_threshold;
   out.second_threshold = a.second_threshold;
+  out.continuation_returns = !a.one_way;
   out.topology = a.topology == "fixed"    ? surf::mesh::Topology::kFixed
                  : a.topology == "genus0" ? surf::mesh::Topology::kGenus0
                                           : surf::mesh::Topology::kFree;

@@ -76,6 +76,7 @@ void for_each_field(OptionsType& o, const Visit& visit) {
   visit("continued_geometry", o.continued_geometry);
   visit("first_threshold", o.first_threshold);
   visit("second_threshold", o.second_threshold);
+  visit("continuation_returns", o.continuation_returns);
   visit("settle", o.settle);
   visit("locate", o.locate);
   visit("components.fill_cavities", o.components.fill_cavities);

@@ -27,9 +27,11 @@ StagePointer<Dim> start_stage();
 /// The energy with 2^level times the blur and the lengths of the result.
 template <int Dim>
 StagePointer<Dim> level_stage(int level);
-/// The first parts of Alg. 17.
+/// The first part of Alg. 17, and its loop, which ends at the minimum of the energy.
 template <int Dim>
 StagePointer<Dim> coarse_stage();
+template <int Dim>
+StagePointer<Dim> continued_stage();
 /// The energy, to its minimum.
 template <int Dim>
 StagePointer<Dim> evolve_stage();
@@ -104,6 +106,8 @@ struct Minimisation {
   mesh::MovingShapeOptions<Dim> shape;
   /// Curves may take long steps and stop at the edges on their way.
   bool may_take_long_steps = true;
+  /// Asked after every step: why it is over, in a sentence, else empty. None = the flow knows.
+  std::function<std::string(const flow::StepRecord&)> ends = {};
 };
 
 /// Runs it, and leaves shape and report in `work`.

@@ -143,7 +143,10 @@ TEST(EnergyTerms, KnowHowTheyApproximateTheImage) {
   EXPECT_EQ(parameters->contrast, 4);
   EXPECT_FALSE(parameters->data_tolerance);
   EXPECT_FALSE(is_piecewise_smooth<3>(std::vector{EnergyTerm{"area", 1, {}}}));
-  EXPECT_FALSE(coarse_terms<3>(std::vector{model}));  // of Alg. 17: in the plane
+  const auto coarse = coarse_terms<3>(std::vector{model});  // no domain meshes: the same
+  ASSERT_TRUE(coarse);
+  EXPECT_EQ(coarse->front().parameters, model.parameters);
+  EXPECT_FALSE(coarse_terms<3>(std::vector{EnergyTerm{"area", 1, {}}}));
 }
 
 TEST(EnergyTerms, AreRefusedWithAMessageThatSaysWhatIsWrong) {

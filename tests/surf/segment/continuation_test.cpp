@@ -1,0 +1,35 @@
+// Alg. 17 on volumes.
+#include <gtest/gtest.h>
+
+#include "libsurf/mesh/primitives.h"
+#include "libsurf/mesh/verify.h"
+#include "libsurf/segment/segment.h"
+#include "libsurf/volume/phantom.h"
+
+namespace surf::segment {
+namespace {
+
+// Off by default, since it does not pay; it ends at the same minimum.
+TEST(Continuation, EndsAtTheMinimumOnVolumesToo) {
+  volume::PhantomOptions phantom;
+  phantom.kind = volume::PhantomKind::kBall;
+  phantom.size = {40, 40, 40};
+  phantom.noise = 0.1;
+  const volume::Volume image = volume::make_phantom(phantom);
+  SegmentOptions options;
+  options.initial = mesh::ball({0, 0, 0}, 0.8, 0.1);
+  options.energies = {{"mumford-shah", 1, {}}};
+  const SegmentResult without = segment(image, options);
+  for (const StageReport& stage : without.stages) EXPECT_NE(stage.name, "coarse");
+  options.n_coarse_steps = 150;
+  const SegmentResult result = segment(image, options);
+  ASSERT_FALSE(result.stages.empty());
+  EXPECT_EQ(result.stages.front().name, "coarse");
+  EXPECT_EQ(result.stages.back().name, "evolve");
+  EXPECT_TRUE(mesh::verify(result.shape).passed());
+  const double J = without.last().final_energy;
+  EXPECT_NEAR(result.last().final_energy, J, 1e-3 * J);
+}
+
+}  // namespace
+}  // namespace surf::segment
