@@ -14,6 +14,7 @@ STUDIES = [
     ("energy-derivatives", ["derivative_study"]),
     ("energies", ["model_study", "{scratch}"]),
     ("synthetic-study", ["synthetic_study"]),
+    ("real-images", ["real_images_study"]),
     ("flows", ["flow_study"]),
     ("flows", ["quadratic_velocities"]),
     ("topology", ["topology_study"]),

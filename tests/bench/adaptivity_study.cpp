@@ -24,6 +24,7 @@
 #include "libsurf/segment/segment.h"
 #include "libsurf/volume/phantom.h"
 #include "tests/bench/draw_surface.h"
+#include "tests/bench/volume_experiments.h"
 
 namespace {
 
@@ -31,7 +32,6 @@ using namespace surf;
 
 const io::RenderOptions kPicture = {.width = 1200, .height = 600, .has_edges = true};
 constexpr int kSize = 128;
-constexpr double kTolerance = 0.02;  // epsilon_geom of 5.1
 
 /// The prism of the comparison has edges of half-width 1.6 voxels, as scans have.
 volume::PhantomOptions sharp_prism(int size) {
@@ -43,22 +43,7 @@ volume::PhantomOptions sharp_prism(int size) {
 }
 
 volume::PhantomOptions phantom_of(volume::PhantomKind kind) {
-  volume::PhantomOptions phantom;
-  phantom.kind = kind;
-  phantom.size = {kSize, kSize, kSize};
-  return phantom;
-}
-
-/// Weighted H1 flow of (5.1) with gamma = 0 from a coarse sphere of radius 1.
-segment::SegmentOptions options_of_thesis(double voxel_mm) {
-  segment::SegmentOptions options;
-  options.initial = mesh::ball({0, 0, 0}, 1, 0.4);
-  options.energies = {{"minimal-surface", 1, {{"gamma", 0}, {"lambda", 2.8}}}};
-  options.sigma_mm = 1.5 * voxel_mm;  // half the half-width of the edges
-  options.edge_length_mm = 0.75 * voxel_mm;
-  options.coarseness = 24;
-  options.geometry_tolerance_mm = kTolerance;
-  return options;
+  return bench::phantom_of(kind, kSize);
 }
 
 struct Sample {
@@ -113,7 +98,7 @@ double largest_side(const Triangles& surface) {
 void experiment(const std::string& name, volume::PhantomKind kind,
                 const std::vector<Sample>& samples, const std::filesystem::path& directory) {
   const volume::Volume image = volume::make_phantom(phantom_of(kind));
-  const segment::SegmentOptions options = options_of_thesis(image.voxel_size());
+  const segment::SegmentOptions options = bench::options_of_thesis(image.voxel_size());
   fmt::print("\n{}\n\n| k | J of the thesis | J | triangles |\n|---|---|---|---|\n", name);
   std::vector<flow::StepRecord> records;
   const auto result = segment::segment(
@@ -152,7 +137,7 @@ void experiment(const std::string& name, volume::PhantomKind kind,
       mesh::verify(end).passed() ? "verified" : "NOT VERIFIED",
       distance.mean_mm / image.voxel_size(), quality.min_angle_deg,
       100 * quality.share_above_25_deg, lengths.near, lengths.far, lengths.far / lengths.near,
-      largest_side(end), kTolerance);
+      largest_side(end), bench::kGeometryTolerance);
   bench::draw(directory, name + "-end", end, kPicture);
   std::fflush(stdout);
 }
@@ -170,7 +155,7 @@ struct Resolution {
 /// over three edge lengths, says, which differs from mesh to mesh by more than the minimisers do.
 /// Tolerances of the flow leave no error that shows.
 Triangles prism(const volume::Volume& image, const Resolution& resolution) {
-  segment::SegmentOptions options = options_of_thesis(image.voxel_size());
+  segment::SegmentOptions options = bench::options_of_thesis(image.voxel_size());
   options.initial = mesh::ball({0, 0, 0}, 1, 0.2);
   options.sigma_mm = 0.7 * image.voxel_size();
   options.edge_length_mm = resolution.edge * image.voxel_size();
@@ -314,7 +299,7 @@ void multi_resolution() {
                                    {"prism", volume::PhantomKind::kBox}})
     for (const int n_levels : {1, 2, 3}) {
       const volume::Volume image = volume::make_phantom(phantom_of(kind));
-      segment::SegmentOptions options = options_of_thesis(image.voxel_size());
+      segment::SegmentOptions options = bench::options_of_thesis(image.voxel_size());
       options.n_levels = n_levels;
       const auto start = std::chrono::steady_clock::now();
       const auto result = segment::segment(image, options);
