@@ -49,6 +49,7 @@ function(surfseg_find_library target header library)
                         INTERFACE_INCLUDE_DIRECTORIES ${${id}_INCLUDE})
 endfunction()
 surfseg_find_library(surfseg_cholmod cholmod.h cholmod PATH_SUFFIXES suitesparse)
+surfseg_find_library(surfseg_blosc blosc.h blosc)
 surfseg_find_library(surfseg_teem teem/nrrd.h teem)
 # GDCM's package file also exports its VTK bridge, which wants packages that are not needed here.
 surfseg_find_library(surfseg_gdcm gdcmReader.h gdcmMSFF PATH_SUFFIXES gdcm-3.0)

@@ -142,6 +142,28 @@ class Corpus {
     file.write(openvdb::GridCPtrVec{grid});
   }
 
+  /// A level set of halves with tiles and inactive voxels, and a grid behind one that is no
+  /// scalar's.
+  void more_vdb() const {
+    const auto level_set = openvdb::FloatGrid::create(3);
+    level_set->setGridClass(openvdb::GRID_LEVEL_SET);
+    level_set->setSaveFloatAsHalf(true);
+    level_set->tree().addTile(1, {8, 0, 0}, 2, true);
+    level_set->tree().addTile(1, {8, 8, 0}, -3, false);
+    for (int n = 0; n < 60; ++n) level_set->tree().setValue({n % 5, n % 4, n % 3}, float(n) / 8);
+    for (int n = 0; n < 60; ++n) level_set->tree().setValueOff({n % 7, 5, n % 3}, n % 2 ? -3 : 7);
+    openvdb::io::File halves(path("vdb", "halves.vdb"));
+    halves.setCompression(openvdb::io::COMPRESS_ZIP | openvdb::io::COMPRESS_ACTIVE_MASK);
+    halves.write(openvdb::GridCPtrVec{level_set});
+
+    const auto scaled = openvdb::Int64Grid::create();
+    scaled->setTransform(openvdb::math::Transform::createLinearTransform(2));
+    for (int n = 0; n < 27; ++n) scaled->tree().setValue({n % 3, n / 3 % 3, n / 9}, n);
+    openvdb::io::File second(path("vdb", "second.vdb"));
+    second.setCompression(openvdb::io::COMPRESS_BLOSC | openvdb::io::COMPRESS_ACTIVE_MASK);
+    second.write(openvdb::GridCPtrVec{openvdb::Vec3SGrid::create(), scaled});
+  }
+
   void surfaces() const {
     Triangles surface;
     surface.points.resize(4, 3);
@@ -284,6 +306,7 @@ void make(const fs::path& folder) {
                                   openvdb::io::COMPRESS_ZIP | openvdb::io::COMPRESS_ACTIVE_MASK);
   corpus.vdb<openvdb::Int32Grid>("blosc.vdb",
                                  openvdb::io::COMPRESS_BLOSC | openvdb::io::COMPRESS_ACTIVE_MASK);
+  corpus.more_vdb();
   corpus.surfaces();
   corpus.images();
   corpus.contours();

@@ -1,19 +1,16 @@
 #include "libsurf/volume/detail/read_vdb.h"
 
 #include <fmt/format.h>
-#include <openvdb/io/Stream.h>
 #include <openvdb/tools/Dense.h>
 
 #include <algorithm>
-#include <cerrno>
-#include <cstring>
 #include <filesystem>
-#include <fstream>
 
 #include "libsurf/base/error.h"
 #include "libsurf/base/memory.h"
 #include "libsurf/volume/detail/openvdb_grid.h"
 #include "libsurf/volume/detail/raw_scalars.h"
+#include "libsurf/volume/detail/vdb_grid.h"
 
 namespace surf::volume {
 namespace {
@@ -44,18 +41,29 @@ void check_extent(const std::array<int, 3>& size, const std::string& path) {
       path, size[0], size[1], size[2], n_bytes));
 }
 
+/// OpenVDB's loops over voxels do not end at the largest index that there is.
+void check_place(const openvdb::CoordBBox& box, const std::string& path) {
+  constexpr int kFarthest = 1 << 30;
+  for (int axis = 0; axis < 3; ++axis)
+    if (box.min()[axis] < -kFarthest || box.max()[axis] > kFarthest)
+      throw InputError(
+          fmt::format("{}: has active voxels at index {} and {}, beyond 2^30: damaged; "
+                      "get the file again",
+                      path, box.min()[axis], box.max()[axis]));
+}
+
 template <class Grid>
-Volume volume_of(Grid& grid, const Eigen::Affine3d& grid_to_world, Source source) {
+Volume volume_of(Grid& grid, const VdbGrid& file, Source source) {
   const openvdb::CoordBBox box = grid.evalActiveVoxelBoundingBox();
   if (grid.activeVoxelCount() == 0)
-    throw InputError(
-        fmt::format("{}: grid '{}' has no active voxels", source.path, grid.getName()));
+    throw InputError(fmt::format("{}: grid '{}' has no active voxels", source.path, file.name));
+  check_place(box, source.path);
   std::array<std::int64_t, 3> extent;
   for (int axis = 0; axis < 3; ++axis)
     extent[axis] = std::int64_t(box.max()[axis]) - box.min()[axis] + 1;
   const std::array<int, 3> size = checked_size(source.path, extent);
   check_extent(size, source.path);
-  Eigen::Affine3d index_to_world = grid_to_world;
+  Eigen::Affine3d index_to_world = file.index_to_world;
   index_to_world.translate(Eigen::Vector3d(box.min().x(), box.min().y(), box.min().z()));
 
   using Value = typename Grid::ValueType;
@@ -80,66 +88,18 @@ Volume volume_of(Grid& grid, const Eigen::Affine3d& grid_to_world, Source source
   return builder.finish();
 }
 
-Eigen::Affine3d grid_to_world(const openvdb::GridBase& grid, const std::string& path) {
-  if (!grid.transform().isLinear())
-    throw InputError(fmt::format("{}: grid '{}' has a frustum for a transform, not an affine map",
-                                 path, grid.getName()));
-  return from_openvdb(grid.transform().baseMap()->getAffineMap()->getMat4());
-}
-
-bool is_scalar(const openvdb::GridBase& grid) {
-  return grid.isType<openvdb::FloatGrid>() || grid.isType<openvdb::DoubleGrid>() ||
-         grid.isType<openvdb::Int32Grid>() || grid.isType<openvdb::Int64Grid>();
-}
-
-/// All grids of the file. OpenVDB reads on past the end of a truncated file, and takes what it
-/// finds there for sizes; with exceptions on in the stream it cannot.
-openvdb::GridPtrVecPtr read_grids(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  if (!file) throw InputError(fmt::format("{}: cannot be read: {}", path, std::strerror(errno)));
-  file.exceptions(std::ios::failbit | std::ios::badbit | std::ios::eofbit);
-  return openvdb::io::Stream(file, /*delayLoad=*/false).getGrids();
-}
-
-/// The first scalar grid.
-openvdb::GridBase::Ptr scalar_grid(const openvdb::GridPtrVecPtr& grids, Source& source) {
-  std::string names;
-  for (const auto& grid : *grids) {
-    if (!grid) continue;
-    if (is_scalar(*grid)) {
-      if (grids->size() > 1)
-        source.notes.push_back(
-            fmt::format("{} grids in the file, read '{}'", grids->size(), grid->getName()));
-      if (grid->getGridClass() == openvdb::GRID_LEVEL_SET)
-        source.notes.emplace_back("a level set: values are distances, not intensities");
-      return grid;
-    }
-    names += fmt::format(" '{}' ({})", grid->getName(), grid->valueType());
-  }
-  throw InputError(fmt::format("{}: has no scalar grid (float, double, int32, int64){}{}",
-                               source.path, names.empty() ? "" : ", only", names));
-}
-
-Volume read_grid(const std::string& path) {
-  Source source;
-  source.path = path;
-  source.format = "OpenVDB";
-  source.orientation_source = "grid transform";
-  source.notes.emplace_back("OpenVDB has no anatomical convention: coordinates taken as RAS mm");
-  openvdb::GridPtrVecPtr grids = read_grids(path);
-  const openvdb::GridBase::Ptr grid = scalar_grid(grids, source);
-  grids.reset();
-  const Eigen::Affine3d affine = grid_to_world(*grid, path);
-  source.scalar_type = grid->valueType();
-  if (source.scalar_type == "float") source.scalar_type = "float32";
-  if (source.scalar_type == "double") source.scalar_type = "float64";
-  if (const auto typed = openvdb::gridPtrCast<openvdb::FloatGrid>(grid))
-    return volume_of(*typed, affine, std::move(source));
-  if (const auto typed = openvdb::gridPtrCast<openvdb::DoubleGrid>(grid))
-    return volume_of(*typed, affine, std::move(source));
-  if (const auto typed = openvdb::gridPtrCast<openvdb::Int32Grid>(grid))
-    return volume_of(*typed, affine, std::move(source));
-  return volume_of(*openvdb::gridPtrCast<openvdb::Int64Grid>(grid), affine, std::move(source));
+Source source_of(const std::string& path, const VdbGrid& grid) {
+  Source out;
+  out.path = path;
+  out.format = "OpenVDB";
+  out.scalar_type = grid.scalar_type;
+  out.orientation_source = "grid transform";
+  out.notes.emplace_back("OpenVDB has no anatomical convention: coordinates taken as RAS mm");
+  if (grid.n_grids > 1)
+    out.notes.push_back(fmt::format("{} grids in the file, read '{}'", grid.n_grids, grid.name));
+  if (grid.is_level_set)
+    out.notes.emplace_back("a level set: values are distances, not intensities");
+  return out;
 }
 
 }  // namespace
@@ -147,14 +107,9 @@ Volume read_grid(const std::string& path) {
 Volume read_vdb(const std::string& path, const ReadOptions& options) {
   check_frame(path, options.frame_index, 1);
   initialize_openvdb();
-  try {
-    return read_grid(path);
-  } catch (const openvdb::Exception& error) {
-    throw InputError(
-        fmt::format("{}: not a readable OpenVDB file: {}; get the file again", path, error.what()));
-  } catch (const std::ios::failure&) {
-    throw InputError(fmt::format("{}: truncated or damaged; get the file again", path));
-  }
+  const VdbGrid grid = read_vdb_grid(path);
+  return std::visit(
+      [&](const auto& typed) { return volume_of(*typed, grid, source_of(path, grid)); }, grid.grid);
 }
 
 }  // namespace surf::volume
