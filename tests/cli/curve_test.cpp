@@ -142,6 +142,7 @@ TEST_F(Curveseg, GoesThroughTheCoarseStagesThatAreAskedFor) {
   EXPECT_LE(n_steps({"--coarse-steps", "2"})["coarse"], 2);
   EXPECT_EQ(n_steps({"--coarse-steps", "0"}).count("coarse"), 0u);
   EXPECT_LT(n_steps({"--second-threshold", "4000"})["coarse"], usual["coarse"]);
+  EXPECT_GT(n_steps({"--one-way"})["evolve"], 0);
 }
 
 TEST_F(Curveseg, FindsTheHoleOfARingFromOutside) {

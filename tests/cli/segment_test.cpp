@@ -178,6 +178,24 @@ TEST_F(Segment, MumfordShahFindsANoisyBallAndItsDenoisedVolume) {
   EXPECT_LT(u.range()[1] - u.range()[0], 0.6 * (image.range()[1] - image.range()[0]));
 }
 
+TEST_F(Segment, MumfordShahBeginsCoarselyWhereThatIsAskedFor) {
+  make_ball({"--spacing", "1", "--noise", "0.25"});
+  const auto stages = [&](const Words& more) {
+    must(joined({"segment", "ball.nii.gz", "-q", "--initial-ball", "1,0,0,8mm", "--energy",
+                 "mumford-shah", "-o", "s.stl", "--json", "s.json"},
+                more));
+    std::vector<std::string> out;
+    const auto summary = json("s.json");
+    for (const auto& stage : summary["evolution"]) out.push_back(stage["stage"]);
+    return out;
+  };
+  EXPECT_EQ(stages({}).front(), "evolve");
+  const auto with = stages({"--coarse-steps", "150", "--one-way"});
+  EXPECT_EQ(with.front(), "coarse");
+  EXPECT_EQ(with.back(), "evolve");
+  EXPECT_GT(dice("s.stl"), 0.97);
+}
+
 TEST_F(Segment, DenoisedNeedsTheMumfordShahModel) {
   make_ball();
   const auto result = run(segment({"-o", "s.vtp", "--denoised", "u.nii.gz"}));

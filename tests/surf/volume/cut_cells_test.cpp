@@ -12,7 +12,7 @@ namespace {
 Moments moments_of(const DomainCells& cells, std::size_t n) {
   const std::int32_t state = cells.state[n];
   if (state == DomainCells::kEmpty) return {};
-  return state == DomainCells::kFull ? full_moments() : cells.moments[state];
+  return state == DomainCells::kFull ? fem::full_moments() : cells.moments[state];
 }
 
 /// Integral of f(u) = 1 + u_0 u_1^2 - 2 u_2^2 over the domain, u the grid's indices, from the
