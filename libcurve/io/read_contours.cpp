@@ -4,12 +4,14 @@
 #include <charconv>
 #include <cstring>
 #include <fstream>
+#include <limits>
 #include <map>
 #include <nlohmann/json.hpp>
 
 #include "libcurve/io/contour_file.h"
 #include "libsurf/base/arrays.h"
 #include "libsurf/base/error.h"
+#include "libsurf/base/escaped.h"
 #include "libsurf/base/file.h"
 #include "libsurf/base/products.h"
 
@@ -63,19 +65,22 @@ void add_polygon(const nlohmann::json& coordinates, int polygon, RingMap& rings)
   }
 }
 
-void add_geometry(const nlohmann::json& object, RingMap& rings) {
+/// @param depth  of collections and features round it
+void add_geometry(const nlohmann::json& object, RingMap& rings, int depth = 0) {
+  constexpr int kDeepest = 8;
+  if (depth > kDeepest) throw InputError("features within features");
   const std::string type = object.at("type");
   const auto next = [&] { return rings.empty() ? 0 : rings.rbegin()->first[0] + 1; };
   if (type == "FeatureCollection")
-    for (const auto& feature : object.at("features")) add_geometry(feature, rings);
+    for (const auto& feature : object.at("features")) add_geometry(feature, rings, depth + 1);
   else if (type == "Feature")
-    add_geometry(object.at("geometry"), rings);
+    add_geometry(object.at("geometry"), rings, depth + 1);
   else if (type == "Polygon")
     add_polygon(object.at("coordinates"), next(), rings);
   else if (type == "MultiPolygon")
     for (const auto& polygon : object.at("coordinates")) add_polygon(polygon, next(), rings);
   else
-    throw InputError(fmt::format("a Polygon is expected, not '{}'", type));
+    throw InputError(fmt::format("a Polygon is expected, not '{}'", one_line(type)));
 }
 
 RingMap rings_of_json(const std::string& path, std::istream& stream) {
@@ -107,6 +112,10 @@ RingMap rings_of_csv(const std::string& path, std::istream& stream) {
         throw InputError(fmt::format("{}:{}: expected four numbers; got '{}'", path, n, line));
       at = next + 1;
     }
+    constexpr double kMost = std::numeric_limits<int>::max();
+    if (!(values[0] >= 0 && values[0] <= kMost && values[1] >= 0 && values[1] <= kMost))
+      throw InputError(
+          fmt::format("{}:{}: polygon and ring are counted from 0; got '{}'", path, n, line));
     rings[{int(values[0]), int(values[1])}].emplace_back(values[2], values[3]);
   }
   return rings;

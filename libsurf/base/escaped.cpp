@@ -15,4 +15,10 @@ std::string escaped(std::string_view text,
   return out;
 }
 
+std::string one_line(std::string text) {
+  std::replace_if(
+      text.begin(), text.end(), [](unsigned char c) { return c < ' ' || c == 127; }, '?');
+  return text;
+}
+
 }  // namespace surf

@@ -12,4 +12,7 @@ namespace surf {
 std::string escaped(std::string_view text,
                     std::initializer_list<std::pair<char, std::string_view>> replacements);
 
+/// The text with '?' for its control characters: what messages say of text from outside.
+std::string one_line(std::string text);
+
 }  // namespace surf

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "libsurf/base/error.h"
+#include "libsurf/base/escaped.h"
 #include "libsurf/base/nearest_name.h"
 #include "tools/common/report.h"
 
@@ -24,8 +25,8 @@ CLI::Option* find_option(CLI::App& command, const std::string& path, const std::
   CLI::Option* option = command.get_option_no_throw("--" + key);
   if (!option) option = command.get_option_no_throw(key);  // a positional argument
   if (!option || key == "help")
-    throw surf::UsageError(fmt::format("{}: '{}' is not an option of {}{}", path, key,
-                                       command.get_name(),
+    throw surf::UsageError(fmt::format("{}: '{}' is not an option of {}{}", path,
+                                       surf::one_line(key), command.get_name(),
                                        surf::did_you_mean(key, option_names(command))));
   return option;
 }
@@ -57,7 +58,7 @@ void apply_config(CLI::App& command, const std::string& path) {
       option->run_callback();
     } catch (const CLI::ParseError& error) {
       throw surf::UsageError(
-          fmt::format("{}: '{}' is {}: {}", path, key, value.dump(), error.what()));
+          fmt::format("{}: '{}' is {}: {}", path, key, value.dump(), surf::one_line(error.what())));
     }
   }
 }

@@ -5,7 +5,9 @@
 #include <set>
 
 #include "libsurf/base/error.h"
+#include "libsurf/base/escaped.h"
 #include "libsurf/base/names.h"
+#include "libsurf/segment/detail/whole_number.h"
 
 namespace surf::segment {
 namespace {
@@ -133,13 +135,16 @@ void value_from_json(const Json& json, T& value) {
     const auto found = value_of(name, kNames<T>);
     if (!found) throw InputError(fmt::format("'{}' is none of its values", name));
     value = *found;
+  } else if constexpr (std::is_same_v<T, int>) {
+    value = whole_number(json);
   } else {
     value = json.get<T>();
   }
 }
 template <class T>
 void value_from_json(const Json& json, std::optional<T>& value) {
-  value = json.is_null() ? std::nullopt : std::optional<T>(json.get<T>());
+  value.reset();
+  if (!json.is_null()) value_from_json(json, value.emplace());
 }
 void value_from_json(const Json& json, std::vector<EnergyTerm>& terms) {
   terms.clear();
@@ -202,7 +207,8 @@ Options<Dim> options_from_json(const Json& json) {
     }
   });
   for (const auto& [name, value] : json.items())
-    if (!known.contains(name)) throw InputError(fmt::format("options: '{}' is unknown", name));
+    if (!known.contains(name))
+      throw InputError(fmt::format("options: '{}' is unknown", one_line(name)));
   if (json.contains("samples_mm")) out.samples_mm = points_from_json<Dim>(json, "samples_mm");
   if (json.contains("box_mm")) {
     const std::vector<Vector<Dim>> corners = points_from_json<Dim>(json, "box_mm");
@@ -227,7 +233,8 @@ Json shape_to_json(const Simplices<Dim>& shape) {
 template <int Dim>
 Simplices<Dim> shape_from_json(const Json& json) {
   const auto points = json.at("points").get<std::vector<double>>();
-  const auto elements = json.at("elements").get<std::vector<int>>();
+  std::vector<int> elements;
+  for (const Json& vertex : json.at("elements")) elements.push_back(whole_number(vertex));
   if (points.size() % Dim != 0 || elements.size() % Dim != 0)
     throw InputError(
         fmt::format("initial: {} numbers of points and {} of elements are no rows of {}",

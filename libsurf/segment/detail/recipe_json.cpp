@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 
 #include "libsurf/base/error.h"
+#include "libsurf/base/escaped.h"
 #include "libsurf/segment/detail/options_json.h"
+#include "libsurf/segment/detail/whole_number.h"
 
 namespace surf::segment {
 namespace {
@@ -91,6 +93,14 @@ struct ActionToJson {
   Json operator()(const Recolour& a) const { return {{"do", "recolour"}, {"colour", a.colour}}; }
 };
 
+Colour colour_from_json(const Json& json) {
+  Colour out{};
+  if (!json.is_array() || json.size() != out.size())
+    throw InputError(fmt::format("a colour is three numbers; got {}", json.dump()));
+  for (std::size_t n = 0; n < out.size(); ++n) out[n] = std::uint8_t(whole_number(json[n], 0, 255));
+  return out;
+}
+
 template <int Dim>
 Action<Dim> action_from_json(const Json& json) {
   const auto what = json.at("do").get<std::string>();
@@ -103,18 +113,19 @@ Action<Dim> action_from_json(const Json& json) {
     if (json.contains("stroke_mm")) out.click.stroke_mm = points_from_json<Dim>(json["stroke_mm"]);
     return out;
   }
-  if (what == "take back click") return TakeBackClick{json.at("index").get<std::size_t>()};
+  if (what == "take back click")
+    return TakeBackClick{std::size_t(whole_number(json.at("index"), 0))};
   if (what == "options") return SetOptions<Dim>{options_from_json<Dim>(json.at("options"))};
   if (what == "propose") return Propose<Dim>{others_from_json<Dim>(json)};
-  if (what == "choose") return Choose{json.at("proposal").get<std::size_t>()};
+  if (what == "choose") return Choose{std::size_t(whole_number(json.at("proposal"), 0))};
   if (what == "evolve") {
     Evolve<Dim> out{.others = others_from_json<Dim>(json)};
-    if (json.contains("stopped_at")) out.stopped_at = json["stopped_at"].get<int>();
+    if (json.contains("stopped_at")) out.stopped_at = whole_number(json["stopped_at"]);
     out.is_anew = json.value("anew", false);
     return out;
   }
   if (what == "rename") return Rename{json.at("name").get<std::string>()};
-  if (what == "recolour") return Recolour{json.at("colour").get<Colour>()};
+  if (what == "recolour") return Recolour{colour_from_json(json.at("colour"))};
   throw InputError(fmt::format("'{}' is no action", what));
 }
 
@@ -123,16 +134,18 @@ template <int Dim>
 RecipeObject<Dim> object_from_json(const Json& json, std::size_t n_object) {
   std::size_t n_entry = 0;
   try {
-    RecipeObject<Dim> out{json.at("name").get<std::string>(), json.at("colour").get<Colour>(), {}};
+    RecipeObject<Dim> out{
+        json.at("name").get<std::string>(), colour_from_json(json.at("colour")), {}};
     for (const Json& entry : json.at("history")) {
       ++n_entry;
       out.history.push_back(action_from_json<Dim>(entry));
     }
     return out;
   } catch (const std::exception& error) {
-    throw InputError(n_entry == 0 ? fmt::format("recipe: object {}: {}", n_object, error.what())
-                                  : fmt::format("recipe: object {}, entry {}: {}", n_object,
-                                                n_entry, error.what()));
+    const std::string what = one_line(error.what());
+    throw InputError(n_entry == 0
+                         ? fmt::format("recipe: object {}: {}", n_object, what)
+                         : fmt::format("recipe: object {}, entry {}: {}", n_object, n_entry, what));
   }
 }
 
@@ -140,20 +153,21 @@ RecipeObject<Dim> object_from_json(const Json& json, std::size_t n_object) {
 
 Json parse_recipe(const std::string& text) {
   Json out;
-  int version = 0;
+  Json version;
   try {
     out = Json::parse(text);
     if (!out.is_object() || out.value("kind", "") != kKind)
       throw InputError(fmt::format("recipe: not a {}: its \"kind\" is missing", kKind));
-    version = out.value("version", 0);
+    version = out.value("version", Json(0));
   } catch (const Json::parse_error& error) {
     throw InputError(fmt::format("recipe: not valid JSON: {}", error.what()));
   } catch (const Json::exception& error) {
     throw InputError(fmt::format("recipe: {}", error.what()));
   }
   if (version > kVersion)
-    throw InputError(fmt::format(
-        "recipe: version {} is newer than this program's {}; update surfseg", version, kVersion));
+    throw InputError(
+        fmt::format("recipe: version {} is newer than this program's {}; update surfseg",
+                    version.dump(), kVersion));
   return out;
 }
 
@@ -161,7 +175,7 @@ template <int Dim>
 RecipeContent<Dim> recipe_content(const Json& recipe) {
   RecipeContent<Dim> out;
   try {
-    if (const int dimension = recipe.value("dimension", 0); dimension != Dim)
+    if (const Json dimension = recipe.value("dimension", Json(0)); dimension != Dim)
       throw InputError(fmt::format("recipe: made for {}; this is {}",
                                    dimension == 2 ? "an image" : "a volume",
                                    Dim == 2 ? "an image" : "a volume"));

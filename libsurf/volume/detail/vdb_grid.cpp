@@ -8,6 +8,7 @@
 #include <type_traits>
 
 #include "libsurf/base/error.h"
+#include "libsurf/base/escaped.h"
 #include "libsurf/volume/detail/vdb_stream.h"
 
 namespace surf::volume {
@@ -35,13 +36,10 @@ std::string value_type(const std::string& type) {
   return type.substr(kBegin.size(), type.size() - kBegin.size() - kEnd.size());
 }
 
-/// As one line: without what makes names unique, and control characters.
+/// For messages: without what makes names unique.
 std::string printed(const std::string& name) {
   constexpr std::size_t kLongest = 64;
-  std::string out = name.substr(0, std::min(name.find('\x1e'), kLongest));
-  std::replace_if(
-      out.begin(), out.end(), [](unsigned char c) { return c < ' ' || c == 127; }, '?');
-  return out;
+  return one_line(name.substr(0, std::min(name.find('\x1e'), kLongest)));
 }
 
 std::optional<ScalarGrid> new_grid(const std::string& type) {

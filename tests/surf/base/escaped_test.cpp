@@ -11,5 +11,9 @@ TEST(Escaped, ReplacesEachOfTheCharactersOnce) {
   EXPECT_EQ(escaped("", {{'x', "y"}}), "");
 }
 
+TEST(Escaped, OneLineKeepsAllButControlCharacters) {
+  EXPECT_EQ(one_line("a\nb\tc\x1b[0m \x7f\u00e9'"), "a?b?c?[0m ?\u00e9'");
+}
+
 }  // namespace
 }  // namespace surf
