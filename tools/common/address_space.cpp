@@ -11,8 +11,8 @@
 namespace surfseg {
 namespace {
 
-// Their code and data, the stacks of their threads, and a little to work in: 210 MB as measured.
-constexpr rlim_t kLeastBytes = rlim_t(240) << 20;
+// Their code and data, the stacks of their threads, and a little to work in: 256 MB are too few as measured.
+constexpr rlim_t kLeastBytes = rlim_t(264) << 20;
 
 /// Runs before any initialiser, with the C library alone.
 void check_address_space(int, char** argv, char**) {
@@ -20,7 +20,7 @@ void check_address_space(int, char** argv, char**) {
   if (::getrlimit(RLIMIT_AS, &limit) != 0 || limit.rlim_cur >= kLeastBytes) return;
   const char* slash = std::strrchr(argv[0], '/');
   for (const char* part : {slash ? slash + 1 : argv[0],
-                           ": error: the limit on addresses (ulimit -v) is below the 240 MB that "
+                           ": error: the limit on addresses (ulimit -v) is below the 264 MB that "
                            "the libraries need\n"})
     if (::write(STDERR_FILENO, part, std::strlen(part)) < 0) break;
   ::_exit(kInput);

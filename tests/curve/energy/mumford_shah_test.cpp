@@ -84,27 +84,11 @@ TEST(MumfordShah, DerivativeConvergesToTheBoundaryForm) {
   EXPECT_LT(errors[1], 0.55 * errors[0]);  // first order at least
 }
 
-/// |d2J(V, W) - difference quotient| / |d2J(V, W)|, root mean square over shapes and velocities.
 double second_error(int level) {
-  constexpr double kStep = 2e-3;  // truncation ~ kStep^2
-  double errors = 0, scales = 0;
-  for (unsigned seed = 1; seed <= 3; ++seed) {
-    const auto smooth = test::smooth_shape<2>(seed, level);
-    const fem::Geometry<2> shape(smooth.X, smooth.T);
-    MumfordShah J(bright_waves(), options(shape.measure() / double(shape.n_elements())));
-    J.reset(shape);
-    const auto A = fem::stiffness<2>(shape, Eigen::VectorXd::Ones(shape.n_elements()));
-    energy::SecondDerivative<2> second(shape);
-    J.differentiate_twice(fem::curvature<2>(shape, A), 1, second);
-    const Eigen::VectorXd V = test::smooth_function<2>(smooth.X, 100 + seed),
-                          W = test::smooth_function<2>(smooth.X, 200 + seed);
-    const double exact = V.dot(second.times(shape, A, W));
-    const double difference = test::second_difference<2>(J, shape, V.asDiagonal() * smooth.normals,
-                                                         W.asDiagonal() * smooth.normals, kStep);
-    errors += std::pow(exact - difference, 2);
-    scales += exact * exact;
-  }
-  return std::sqrt(errors / scales);
+  return test::second_derivative_error<2>(level, [](const fem::Geometry<2>& shape, unsigned) {
+    return std::make_unique<MumfordShah>(bright_waves(),
+                                         options(shape.measure() / double(shape.n_elements())));
+  });
 }
 
 // Theorem 2.2.11, u' included: without the operator of u' the error is far above the bound.

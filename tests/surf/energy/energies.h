@@ -14,6 +14,7 @@
 #include "libsurf/energy/energy_sum.h"
 #include "libsurf/energy/fields.h"
 #include "libsurf/energy/region_statistics.h"
+#include "libsurf/fem/stiffness.h"
 #include "tests/surf/fixtures.h"
 
 namespace surf::test {
@@ -291,6 +292,32 @@ double second_difference(energy::ShapeEnergy<Dim>& J, const fem::Geometry<Dim>& 
     for (const int t : {1, -1})
       sum += s * t * J.try_move(shape.moved_to(shape.points() + step * (s * V + t * W)));
   return sum / (4 * step * step);
+}
+
+/// |d2J(V, W) - difference quotient| / |d2J(V, W)|, root mean square over random smooth shapes and
+/// normal velocities.
+/// @param energy_of  the energy for a shape and its seed, to be reset
+template <int Dim, class EnergyOf>
+double second_derivative_error(int level, const EnergyOf& energy_of) {
+  constexpr double kStep = 2e-3;  // truncation ~ kStep^2
+  double errors = 0, scales = 0;
+  for (unsigned seed = 1; seed <= 3; ++seed) {
+    const auto smooth = smooth_shape<Dim>(seed, level);
+    const fem::Geometry<Dim> shape(smooth.X, smooth.T);
+    const auto J = energy_of(shape, seed);
+    J->reset(shape);
+    const SparseMatrix A = fem::stiffness<Dim>(shape, Eigen::VectorXd::Ones(shape.n_elements()));
+    energy::SecondDerivative<Dim> second(shape);
+    J->differentiate_twice(fem::curvature<Dim>(shape, A), 1, second);
+    const Eigen::VectorXd V = smooth_function<Dim>(smooth.X, 100 + seed),
+                          W = smooth_function<Dim>(smooth.X, 200 + seed);
+    const double exact = V.dot(second.times(shape, A, W));
+    const double difference = second_difference<Dim>(*J, shape, V.asDiagonal() * smooth.normals,
+                                                     W.asDiagonal() * smooth.normals, kStep);
+    errors += std::pow(exact - difference, 2);
+    scales += exact * exact;
+  }
+  return std::sqrt(errors / scales);
 }
 
 }  // namespace surf::test

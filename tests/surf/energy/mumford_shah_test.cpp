@@ -224,28 +224,11 @@ TEST(MumfordShah, HardlyFeelsWhatIsFarAway) {
   EXPECT_LT((near.derivative - far.derivative).norm(), kTolerance * near.derivative.norm());
 }
 
-/// |d2J(V, W) - difference quotient| / |d2J(V, W)|, root mean square over shapes and velocities.
 double second_error(int level, int n) {
-  constexpr double kStep = 2e-3;  // truncation ~ kStep^2
-  double errors = 0, scales = 0;
-  for (unsigned seed = 1; seed <= 3; ++seed) {
-    const auto smooth = test::smooth_shape<3>(seed, level);
-    const fem::Geometry<3> shape(smooth.X, smooth.T);
-    MumfordShah J(std::make_shared<const test::WaveField<3>>(seed), oblique_grid(n),
-                  options(0.05, 0.3));
-    J.reset(shape);
-    const auto A = fem::stiffness<3>(shape, Eigen::VectorXd::Ones(shape.n_elements()));
-    SecondDerivative<3> second(shape);
-    J.differentiate_twice(curvature_of(shape), 1, second);
-    const Eigen::VectorXd V = test::smooth_function<3>(smooth.X, 100 + seed),
-                          W = test::smooth_function<3>(smooth.X, 200 + seed);
-    const double exact = V.dot(second.times(shape, A, W));
-    const double difference = test::second_difference<3>(J, shape, V.asDiagonal() * smooth.normals,
-                                                         W.asDiagonal() * smooth.normals, kStep);
-    errors += std::pow(exact - difference, 2);
-    scales += exact * exact;
-  }
-  return std::sqrt(errors / scales);
+  return test::second_derivative_error<3>(level, [&](const fem::Geometry<3>&, unsigned seed) {
+    return std::make_unique<MumfordShah>(std::make_shared<const test::WaveField<3>>(seed),
+                                         oblique_grid(n), options(0.05, 0.3));
+  });
 }
 
 // Theorem 2.2.11, u' included: without the operator of u' the error is far above the bound.
