@@ -7,7 +7,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <array>
 #include <cerrno>
 #include <charconv>
 #include <cmath>
@@ -134,7 +133,7 @@ class Checker {
     if (format == "appended") {
       for (const double offset : numbers(attribute(tag, "offset"))) offsets_.push_back(offset);
     } else if (format == "binary" && is_compressed_) {
-      check_blocks(decoded(without_blanks(content_.substr(end)), 3 * n_word_));
+      check_blocks(without_blanks(content_.substr(end)), /*is_raw=*/false);
     }
   }
 
@@ -146,25 +145,39 @@ class Checker {
     const bool is_raw = attribute(tag, "encoding") == "raw";
     for (const double offset : offsets_) {
       if (!(offset >= 0 && offset < double(data.size()))) continue;
-      const std::string_view rest = data.substr(std::size_t(offset));
-      check_blocks(is_raw ? std::string(rest.substr(0, 3 * n_word_)) : decoded(rest, 3 * n_word_));
+      check_blocks(data.substr(std::size_t(offset)), is_raw);
     }
   }
 
-  /// The number of blocks, the size of each, and that of the last one.
-  void check_blocks(const std::string& header) const {
-    if (header.size() < 3 * n_word_) return;
-    std::array<double, 3> words{};
-    for (std::size_t w = 0; w < 3; ++w)
+  /// The first words of data that are raw, or else base64; fewer if there are not so many.
+  std::vector<double> words(std::string_view data, bool is_raw, std::size_t count) const {
+    const std::string bytes =
+        is_raw ? std::string(data.substr(0, count * n_word_)) : decoded(data, count * n_word_);
+    std::vector<double> out(bytes.size() / n_word_, 0.0);
+    for (std::size_t w = 0; w < out.size(); ++w)
       for (std::size_t n = 0; n < n_word_; ++n) {
         const std::size_t at = w * n_word_ + (is_big_ ? n : n_word_ - 1 - n);
-        words[w] = 256 * words[w] + static_cast<unsigned char>(header[at]);
+        out[w] = 256 * out[w] + static_cast<unsigned char>(bytes[at]);
       }
-    check_number("blocks", words[0]);
+    return out;
+  }
+
+  /// The number of blocks, the size of each, that of the last one, and how many bytes each is
+  /// packed into.
+  void check_blocks(std::string_view data, bool is_raw) {
+    constexpr std::size_t kFixed = 3;
+    const auto fixed = words(data, is_raw, kFixed);
+    if (fixed.size() < kFixed) return;
+    check_number("blocks", fixed[0]);
     // Room is made for all of a block, though the last one may be smaller.
-    check_number("blocks", words[0] * words[1]);
-    check_number("a last block", words[2]);
-    check_number("a block", words[1]);
+    check_number("blocks", fixed[0] * fixed[1]);
+    check_number("a last block", fixed[2]);
+    check_number("a block", fixed[1]);
+    const auto all = words(data, is_raw, kFixed + std::size_t(fixed[0]));
+    n_words_ += double(all.size());  // of all arrays, so that none are looked at again and again
+    if (n_words_ * double(n_word_) > double(content_.size())) fail("sizes of blocks", n_words_);
+    for (std::size_t n = kFixed; n < all.size(); ++n)
+      if (all[n] > double(content_.size())) fail("a packed block", all[n]);
   }
 
   const std::string& path_;
@@ -172,6 +185,7 @@ class Checker {
   std::size_t n_word_ = 4;
   bool is_big_ = false, is_compressed_ = false;
   double n_most_ = 0;
+  double n_words_ = 0;  ///< read from the heads of compressed data
   std::vector<double> offsets_;
 };
 
