@@ -108,7 +108,22 @@ void read_plain(TIFF* tiff, const Header& h, const Type& type, const std::string
   out.scalar_type = type.name;
 }
 
+/// Unpacks all strips or tiles, each in its turn. A pixel of one bit takes 16 bytes as a colour:
+/// room is made for what is there, not for what is promised.
+void check_blocks(TIFF* tiff, const std::string& path) {
+  const bool is_tiled = TIFFIsTiled(tiff) != 0;
+  const tmsize_t n_bytes = is_tiled ? TIFFTileSize(tiff) : TIFFStripSize(tiff);
+  check_promised(path, "TIFF", double(n_bytes));
+  std::vector<unsigned char> block(std::size_t(std::max<tmsize_t>(n_bytes, 0)));
+  const std::uint32_t n = is_tiled ? TIFFNumberOfTiles(tiff) : TIFFNumberOfStrips(tiff);
+  for (std::uint32_t k = 0; k < n; ++k)
+    if ((is_tiled ? TIFFReadEncodedTile(tiff, k, block.data(), n_bytes)
+                  : TIFFReadEncodedStrip(tiff, k, block.data(), n_bytes)) < 0)
+      throw damaged(path, "TIFF", fmt::format("block {} of {} cannot be read", k, n));
+}
+
 void read_colors(TIFF* tiff, const Header& h, const std::string& path, Raster& out) {
+  check_blocks(tiff, path);
   std::vector<std::uint32_t> pixels(std::size_t(h.width) * h.height);
   if (!TIFFReadRGBAImageOriented(tiff, h.width, h.height, pixels.data(), ORIENTATION_TOPLEFT, 1))
     throw damaged(path, "TIFF", "or of an unsupported kind");
