@@ -11,7 +11,8 @@
 namespace surfseg {
 namespace {
 
-// Their code and data, the stacks of their threads, and a little to work in: 256 MB are too few as measured.
+// Their code and data, the stacks of their threads, and a little to work in: 256 MB are too few, as
+// measured.
 constexpr rlim_t kLeastBytes = rlim_t(264) << 20;
 
 /// Runs before any initialiser, with the C library alone.

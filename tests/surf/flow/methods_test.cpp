@@ -61,6 +61,47 @@ TYPED_TEST(Methods, ByNewtonTakeAFewStepsToTheMinimumOfTheH1Flow) {
   for (const StepRecord& step : newton.steps) EXPECT_LT(step.shape_derivative, 0);
 }
 
+/// An energy that falls by a seventh of what its derivatives promise, so that the trust region
+/// shrinks with every step.
+template <int Dim>
+class Reluctant : public energy::BoundaryIntegral<Dim> {
+ public:
+  using Base = energy::BoundaryIntegral<Dim>;
+  Reluctant() : Base(std::make_shared<const test::SphericalValley<Dim>>()) {}
+
+  void reset(const fem::Geometry<Dim>& shape) override {
+    Base::reset(shape);
+    value_ = Base::value();
+  }
+  double value() const override { return value_; }
+  double try_move(const fem::Geometry<Dim>& moved) override {
+    const double before = Base::value();
+    return tried_ = value_ + (Base::try_move(moved) - before) / 7;
+  }
+  void accept() override {
+    Base::accept();
+    value_ = tried_;
+  }
+
+ private:
+  double value_ = 0, tried_ = 0;
+};
+
+// dJ of a step falls with the step's length; that is no minimum.
+TYPED_TEST(Methods, ByNewtonDoNotTakeASmallTrustRegionForAMinimum) {
+  constexpr int Dim = TypeParam::value;
+  PlainShape<Dim> shape(start<Dim>());
+  shape.longest = 0.02;  // all steps together are too short to reach the valley
+  Reluctant<Dim> J;
+  FlowOptions options;
+  options.method = Method::kNewton;
+  options.rel_tol = 1e-3;
+  options.energy_tol = 0;
+  options.max_steps = 25;
+  const FlowSummary summary = evolve<Dim>(shape, J, options);
+  EXPECT_NE(summary.termination, Termination::kConverged) << summary.message;
+}
+
 TYPED_TEST(Methods, ByLbfgsEndAtTheMinimumOfNewtonsMethod) {
   constexpr int Dim = TypeParam::value;
   PlainShape<Dim> by_newton(start<Dim>()), by_lbfgs(start<Dim>());
