@@ -4,11 +4,10 @@
 #include <tbb/task_arena.h>
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
-#include <vector>
 
 #include "libsurf/volume/detail/spline.h"
+#include "libsurf/volume/detail/tile_store.h"
 
 namespace surf::volume {
 namespace {
@@ -25,26 +24,16 @@ struct TiledField::Impl {
         world_to_index(grid.index_to_world.inverse()),
         nodal_values(std::move(values)) {
     for (int axis = 0; axis < 3; ++axis) n_tiles[axis] = size[axis] / kCells + 1;
-    tiles = std::vector<std::atomic<float*>>(std::size_t(n_tiles[0]) * n_tiles[1] * n_tiles[2]);
-  }
-  ~Impl() {
-    for (auto& tile : tiles) delete[] tile.load();
+    tiles = std::make_unique<TileStore>(std::size_t(n_tiles[0]) * n_tiles[1] * n_tiles[2],
+                                        std::size_t(kNodes) * kNodes * kNodes);
   }
 
-  /// The coefficients of a tile. Two threads may both compute it; they get the same values,
-  /// and one of the two is dropped.
+  /// The coefficients of a tile.
   const float* tile(int ti, int tj, int tk) {
-    auto& slot = tiles[(std::size_t(tk) * n_tiles[1] + tj) * n_tiles[0] + ti];
-    if (float* ready = slot.load(std::memory_order_acquire)) return ready;
-    auto fresh = std::make_unique<float[]>(kNodes * kNodes * kNodes);
-    const std::array<int, 3> lower = {ti * kCells - 2, tj * kCells - 2, tk * kCells - 2};
-    nodal_values(lower, {lower[0] + kNodes, lower[1] + kNodes, lower[2] + kNodes}, fresh.get());
-    float* expected = nullptr;
-    if (slot.compare_exchange_strong(expected, fresh.get(), std::memory_order_acq_rel)) {
-      count.fetch_add(1, std::memory_order_relaxed);
-      return fresh.release();
-    }
-    return expected;
+    return tiles->tile((std::size_t(tk) * n_tiles[1] + tj) * n_tiles[0] + ti, [&](float* out) {
+      const std::array<int, 3> lower = {ti * kCells - 2, tj * kCells - 2, tk * kCells - 2};
+      nodal_values(lower, {lower[0] + kNodes, lower[1] + kNodes, lower[2] + kNodes}, out);
+    });
   }
 
   void sample_point(const Vector<3>& x, Derivatives order, Eigen::Index at, Samples<3>& out) {
@@ -82,8 +71,7 @@ struct TiledField::Impl {
   Eigen::Affine3d world_to_index;
   NodalValues nodal_values;
   std::array<int, 3> n_tiles;
-  std::vector<std::atomic<float*>> tiles;
-  std::atomic<std::size_t> count{0};
+  std::unique_ptr<TileStore> tiles;
 };
 
 TiledField::TiledField(const Grid& grid, NodalValues nodal_values)
@@ -103,11 +91,8 @@ void TiledField::sample(const Points<3>& x, Derivatives order, Samples<3>& out) 
   });
 }
 
-std::size_t TiledField::n_tiles() const { return impl_->count.load(); }
+std::size_t TiledField::n_tiles() const { return impl_->tiles->n_computed(); }
 
-std::size_t TiledField::memory_bytes() const {
-  return n_tiles() * kNodes * kNodes * kNodes * sizeof(float) +
-         impl_->tiles.size() * sizeof(std::atomic<float*>);
-}
+std::size_t TiledField::memory_bytes() const { return impl_->tiles->memory_bytes(); }
 
 }  // namespace surf::volume

@@ -2,12 +2,15 @@
 
 #include <fmt/format.h>
 #include <openvdb/tools/Dense.h>
+#include <tbb/parallel_for.h>
+#include <tbb/task_group.h>
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <mutex>
 #include <type_traits>
+#include <utility>
 
 #include "libsurf/base/affine.h"
 #include "libsurf/base/error.h"
@@ -21,7 +24,6 @@ namespace {
 constexpr int kSlab = 8;  // slices handed over at once: an OpenVDB leaf is 8^3
 
 using Dense = openvdb::tools::Dense<float, openvdb::tools::LayoutXYZ>;
-using ConstDense = openvdb::tools::Dense<const float, openvdb::tools::LayoutXYZ>;
 
 /// @param n_bytes  that are needed
 /// @param words    what they are
@@ -41,19 +43,33 @@ void check_size(const std::array<int, 3>& size, const std::string& path) {
           fmt::format("{}: {} x {} x {} voxels; a volume needs at least 2 along every axis", path,
                       size[0], size[1], size[2]));
   const double slice = double(size[0]) * size[1];
-  check_memory(slice * size[2] + sizeof(float) * slice * std::min(size[2], kSlab), " at least",
+  check_memory(slice * size[2] + 2 * sizeof(float) * slice * std::min(size[2], kSlab), " at least",
                size, path);
 }
 
-/// The least kind of grid, by its place in AnyGrid, that holds all values.
-std::size_t least_kind(const std::vector<float>& values) {
-  const auto are_in = [&](float lowest, float highest) {
-    return std::all_of(values.begin(), values.end(), [&](float value) {  // -0 is none
-      return value >= lowest && value <= highest && value == std::floor(value) &&
-             !(value == 0 && std::signbit(value));
-    });
-  };
-  return are_in(0, 255) ? 0 : are_in(-32768, 32767) ? 1 : 2;
+struct SliceValues {
+  bool are_usable = true;
+  float lowest = std::numeric_limits<float>::max(), highest = std::numeric_limits<float>::lowest();
+  /// The least kind of grid, by its place in AnyGrid, that holds them.
+  std::size_t kind = 0;
+};
+
+SliceValues values_of(std::span<const float> values) {
+  SliceValues out;
+  bool are_whole = true;
+  for (const float value : values) {
+    out.are_usable &= is_usable_value(value);
+    out.lowest = std::min(out.lowest, value);
+    out.highest = std::max(out.highest, value);
+    const bool is_short = value >= -32768 && value <= 32767;
+    const int whole = is_short ? int(value) : 0;
+    are_whole &= is_short && float(whole) == value && !(whole == 0 && std::signbit(value));
+  }
+  if (!are_whole)
+    out.kind = 2;
+  else if (out.lowest < 0 || out.highest > 255)
+    out.kind = 1;
+  return out;
 }
 
 template <class T>
@@ -72,6 +88,57 @@ void make_kind(AnyGrid& grid) {
 void widen(AnyGrid& grid, std::size_t kind) {
   if (kind == 1) make_kind<std::int16_t>(grid);
   if (kind == 2) make_kind<float>(grid);
+}
+
+/// Slices first <= k < first + depth into the grid, a leaf at a time; leaves of one value become
+/// tiles. (openvdb::tools::copyFromDense does the same in five times the time: 0.8 of the 1.1 s
+/// that reading 512 x 512 x 300 voxels took.)
+template <class Grid>
+void store_leaves(Grid& grid, std::span<const float> slab, const std::array<int, 3>& size,
+                  int first, int depth) {
+  using Leaf = typename Grid::TreeType::LeafNodeType;
+  using Value = typename Grid::ValueType;
+  static_assert(Leaf::DIM == kSlab);
+  const int n_rows = (size[1] + kSlab - 1) / kSlab, n_in_row = (size[0] + kSlab - 1) / kSlab;
+  const std::size_t n = std::size_t(size[0]) * size[1];
+  std::vector<std::unique_ptr<Leaf>> leaves(std::size_t(n_rows) * n_in_row);
+  std::vector<Value> values(leaves.size());  // of those that have one value
+  tbb::parallel_for(0, n_rows, [&](int row) {
+    const int low_j = row * kSlab, n_j = std::min(kSlab, size[1] - low_j);
+    for (int place = 0; place < n_in_row; ++place) {
+      const int low_i = place * kSlab, n_i = std::min(kSlab, size[0] - low_i);
+      const openvdb::Coord origin(low_i, low_j, first);
+      auto leaf = std::make_unique<Leaf>(openvdb::PartialCreate(), origin, Value(0), false);
+      leaf->allocate();
+      Value* out = leaf->buffer().data();
+      const bool is_full = n_i == kSlab && n_j == kSlab && depth == kSlab;
+      if (!is_full) std::fill(out, out + Leaf::SIZE, Value(0));
+      const auto value0 = static_cast<Value>(slab[std::size_t(low_j) * size[0] + low_i]);
+      bool is_same = is_full || value0 == Value(0);
+      for (int k = 0; k < depth; ++k)
+        for (int j = 0; j < n_j; ++j) {
+          const float* from = slab.data() + k * n + std::size_t(low_j + j) * size[0] + low_i;
+          for (int i = 0; i < n_i; ++i) {
+            const auto value = static_cast<Value>(from[i]);
+            is_same &= value == value0;
+            out[(i * kSlab + j) * kSlab + k] = value;
+          }
+        }
+      const std::size_t at = std::size_t(row) * n_in_row + place;
+      if (is_same)
+        values[at] = value0;
+      else
+        leaves[at] = std::move(leaf);
+    }
+  });
+  for (std::size_t at = 0; at < leaves.size(); ++at) {
+    if (leaves[at])
+      grid.tree().addLeaf(leaves[at].release());
+    else if (values[at] != Value(0))
+      grid.tree().addTile(
+          1, openvdb::Coord(int(at % n_in_row) * kSlab, int(at / n_in_row) * kSlab, first),
+          values[at], false);
+  }
 }
 
 /// OpenVDB takes matrices with entries that are far from 1 for singular.
@@ -241,9 +308,51 @@ void Volume::copy_box(const std::array<int, 3>& lower, const std::array<int, 3>&
                   (std::clamp(i, inner_lower[0], inner_upper[0] - 1) - inner_lower[0])];
 }
 
+namespace {
+
+[[noreturn]] void throw_unusable(const Volume::Impl& impl, std::span<const float> slice, int k) {
+  const auto at = std::size_t(
+      std::find_if_not(slice.begin(), slice.end(), [](float v) { return is_usable_value(v); }) -
+      slice.begin());
+  throw InputError(fmt::format("{}: voxel ({}, {}, {}) is {}", impl.source.path, at % impl.size[0],
+                               at / impl.size[0], k, fault_of_value(slice[at])));
+}
+
+/// The slices that end before n_slices.
+void store_slab(Volume::Impl& impl, std::span<const float> slab, int n_slices) {
+  const std::size_t n = std::size_t(impl.size[0]) * impl.size[1];
+  const int depth = static_cast<int>(slab.size() / n), first = n_slices - depth;
+  std::array<SliceValues, kSlab> all;
+  tbb::parallel_for(0, depth, [&](int k) { all[k] = values_of(slab.subspan(k * n, n)); });
+  std::size_t kind = impl.grid.index();
+  for (int k = 0; k < depth; ++k) {
+    if (!all[k].are_usable) throw_unusable(impl, slab.subspan(k * n, n), first + k);
+    impl.range[0] = std::min(impl.range[0], all[k].lowest);
+    impl.range[1] = std::max(impl.range[1], all[k].highest);
+    kind = std::max(kind, all[k].kind);
+  }
+  if (const std::size_t old = impl.grid.index(); kind > old) {
+    // The old and the new grid are there together.
+    check_memory(
+        double(1 << kind) * double(n) * impl.size[2] + double(1 << old) * double(n) * n_slices,
+        kind == 1 ? " as 16-bit integers" : " as 32-bit floats", impl.size, impl.source.path);
+    widen(impl.grid, kind);
+  }
+  std::visit([&](const auto& grid) { store_leaves(*grid, slab, impl.size, first, depth); },
+             impl.grid);
+}
+
+}  // namespace
+
+struct Volume::Builder::Storing {
+  tbb::task_group task;
+  std::vector<float> slab;
+};
+
 Volume::Builder::Builder(const std::array<int, 3>& size, const Eigen::Matrix4d& index_to_world,
                          Source source) {
   check_size(size, source.path);
+  storing_ = std::make_unique<Storing>();
   initialize_openvdb();
   impl_ = std::make_shared<Impl>();
   impl_->size = size;
@@ -257,7 +366,12 @@ Volume::Builder::Builder(const std::array<int, 3>& size, const Eigen::Matrix4d& 
   slab_.reserve(std::size_t(size[0]) * size[1] * std::min(size[2], kSlab));
 }
 
-Volume::Builder::~Builder() = default;
+Volume::Builder::~Builder() {
+  try {
+    if (storing_) storing_->task.wait();
+  } catch (...) {  // a reader that has failed itself does not ask for more
+  }
+}
 
 void Volume::Builder::append_slice(std::span<const float> values) {
   const auto& size = impl_->size;
@@ -265,40 +379,15 @@ void Volume::Builder::append_slice(std::span<const float> values) {
   if (n_slices_ == size[2] || values.size() != n)
     throw InputError(fmt::format("{}: slice {} has {} voxels, expected {} slices of {}",
                                  impl_->source.path, n_slices_, values.size(), size[2], n));
-  auto& [lowest, highest] = impl_->range;
-  for (std::size_t at = 0; at < n; ++at) {
-    const float value = values[at];
-    if (!is_usable_value(value))
-      throw InputError(fmt::format("{}: voxel ({}, {}, {}) is {}", impl_->source.path, at % size[0],
-                                   at / size[0], n_slices_, fault_of_value(value)));
-    lowest = std::min(lowest, value);
-    highest = std::max(highest, value);
-  }
   slab_.insert(slab_.end(), values.begin(), values.end());
   ++n_slices_;
-  if (n_slices_ % kSlab == 0 || n_slices_ == size[2]) store_slab();
-}
-
-void Volume::Builder::store_slab() {
-  const auto& size = impl_->size;
-  const std::size_t old = impl_->grid.index();
-  if (const std::size_t kind = old == 2 ? old : least_kind(slab_); kind > old) {
-    const double slice = double(size[0]) * size[1];  // the old and the new grid are there together
-    check_memory(double(1 << kind) * slice * size[2] + double(1 << old) * slice * n_slices_,
-                 kind == 1 ? " as 16-bit integers" : " as 32-bit floats", size, impl_->source.path);
-    widen(impl_->grid, kind);
-  }
-  const int depth = static_cast<int>(slab_.size() / (std::size_t(size[0]) * size[1]));
-  const openvdb::CoordBBox box(openvdb::Coord(0, 0, n_slices_ - depth),
-                               openvdb::Coord(size[0] - 1, size[1] - 1, n_slices_ - 1));
-  const ConstDense dense(box, slab_.data());
-  std::visit(
-      [&](const auto& grid) {
-        using Value = typename std::decay_t<decltype(*grid)>::ValueType;
-        openvdb::tools::copyFromDense(dense, *grid, /*tolerance=*/Value(0));
-      },
-      impl_->grid);
+  if (n_slices_ % kSlab != 0 && n_slices_ != size[2]) return;
+  storing_->task.wait();
+  storing_->slab.swap(slab_);
   slab_.clear();
+  storing_->task.run([storing = storing_.get(), impl = impl_.get(), n_slices = n_slices_] {
+    store_slab(*impl, storing->slab, n_slices);
+  });
 }
 
 void Volume::Builder::set_dicom(DicomOrigin origin) {
@@ -306,6 +395,7 @@ void Volume::Builder::set_dicom(DicomOrigin origin) {
 }
 
 Volume Volume::Builder::finish() {
+  storing_->task.wait();
   if (n_slices_ != impl_->size[2])
     throw InputError(
         fmt::format("{}: {} of {} slices", impl_->source.path, n_slices_, impl_->size[2]));

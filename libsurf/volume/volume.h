@@ -88,20 +88,22 @@ class Volume::Builder {
   Builder& operator=(const Builder&) = delete;
 
   /// Appends slice k = 0, 1, ...: size[0] * size[1] values, i fastest.
-  /// @throws InputError  NaN or Inf, with place and count; more than memory can hold
+  /// @throws InputError  NaN or Inf, with the place, in this one or one before; more than memory
+  ///                     can hold
   void append_slice(std::span<const float> values);
 
   void set_dicom(DicomOrigin origin);
 
-  /// @throws InputError  fewer slices came than size[2]
+  /// @throws InputError  as append_slice(); fewer slices came than size[2]
   Volume finish();
 
  private:
-  void store_slab();
+  struct Storing;
 
   std::shared_ptr<Impl> impl_;
-  std::vector<float> slab_;  // slices not yet in the grid
+  std::vector<float> slab_;  // slices not yet handed over
   int n_slices_ = 0;
+  std::unique_ptr<Storing> storing_;  // one slab, while the reader fetches the next
 };
 
 }  // namespace surf::volume

@@ -7,6 +7,7 @@
 #include <random>
 
 #include "libsurf/base/error.h"
+#include "libsurf/volume/detail/spline.h"
 
 namespace surf::volume {
 namespace {
@@ -127,6 +128,44 @@ TEST(Gaussian, BlursAsMuchOnAGridOfEveryOtherVoxel) {
     const double damped = std::exp(-(sigma * sigma + 0.25 / 3) * wave.squaredNorm() / 2);
     const Eigen::VectorXd values = values_at(*intensity_field(volume, {.sigma_mm = sigma}), x);
     EXPECT_LT((values - damped * clean).cwiseAbs().maxCoeff(), 0.005) << sigma;
+  }
+}
+
+// Nodes 4 and 8 voxels apart, where most of the Gaussian is left to the means over the nodes'
+// blocks and to the spline.
+TEST(Gaussian, WidensAStepByItsVarianceOnCoarseGrids) {
+  constexpr int kLong = 320, kWide = 12, kStep = 160;
+  std::vector<float> values;
+  for (int n = 0; n < kLong * kWide * kWide; ++n) values.push_back(n % kLong < kStep ? 0 : 1);
+  const Volume volume({kLong, kWide, kWide}, Eigen::Affine3d::Identity(), values);
+  for (const double sigma : {2.9, 3.4, 5.7, 9.0}) {
+    const auto field = intensity_field(volume, {.sigma_mm = sigma});
+    Points<3> x(2 * kLong, 3);
+    for (int i = 0; i < x.rows(); ++i) x.row(i) << 0.5 * i, 5.5, 5.5;
+    Samples<3> samples;
+    field->sample(x, Derivatives::kFirst, samples);
+    double mass = 0, first = 0, second = 0;
+    for (int i = 0; i < x.rows(); ++i) {
+      const double weight = samples.gradient(i, 0), from_step = x(i, 0) - (kStep - 0.5);
+      mass += weight;
+      first += weight * from_step;
+      second += weight * from_step * from_step;
+    }
+    EXPECT_NEAR(first / mass, 0, 1e-3 * sigma) << sigma;
+    EXPECT_NEAR(second / mass, sigma * sigma, 0.03 * sigma * sigma) << sigma;
+  }
+}
+
+TEST(Gaussian, OfLindebergHasItsVarianceHoweverNarrow) {
+  for (const double variance : {0.01, 0.1, 0.3, 1.0, 3.9}) {
+    const Kernel half = discrete_gaussian_kernel(variance);
+    double sum = half[0], second = 0;
+    for (std::size_t d = 1; d < half.size(); ++d) {
+      sum += 2 * half[d];
+      second += 2 * half[d] * double(d * d);
+    }
+    EXPECT_NEAR(sum, 1, 1e-12);
+    EXPECT_NEAR(second, variance, 0.01 * variance);
   }
 }
 

@@ -4,8 +4,10 @@
 
 #include <cmath>
 #include <functional>
+#include <string>
 #include <vector>
 
+#include "libsurf/base/error.h"
 namespace surf::volume {
 namespace {
 
@@ -44,6 +46,33 @@ TEST(Volume, HoldsWholeNumbersInAsFewBytesAsTheyNeed) {
     const Volume volume = volume_of(values);
     EXPECT_EQ(volume.bytes_per_voxel(), n_bytes);
     expect_holds(volume, values);
+  }
+}
+
+// Blocks of 8^3 voxels are held as one value where they have one, unless the volume ends in them.
+TEST(Volume, KeepsBlocksOfOneValue) {
+  for (const float scale : {1.0f, -100.0f, 0.3f}) {
+    const std::vector<float> values = values_of([&](int i, int j, int k) {
+      if (k >= 16) return 5 * scale;
+      if (i >= 8 || j >= 8) return 0.0f;
+      return k < 8 ? 3 * scale : (i == 2 && j == 3 && k == 12 ? scale : 0.0f);
+    });
+    expect_holds(volume_of(values), values);
+  }
+}
+
+TEST(Volume, NamesTheFirstVoxelThatIsNoNumber) {
+  std::vector<float> values = values_of([](int, int, int) { return 1.0f; });
+  const std::size_t slice = std::size_t(kSize[0]) * kSize[1];
+  values[2 * slice + 3 * kSize[0] + 4] = std::nanf("");
+  values[2 * slice + 3 * kSize[0] + 6] = std::nanf("");
+  values[10 * slice] = INFINITY;
+  try {
+    volume_of(values);
+    FAIL();
+  } catch (const InputError& error) {
+    EXPECT_NE(std::string(error.what()).find("voxel (4, 3, 2) is NaN"), std::string::npos)
+        << error.what();
   }
 }
 
