@@ -53,7 +53,10 @@ struct Cases {
 // Each case judged by a fit without its scan.
 constexpr Cases kOfTrusted{119, 127}, kOfCheck{43, 74}, kOfDoubtful{53, 119};
 
-/// The deepest node of where two regions differ; of the region if they do not.
+// Nodes from the region: where another one goes on far beyond, it is there that it leaves this one.
+constexpr double kNearRegion = 5;
+
+/// The deepest node of where two regions differ near the chosen one; of the region if they do not.
 template <int Dim>
 Vector<Dim> disputed_place(const SearchGrid<Dim>& grid, const ClickSearch<Dim>& search) {
   const NodeSet<Dim> inside = search.inside();
@@ -65,6 +68,8 @@ Vector<Dim> disputed_place(const SearchGrid<Dim>& grid, const ClickSearch<Dim>& 
     best = other.score;
     disputed = inside ^ other.inside.in(grid.box());
   }
+  disputed &= inside.dilated(kNearRegion);
+  if (disputed.is_empty()) disputed = inside;
   const NodeBox<Dim> box = disputed.bounds(1);
   const std::vector<float> depth =
       exact_squared_distances(box, disputed.in(box).complement().flags());

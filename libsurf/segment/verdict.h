@@ -36,7 +36,8 @@ struct Verdict {
   double likelihood = 0;         ///< of being right, by logistic regression
   int n_right = 0, n_cases = 0;  ///< of the cases with such a verdict it was measured on
   std::string reason;            ///< in words: what speaks most for or against it
-  Vector<Dim> place_mm = Vector<Dim>::Zero();  ///< where to look: deepest in what is disputed
+  Vector<Dim> place_mm =
+      Vector<Dim>::Zero();  ///< where to look: deepest in what is disputed near it
 
   /// "check: right in 31 of 46 such cases; another region fits nearly as well: look at (3, -4, 12)"
   std::string text() const;

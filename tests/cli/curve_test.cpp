@@ -118,8 +118,8 @@ TEST_F(Curveseg, DenoisesWithMumfordShah) {
               {"--energy", "mumford-shah:gamma=0.6", "--denoised", "u.tif", "--json", "s.json"}));
   EXPECT_GT(scores("b.json", "blob-exact.json")["dice"], 0.98);
   EXPECT_EQ(json("s.json")["regions"].size(), 1u);
-  must({"segment", "u.tif", "--circle", "47.5,47.5,40px", "--energy", "chan-vese", "-o", "c.json",
-        "-q"});
+  // From a contour that is at its minimum, too, where mending takes back what steps gain.
+  must({"segment", "u.tif", "--contour", "b.json", "--energy", "chan-vese", "-o", "c.json", "-q"});
   must(joined(run, {"--energy", "mumford-shah", "--denoised", "u.png"}));
   EXPECT_TRUE(exists("u.png"));
   must(joined(run, {"--energy", "mumford-shah", "--flow", "newton"}));

@@ -74,6 +74,24 @@ struct FoundBall {
   ClickSearchPointer<3> search;
 };
 
+// A leak that fills the image has its deepest place anywhere.
+TEST(Verdict, LooksNearTheRegionWhereAnotherGoesOnBeyond) {
+  const FoundBall ball(16, 6, 16);
+  ASSERT_TRUE(ball.is_found());
+  ClickSearch<3> torn = *ball.search;
+  torn.chosen = 0;
+  torn.found.resize(1);
+  Rung<3> leak = torn.found.front();
+  leak.inside = NodeSet<3>(ball.image.grid.box()).complement();
+  leak.score *= 0.9;
+  torn.found.push_back(leak);
+  const auto found = verdict(ball.image.grid, torn);
+  ASSERT_TRUE(found);
+  const double away = (found->place_mm - test::point<3>(16)).norm();
+  EXPECT_GT(away, 6);
+  EXPECT_LT(away, 6 + 5 + 1.5);
+}
+
 TEST(Verdict, TrustsABallThatStandsOut) {
   const FoundBall ball(24, 12, 24);
   ASSERT_TRUE(ball.is_found());
