@@ -26,11 +26,13 @@ std::array<double, 3> sigma_in_voxels(const Volume& volume, double sigma_mm) {
   return sigma;
 }
 
-/// The mean over `factor` voxels round one of them; of an even number the two at the ends count
-/// half.
-Kernel block_kernel(int factor) {
-  Kernel half(factor / 2 + 1, 1.0 / factor);
-  if (factor % 2 == 0) half.back() /= 2;
+/// A triangle as wide as two distances of nodes, {1} for 1: of a step it makes a blur whose
+/// variance does not depend on where it lies between the nodes (a mean over one distance: 16 to 38
+/// voxels^2 in place of 27 at 8 voxels). What is left of a Gaussian of 0.7 nodes is no less than 0
+/// up to 7 voxels; at 8 the variance is 0.4 % more than it should be.
+Kernel triangle_kernel(int factor) {
+  Kernel half(factor);
+  for (int d = 0; d < factor; ++d) half[d] = double(factor - d) / (double(factor) * factor);
   return half;
 }
 
@@ -105,12 +107,12 @@ int n_of_lines(int radius) { return 2 + radius / 2; }
 
 }  // namespace
 
-/// Means of the voxels round each node after the selective Gaussian blur; the voxels themselves
-/// where each is a node.
-class BlockMeans {
+/// Weighted means of the voxels round each node after the selective Gaussian blur; the voxels
+/// themselves where each is a node.
+class NodeMeans {
  public:
-  BlockMeans(const Volume& volume, const Index3& factor, const Index3& size,
-             const std::array<Kernel, 3>& selective, double threshold)
+  NodeMeans(const Volume& volume, const Index3& factor, const Index3& size,
+            const std::array<Kernel, 3>& selective, double threshold)
       : volume_(volume),
         factor_(factor),
         size_(size),
@@ -119,7 +121,7 @@ class BlockMeans {
         is_coarse_(factor != Index3{1, 1, 1}) {
     std::size_t n = 1;
     for (int axis = 0; axis < 3; ++axis) {
-      block_[axis] = block_kernel(factor[axis]);
+      triangle_[axis] = triangle_kernel(factor[axis]);
       n_tiles_[axis] = (size[axis] + kTile - 1) / kTile;
       n *= std::size_t(n_tiles_[axis]);
     }
@@ -167,7 +169,7 @@ class BlockMeans {
   }
 
   ValueBox averaged(const Index3& lower, const Index3& upper) const {
-    const Index3 radius = radii(block_);
+    const Index3 radius = radii(triangle_);
     Index3 first, end, n_lines;  // voxels
     for (int axis = 0; axis < 3; ++axis) {
       n_lines[axis] = n_of_lines(2 * factor_[axis]);
@@ -184,7 +186,7 @@ class BlockMeans {
     for (int axis = 0; axis < 3; ++axis)
       continue_lines(values, axis, volume_.size()[axis], n_lines[axis]);
     for (int axis = 2; axis >= 0; --axis)
-      values = convolved(values, axis, block_[axis], factor_[axis], lower[axis], upper[axis]);
+      values = convolved(values, axis, triangle_[axis], factor_[axis], lower[axis], upper[axis]);
     return values;
   }
 
@@ -223,7 +225,7 @@ class BlockMeans {
 
   Volume volume_;
   Index3 factor_, size_, n_tiles_;
-  std::array<Kernel, 3> block_, selective_;
+  std::array<Kernel, 3> triangle_, selective_;
   float threshold_;
   bool is_coarse_;
   std::unique_ptr<TileStore> tiles_;
@@ -245,13 +247,13 @@ Smoother::Smoother(const Volume& volume, const SmoothingOptions& options) {
         n == 1
             ? gaussian_kernel(sigma[axis])
             : discrete_gaussian_kernel((sigma[axis] * sigma[axis] - (n * n - 1) * kSplineVariance -
-                                        variance_of(block_kernel(n))) /
+                                        variance_of(triangle_kernel(n))) /
                                        (n * n));
     selective[axis] = selective_kernel(selective_sigma[axis]);
   }
   grid_.index_to_world = volume.index_to_world() * Eigen::Scaling(scale);
-  means_ = std::make_unique<BlockMeans>(volume, factor, grid_.size, selective,
-                                        options.selective_threshold);
+  means_ = std::make_unique<NodeMeans>(volume, factor, grid_.size, selective,
+                                       options.selective_threshold);
 }
 
 Smoother::~Smoother() = default;

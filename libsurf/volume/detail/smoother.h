@@ -31,12 +31,13 @@ inline bool is_constant(const ValueBox& box) {
                      [&](float value) { return value == box.values.front(); });
 }
 
-class BlockMeans;
+class NodeMeans;
 
 /// On any box of the grid, which is that of the voxels or, where the Gaussian is wide, one of every
-/// factor-th voxel along an axis. There the voxels are averaged over a node's block first, each of
-/// them once, and what the Gaussian has left to do is done on the nodes: the variances of the
-/// block, of it and of the wider spline add up to those of the Gaussian and of the voxels' spline.
+/// factor-th voxel along an axis. There the voxels round each node are averaged first, by a
+/// triangle, and what the Gaussian has left to do is done on the nodes: the variances of the
+/// triangle, of it and of the wider spline add up to those of the Gaussian and of the voxels'
+/// spline.
 class Smoother {
  public:
   Smoother(const Volume& volume, const SmoothingOptions& options);
@@ -49,7 +50,7 @@ class Smoother {
  private:
   Grid grid_;
   std::array<Kernel, 3> kernel_;  // [nodes]
-  std::unique_ptr<BlockMeans> means_;
+  std::unique_ptr<NodeMeans> means_;
 };
 
 }  // namespace surf::volume
