@@ -296,6 +296,22 @@ Result<Dim> Segmentation<Dim>::evolved(const History<Dim>& history,
   return to_result(std::move(work));
 }
 
+namespace {
+
+/// What has been found so far is left: a recipe knows of no moments before the first step, and is
+/// to repeat what came of this one, whenever it was.
+template <int Dim>
+Result<Dim> stopped_before_first_step(const Result<Dim>& before, Result<Dim> stopped) {
+  Result<Dim> out = before;
+  out.outcome = stopped.outcome;
+  out.message = std::move(stopped.message);
+  out.stages = std::move(stopped.stages);
+  out.notes = std::move(stopped.notes);
+  return out;
+}
+
+}  // namespace
+
 template <int Dim>
 const Result<Dim>& Segmentation<Dim>::evolve_beside(Id id, const std::vector<Click<Dim>>& others,
                                                     const ProgressOf<Dim>& progress,
@@ -314,7 +330,10 @@ const Result<Dim>& Segmentation<Dim>::evolve_beside(Id id, const std::vector<Cli
     return !progress || progress(stage, record, shape);
   };
   Result<Dim> result = evolved(find(id), others, counted, stop, action.is_anew);
-  if (result.outcome == Outcome::kStopped) action.stopped_at = n_calls;
+  if (result.outcome == Outcome::kStopped) {
+    action.stopped_at = n_calls;
+    if (n_calls == 0) result = stopped_before_first_step(*after.result, std::move(result));
+  }
   after.result = std::make_shared<const Result<Dim>>(std::move(result));
   find(id).add(action, std::move(after));
   drop_past();

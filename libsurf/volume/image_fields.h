@@ -23,10 +23,10 @@ enum class Interpolation {
 
 struct SmoothingOptions {
   /// Standard deviation of the Gaussian [mm]; 0 = none. Truncated at 3 sigma and normalised.
-  /// The fields' grid has its nodes at every n-th voxel, n <= 8, along an axis where sigma is at
-  /// least 0.7 n voxels: as fine, compared with the blur, as the voxels are by default, and an
-  /// eighth of the tiles at n = 2. The Gaussian is narrowed by what the means over n voxels and the
-  /// wider spline add, so that the variance of the intensities' blur is the same.
+  /// The fields' grid has its nodes at every n-th voxel, n <= 4 (7 where more than 512 voxels
+  /// lie along it), along an axis where sigma is at least 0.7 n voxels: as fine, compared with the
+  /// blur, as the voxels are by default, and an eighth of the tiles at n = 2. The Gaussian is
+  /// narrowed by what the wider spline adds, so that the intensities' blur is the same.
   double sigma_mm = 0;
   /// Selective Gaussian blur before it (thesis 5.1.2): each voxel becomes the Gaussian mean,
   /// radius 2 sigma, of those neighbours that differ from it by at most the threshold.

@@ -3,15 +3,17 @@
 #include <cmath>
 #include <cstddef>
 
-#include "libsurf/volume/detail/tile_store.h"
-
 namespace surf::volume {
 namespace {
 
 constexpr double kSigmaPerNode = 0.7;        // of the Gaussian, in spacings of the field's grid
-constexpr int kMostVoxels = 8;               // per node and axis: a tile reads the cube of it
+constexpr int kMostVoxels = 7;               // per node and axis: a tile reads the cube of it
 constexpr double kSplineVariance = 1.0 / 3;  // of the cubic B-spline, in spacings squared
-constexpr int kTile = 16;                    // nodes per tile of means and axis
+// Of axes that are short, where nobody waits for it: few nodes would all be near a border.
+constexpr int kLong = 512, kMostVoxelsOfShort = 4;
+constexpr int kTile = 16;  // nodes per tile and axis
+constexpr int kBeyond =
+    3;  // nodes beyond the grid that are made: a spline asks for two, H for three
 
 Index3 radii(const std::array<Kernel, 3>& kernel) {
   return {int(kernel[0].size()) - 1, int(kernel[1].size()) - 1, int(kernel[2].size()) - 1};
@@ -26,20 +28,29 @@ std::array<double, 3> sigma_in_voxels(const Volume& volume, double sigma_mm) {
   return sigma;
 }
 
-/// A triangle as wide as two distances of nodes, {1} for 1: of a step it makes a blur whose
-/// variance does not depend on where it lies between the nodes (a mean over one distance: 16 to 38
-/// voxels^2 in place of 27 at 8 voxels). What is left of a Gaussian of 0.7 nodes is no less than 0
-/// up to 7 voxels; at 8 the variance is 0.4 % more than it should be.
+/// A triangle as wide as two distances of nodes: of a step it makes a blur whose variance does not
+/// depend on where it lies between them. What it leaves of a Gaussian of 0.7 nodes is no less than
+/// 0 up to 7 voxels.
 Kernel triangle_kernel(int factor) {
   Kernel half(factor);
   for (int d = 0; d < factor; ++d) half[d] = double(factor - d) / (double(factor) * factor);
   return half;
 }
 
-double variance_of(const Kernel& half) {
+/// Lindeberg's discrete Gaussian e^-t I_d(t), t its variance [nodes^2], to 3 sigma and a node more:
+/// of this variance however narrow, where a sampled Gaussian is not (T. Lindeberg, Scale-space for
+/// discrete signals, IEEE PAMI 12, 1990). From 2 nodes on both are the same to 1e-3.
+Kernel discrete_gaussian_kernel(double variance) {
+  if (variance <= 0) return {1.0};
+  if (variance > 4) return gaussian_kernel(std::sqrt(variance));
+  Kernel half(2 + static_cast<std::size_t>(std::ceil(3 * std::sqrt(variance))));
   double sum = 0;
-  for (std::size_t d = 1; d < half.size(); ++d) sum += 2 * half[d] * double(d * d);
-  return sum;
+  for (std::size_t d = 0; d < half.size(); ++d) {
+    half[d] = std::exp(-variance) * std::cyl_bessel_i(double(d), variance);
+    sum += d == 0 ? half[d] : 2 * half[d];
+  }
+  for (double& weight : half) weight /= sum;
+  return half;
 }
 
 /// Convolves along one axis with a symmetric kernel and keeps every `factor`-th value, those at
@@ -102,175 +113,145 @@ void continue_lines(ValueBox& box, int axis, int size, int n) {
       continue_row(box.values.data() + i * box.stride(a) + j * box.stride(b));
 }
 
-/// How many values at an end continue a box beyond it, where a kernel reaches so far.
-int n_of_lines(int radius) { return 2 + radius / 2; }
-
 }  // namespace
 
-/// Weighted means of the voxels round each node after the selective Gaussian blur; the voxels
-/// themselves where each is a node.
-class NodeMeans {
- public:
-  NodeMeans(const Volume& volume, const Index3& factor, const Index3& size,
-            const std::array<Kernel, 3>& selective, double threshold)
-      : volume_(volume),
-        factor_(factor),
-        size_(size),
-        selective_(selective),
-        threshold_(static_cast<float>(threshold)),
-        is_coarse_(factor != Index3{1, 1, 1}) {
-    std::size_t n = 1;
-    for (int axis = 0; axis < 3; ++axis) {
-      triangle_[axis] = triangle_kernel(factor[axis]);
-      n_tiles_[axis] = (size[axis] + kTile - 1) / kTile;
-      n *= std::size_t(n_tiles_[axis]);
-    }
-    if (is_coarse_) tiles_ = std::make_unique<TileStore>(n, std::size_t(kTile) * kTile * kTile);
-  }
-
-  /// Beyond the grid as at its nearest node.
-  ValueBox box(const Index3& lower, const Index3& upper) const {
-    if (!is_coarse_) return selected(lower, upper);
-    ValueBox out(lower, upper);
-    std::size_t to = 0;
-    for (int k = lower[2]; k < upper[2]; ++k)
-      for (int j = lower[1]; j < upper[1]; ++j) {
-        const int row_j = std::clamp(j, 0, size_[1] - 1), row_k = std::clamp(k, 0, size_[2] - 1);
-        const float* row = nullptr;
-        int of_tile = -1;
-        for (int i = lower[0]; i < upper[0]; ++i) {
-          const int at = std::clamp(i, 0, size_[0] - 1);
-          if (at / kTile != of_tile) {
-            of_tile = at / kTile;
-            row = tile({of_tile, row_j / kTile, row_k / kTile}) +
-                  (row_k % kTile * kTile + row_j % kTile) * kTile;
-          }
-          out.values[to++] = row[at % kTile];
-        }
-      }
-    return out;
-  }
-
- private:
-  const float* tile(const Index3& at) const {
-    return tiles_->tile((std::size_t(at[2]) * n_tiles_[1] + at[1]) * n_tiles_[0] + at[0],
-                        [&](float* out) {
-                          Index3 lower, upper;
-                          for (int axis = 0; axis < 3; ++axis) {
-                            lower[axis] = at[axis] * kTile;
-                            upper[axis] = std::min(lower[axis] + kTile, size_[axis]);
-                          }
-                          const ValueBox means = averaged(lower, upper);
-                          const float* row = means.values.data();
-                          for (int k = 0; k < means.size[2]; ++k)
-                            for (int j = 0; j < means.size[1]; ++j, row += means.size[0])
-                              std::copy(row, row + means.size[0], out + (k * kTile + j) * kTile);
-                        });
-  }
-
-  ValueBox averaged(const Index3& lower, const Index3& upper) const {
-    const Index3 radius = radii(triangle_);
-    Index3 first, end, n_lines;  // voxels
-    for (int axis = 0; axis < 3; ++axis) {
-      n_lines[axis] = n_of_lines(2 * factor_[axis]);
-      const int last = volume_.size()[axis];
-      first[axis] = std::min(factor_[axis] * lower[axis] - radius[axis], last - n_lines[axis]);
-      end[axis] = std::max(factor_[axis] * (upper[axis] - 1) + radius[axis] + 1, n_lines[axis]);
-    }
-    ValueBox values = selected(first, end);
-    if (is_constant(values)) {
-      ValueBox same(lower, upper);
-      std::fill(same.values.begin(), same.values.end(), values.values.front());
-      return same;
-    }
-    for (int axis = 0; axis < 3; ++axis)
-      continue_lines(values, axis, volume_.size()[axis], n_lines[axis]);
-    for (int axis = 2; axis >= 0; --axis)
-      values = convolved(values, axis, triangle_[axis], factor_[axis], lower[axis], upper[axis]);
-    return values;
-  }
-
-  /// Intensities after the selective Gaussian blur; beyond the volume as at its nearest voxel.
-  ValueBox selected(const Index3& lower, const Index3& upper) const {
-    const Index3 radius = radii(selective_);
-    ValueBox raw(widened(lower, radius, -1), widened(upper, radius, 1));
-    volume_.copy_box(raw.lower, raw.upper(), raw.values.data());
-    if (radius == Index3{0, 0, 0}) return raw;
-    ValueBox out(lower, upper);
-    std::size_t to = 0;
-    for (int k = 0; k < out.size[2]; ++k)
-      for (int j = 0; j < out.size[1]; ++j)
-        for (int i = 0; i < out.size[0]; ++i)
-          out.values[to++] =
-              selective_mean(raw, i + radius[0], j + radius[1], k + radius[2], radius);
-    return out;
-  }
-
-  float selective_mean(const ValueBox& raw, int i, int j, int k, const Index3& radius) const {
-    const auto row = std::ptrdiff_t(raw.stride(1)), slice = std::ptrdiff_t(raw.stride(2));
-    const float* centre = raw.values.data() + k * slice + j * row + i;
-    double sum = 0, weights = 0;
-    for (int c = -radius[2]; c <= radius[2]; ++c)
-      for (int b = -radius[1]; b <= radius[1]; ++b)
-        for (int a = -radius[0]; a <= radius[0]; ++a) {
-          const float value = centre[c * slice + b * row + a];
-          if (std::abs(value - *centre) > threshold_) continue;
-          const double weight =
-              selective_[0][std::abs(a)] * selective_[1][std::abs(b)] * selective_[2][std::abs(c)];
-          sum += weight * value;
-          weights += weight;
-        }
-    return static_cast<float>(sum / weights);
-  }
-
-  Volume volume_;
-  Index3 factor_, size_, n_tiles_;
-  std::array<Kernel, 3> triangle_, selective_;
-  float threshold_;
-  bool is_coarse_;
-  std::unique_ptr<TileStore> tiles_;
-};
-
-Smoother::Smoother(const Volume& volume, const SmoothingOptions& options) {
-  const auto sigma = sigma_in_voxels(volume, options.sigma_mm);
-  const auto selective_sigma = sigma_in_voxels(volume, options.selective_sigma_mm);
-  Index3 factor;
+Smoother::Smoother(const Volume& volume, const SmoothingOptions& options)
+    : volume_(volume), threshold_(static_cast<float>(options.selective_threshold)) {
+  auto sigma = sigma_in_voxels(volume_, options.sigma_mm);
+  const auto selective = sigma_in_voxels(volume_, options.selective_sigma_mm);
   Eigen::Vector3d scale;
-  std::array<Kernel, 3> selective;
+  std::size_t n_tiles = 1;
   for (int axis = 0; axis < 3; ++axis) {
-    const int last = volume.size()[axis] - 1;
-    const int n = factor[axis] = std::clamp(static_cast<int>(sigma[axis] / kSigmaPerNode + 1e-9), 1,
-                                            std::min(last, kMostVoxels));
-    grid_.size[axis] = (last + n - 1) / n + 1;
-    scale[axis] = n;
-    kernel_[axis] =
-        n == 1
-            ? gaussian_kernel(sigma[axis])
-            : discrete_gaussian_kernel((sigma[axis] * sigma[axis] - (n * n - 1) * kSplineVariance -
-                                        variance_of(triangle_kernel(n))) /
-                                       (n * n));
-    selective[axis] = selective_kernel(selective_sigma[axis]);
+    const int last = volume_.size()[axis] - 1;
+    factor_[axis] = std::clamp(static_cast<int>(sigma[axis] / kSigmaPerNode + 1e-9), 1,
+                               std::min(last, last >= kLong ? kMostVoxels : kMostVoxelsOfShort));
+    grid_.size[axis] = (last + factor_[axis] - 1) / factor_[axis] + 1;
+    scale[axis] = factor_[axis];
+    // The wider spline takes over a part of the Gaussian's variance.
+    const int n = factor_[axis];
+    const double variance = sigma[axis] * sigma[axis] - (n * n - 1) * kSplineVariance;
+    if (n <= kMostVoxelsOfShort) {
+      kernel_[axis] = gaussian_kernel(std::sqrt(variance));
+      node_kernel_[axis] = {1.0};
+    } else {
+      kernel_[axis] = triangle_kernel(n);
+      node_kernel_[axis] = discrete_gaussian_kernel(variance / (n * n) - (1 - 1.0 / (n * n)) / 6);
+    }
+    selective_[axis] = selective_kernel(selective[axis]);
+    n_tiles_[axis] = grid_.size[axis] / kTile + 3;  // one before it
+    n_tiles *= std::size_t(n_tiles_[axis]);
   }
-  grid_.index_to_world = volume.index_to_world() * Eigen::Scaling(scale);
-  means_ = std::make_unique<NodeMeans>(volume, factor, grid_.size, selective,
-                                       options.selective_threshold);
+  grid_.index_to_world = volume_.index_to_world() * Eigen::Scaling(scale);
+  if (factor_ != Index3{1, 1, 1})
+    tiles_ = std::make_unique<TileStore>(n_tiles, std::size_t(kTile) * kTile * kTile);
 }
 
 Smoother::~Smoother() = default;
 
 ValueBox Smoother::box(const Index3& lower, const Index3& upper) const {
+  const Index3 radius = radii(node_kernel_);
+  ValueBox out = nodes(widened(lower, radius, -1), widened(upper, radius, 1));
+  for (int axis = 2; axis >= 0; --axis)
+    if (radius[axis] > 0)
+      out = convolved(out, axis, node_kernel_[axis], 1, lower[axis], upper[axis]);
+  return out;
+}
+
+ValueBox Smoother::nodes(const Index3& lower, const Index3& upper) const {
+  if (!tiles_) return smoothed(lower, upper);
+  ValueBox out(lower, upper);
+  const auto within = [&](int node, int axis) {  // counted from the first tile on
+    return std::clamp(node, -kBeyond, grid_.size[axis] - 1 + kBeyond) + kTile;
+  };
+  std::size_t to = 0;
+  for (int k = lower[2]; k < upper[2]; ++k)
+    for (int j = lower[1]; j < upper[1]; ++j) {
+      const int at_j = within(j, 1), at_k = within(k, 2);
+      const float* row = nullptr;
+      int of_tile = -1;
+      for (int i = lower[0]; i < upper[0]; ++i) {
+        const int at_i = within(i, 0);
+        if (at_i / kTile != of_tile) {
+          of_tile = at_i / kTile;
+          row = tile({of_tile, at_j / kTile, at_k / kTile}) +
+                (at_k % kTile * kTile + at_j % kTile) * kTile;
+        }
+        out.values[to++] = row[at_i % kTile];
+      }
+    }
+  return out;
+}
+
+const float* Smoother::tile(const Index3& at) const {
+  const auto fill = [&](float* out) {
+    IndexBox<3> whole = IndexBox<3>::cube(0, kTile);
+    Index3 lower, upper;
+    for (int axis = 0; axis < 3; ++axis) {
+      whole.lower[axis] = (at[axis] - 1) * kTile;
+      lower[axis] = std::max(whole.lower[axis], -kBeyond);
+      upper[axis] = std::min(whole.lower[axis] + kTile, grid_.size[axis] + kBeyond);
+    }
+    const ValueBox values = smoothed(lower, upper);
+    const float* row = values.values.data();
+    for (int k = lower[2]; k < upper[2]; ++k)
+      for (int j = lower[1]; j < upper[1]; ++j, row += values.size[0])
+        std::copy(row, row + values.size[0], out + whole.at({lower[0], j, k}));
+  };
+  return tiles_->tile((std::size_t(at[2]) * n_tiles_[1] + at[1]) * n_tiles_[0] + at[0], fill);
+}
+
+ValueBox Smoother::smoothed(const Index3& lower, const Index3& upper) const {
   const Index3 radius = radii(kernel_);
-  ValueBox values = means_->box(widened(lower, radius, -1), widened(upper, radius, 1));
+  Index3 first, end, n_of_lines;  // voxels
+  for (int axis = 0; axis < 3; ++axis) {
+    const int size = volume_.size()[axis];
+    n_of_lines[axis] = 2 + radius[axis] / 2;
+    first[axis] = std::min(factor_[axis] * lower[axis] - radius[axis], size - n_of_lines[axis]);
+    end[axis] = std::max(factor_[axis] * (upper[axis] - 1) + radius[axis] + 1, n_of_lines[axis]);
+  }
+  ValueBox values = selected(first, end);
   for (int axis = 0; axis < 3; ++axis)
-    continue_lines(values, axis, grid_.size[axis], n_of_lines(radius[axis]));
+    continue_lines(values, axis, volume_.size()[axis], n_of_lines[axis]);
   if (is_constant(values)) {  // background, masked air, clean phantoms: nothing to smooth
     ValueBox same(lower, upper);
     std::fill(same.values.begin(), same.values.end(), values.values.front());
     return same;
   }
   for (int axis = 2; axis >= 0; --axis)
-    values = convolved(values, axis, kernel_[axis], 1, lower[axis], upper[axis]);
+    values = convolved(values, axis, kernel_[axis], factor_[axis], lower[axis], upper[axis]);
   return values;
+}
+
+ValueBox Smoother::selected(const Index3& lower, const Index3& upper) const {
+  const Index3 radius = radii(selective_);
+  ValueBox raw(widened(lower, radius, -1), widened(upper, radius, 1));
+  volume_.copy_box(raw.lower, raw.upper(), raw.values.data());
+  if (radius == Index3{0, 0, 0}) return raw;
+  ValueBox out(lower, upper);
+  std::size_t to = 0;
+  for (int k = 0; k < out.size[2]; ++k)
+    for (int j = 0; j < out.size[1]; ++j)
+      for (int i = 0; i < out.size[0]; ++i)
+        out.values[to++] = selective_mean(raw, i + radius[0], j + radius[1], k + radius[2], radius);
+  return out;
+}
+
+float Smoother::selective_mean(const ValueBox& raw, int i, int j, int k,
+                               const Index3& radius) const {
+  const auto row = std::ptrdiff_t(raw.stride(1)), slice = std::ptrdiff_t(raw.stride(2));
+  const float* centre = raw.values.data() + k * slice + j * row + i;
+  double sum = 0, weights = 0;
+  for (int c = -radius[2]; c <= radius[2]; ++c)
+    for (int b = -radius[1]; b <= radius[1]; ++b)
+      for (int a = -radius[0]; a <= radius[0]; ++a) {
+        const float value = centre[c * slice + b * row + a];
+        if (std::abs(value - *centre) > threshold_) continue;
+        const double weight =
+            selective_[0][std::abs(a)] * selective_[1][std::abs(b)] * selective_[2][std::abs(c)];
+        sum += weight * value;
+        weights += weight;
+      }
+  return static_cast<float>(sum / weights);
 }
 
 }  // namespace surf::volume

@@ -8,6 +8,7 @@
 
 #include "libsurf/base/index_box.h"
 #include "libsurf/volume/detail/spline.h"
+#include "libsurf/volume/detail/tile_store.h"
 #include "libsurf/volume/image_fields.h"
 
 namespace surf::volume {
@@ -31,13 +32,11 @@ inline bool is_constant(const ValueBox& box) {
                      [&](float value) { return value == box.values.front(); });
 }
 
-class NodeMeans;
-
 /// On any box of the grid, which is that of the voxels or, where the Gaussian is wide, one of every
-/// factor-th voxel along an axis. There the voxels round each node are averaged first, by a
-/// triangle, and what the Gaussian has left to do is done on the nodes: the variances of the
-/// triangle, of it and of the wider spline add up to those of the Gaussian and of the voxels'
-/// spline.
+/// factor-th voxel along an axis. There the nodes are kept in tiles of their own, so that boxes
+/// which overlap, as splines' tiles do, smooth the voxels between them once; where they are more
+/// than 4 voxels apart the voxels are averaged by a triangle, and what the Gaussian has left to do
+/// is done on the nodes.
 class Smoother {
  public:
   Smoother(const Volume& volume, const SmoothingOptions& options);
@@ -48,9 +47,21 @@ class Smoother {
   ValueBox box(const Index3& lower, const Index3& upper) const;
 
  private:
+  /// By the first kernels.
+  ValueBox nodes(const Index3& lower, const Index3& upper) const;
+  const float* tile(const Index3& at) const;
+  ValueBox smoothed(const Index3& lower, const Index3& upper) const;
+  /// Intensities after the selective Gaussian blur; beyond the volume as at its nearest voxel.
+  ValueBox selected(const Index3& lower, const Index3& upper) const;
+  float selective_mean(const ValueBox& raw, int i, int j, int k, const Index3& radius) const;
+
+  Volume volume_;
+  float threshold_;
+  std::array<Kernel, 3> kernel_, selective_;  // [voxels]
+  std::array<Kernel, 3> node_kernel_;         // [nodes] after kernel_
+  Index3 factor_, n_tiles_;
   Grid grid_;
-  std::array<Kernel, 3> kernel_;  // [nodes]
-  std::unique_ptr<NodeMeans> means_;
+  std::unique_ptr<TileStore> tiles_;  // none where each voxel is a node
 };
 
 }  // namespace surf::volume

@@ -16,19 +16,6 @@ Kernel gaussian_kernel(double sigma) {
   return half;
 }
 
-Kernel discrete_gaussian_kernel(double variance) {
-  if (variance <= 0) return {1.0};
-  if (variance > 4) return gaussian_kernel(std::sqrt(variance));
-  Kernel half(2 + static_cast<std::size_t>(std::ceil(3 * std::sqrt(variance))));
-  double sum = 0;
-  for (std::size_t d = 0; d < half.size(); ++d) {
-    half[d] = std::exp(-variance) * std::cyl_bessel_i(double(d), variance);
-    sum += d == 0 ? half[d] : 2 * half[d];
-  }
-  for (double& weight : half) weight /= sum;
-  return half;
-}
-
 Kernel selective_kernel(double sigma) {
   Kernel half = gaussian_kernel(sigma);
   half.resize(1 + static_cast<int>(std::ceil(2 * sigma)));

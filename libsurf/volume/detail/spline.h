@@ -114,12 +114,6 @@ using Kernel = std::vector<double>;
 /// Gaussian of this deviation [nodes], truncated at 3 sigma, sum of the whole kernel 1; {1} for 0.
 Kernel gaussian_kernel(double sigma);
 
-/// Lindeberg's discrete Gaussian e^-t I_d(t), t its variance [nodes^2], to 3 sigma and one node
-/// more: of this variance however narrow it is, where a sampled Gaussian is not (0.1 for t = 0.16).
-/// (T. Lindeberg, Scale-space for discrete signals, IEEE PAMI 12, 1990.) From 2 nodes on the
-/// sampled one, which is the same to 1e-3 there.
-Kernel discrete_gaussian_kernel(double variance);
-
 /// Weights of the selective Gaussian blur of this deviation [nodes], of radius 2 sigma; {1} for 0.
 Kernel selective_kernel(double sigma);
 

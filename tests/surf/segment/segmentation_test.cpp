@@ -112,6 +112,29 @@ TEST(Segmentation, StopsOnRequestWithTheSurfaceSoFar) {
   EXPECT_TRUE(s.measures(object).passed);
 }
 
+// While regions are looked for, and when they have just been found.
+TEST(Segmentation, IsTheSameWheneverItWasStoppedBeforeItsFirstStep) {
+  const auto stopped_at = [](int n_calls) {
+    Segmentation<3> s = ball();
+    s.add_click(s.add_object(), inside(0));
+    int n = 0;
+    const Result<3>& result = s.evolve(1, [&](const std::string& stage, const auto&, const auto&) {
+      return stage != "propose" || ++n != n_calls;
+    });
+    if (n_calls > 0) {
+      EXPECT_EQ(result.outcome, Outcome::kStopped);
+      EXPECT_EQ(result.shape.elements.rows(), 0);
+      EXPECT_TRUE(result.proposals.empty());
+    }
+    return std::pair(n, s.evolve(1).shape);
+  };
+  const int n_calls = stopped_at(0).first;
+  ASSERT_GT(n_calls, 2);
+  const Simplices<3> early = stopped_at(1).second, late = stopped_at(n_calls).second;
+  EXPECT_EQ(early.points, late.points);
+  EXPECT_EQ(early.elements, late.elements);
+}
+
 TEST(Segmentation, GoesOnFromTheShapeThatIsThere) {
   Segmentation<3> s = ball();
   const int object = s.add_object();

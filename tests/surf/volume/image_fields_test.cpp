@@ -7,7 +7,6 @@
 #include <random>
 
 #include "libsurf/base/error.h"
-#include "libsurf/volume/detail/spline.h"
 
 namespace surf::volume {
 namespace {
@@ -131,10 +130,10 @@ TEST(Gaussian, BlursAsMuchOnAGridOfEveryOtherVoxel) {
   }
 }
 
-// Nodes 4, 5 and 8 voxels apart, where most of the Gaussian is left to the means round the nodes
-// and to the spline: the same wherever the step lies between two nodes.
+// Nodes 4, 5 and 7 voxels apart. With 4 the place of the step between them moves it by 0.6 % of the
+// blur and changes the variance by 4 % at most, and truncation takes away up to 3 %.
 TEST(Gaussian, WidensAStepByItsVarianceOnCoarseGrids) {
-  constexpr int kLong = 320, kWide = 12;
+  constexpr int kLong = 520, kWide = 12;
   for (const int step : {156, 158, 159, 160, 163}) {
     std::vector<float> values;
     for (int n = 0; n < kLong * kWide * kWide; ++n) values.push_back(n % kLong < step ? 0 : 1);
@@ -152,23 +151,11 @@ TEST(Gaussian, WidensAStepByItsVarianceOnCoarseGrids) {
         first += weight * from_step;
         second += weight * from_step * from_step;
       }
-      EXPECT_NEAR(first / mass, 0, 1e-3 * sigma) << sigma << ' ' << step;
-      EXPECT_NEAR(second / mass, sigma * sigma + 0.25, 0.01 * sigma * sigma)
+      EXPECT_NEAR(first / mass, 0, 0.01 * sigma) << sigma << ' ' << step;
+      const double expected = sigma * sigma + 0.25;
+      EXPECT_NEAR(second / mass, expected, (sigma < 3.5 ? 0.06 : 0.01) * expected)
           << sigma << ' ' << step;
     }
-  }
-}
-
-TEST(Gaussian, OfLindebergHasItsVarianceHoweverNarrow) {
-  for (const double variance : {0.01, 0.1, 0.3, 1.0, 3.9}) {
-    const Kernel half = discrete_gaussian_kernel(variance);
-    double sum = half[0], second = 0;
-    for (std::size_t d = 1; d < half.size(); ++d) {
-      sum += 2 * half[d];
-      second += 2 * half[d] * double(d * d);
-    }
-    EXPECT_NEAR(sum, 1, 1e-12);
-    EXPECT_NEAR(second, variance, 0.01 * variance);
   }
 }
 
