@@ -9,11 +9,12 @@ namespace {
 constexpr double kSigmaPerNode = 0.7;        // of the Gaussian, in spacings of the field's grid
 constexpr int kMostVoxels = 7;               // per node and axis: a tile reads the cube of it
 constexpr double kSplineVariance = 1.0 / 3;  // of the cubic B-spline, in spacings squared
-// Of axes that are short, where nobody waits for it: few nodes would all be near a border.
+// Of axes with no more than kLong voxels, where few nodes would all be near a border.
 constexpr int kLong = 512, kMostVoxelsOfShort = 4;
 constexpr int kTile = 16;  // nodes per tile and axis
-constexpr int kBeyond =
-    3;  // nodes beyond the grid that are made: a spline asks for two, H for three
+// Nodes beyond the grid that are made: a spline asks for two, H for three; further ones are as the
+// last of them.
+constexpr int kBeyond = 3;
 
 Index3 radii(const std::array<Kernel, 3>& kernel) {
   return {int(kernel[0].size()) - 1, int(kernel[1].size()) - 1, int(kernel[2].size()) - 1};
