@@ -36,6 +36,21 @@ if(SURFSEG_SANITIZE)
   target_compile_options(surfseg_compile INTERFACE -fsanitize=${SURFSEG_SANITIZE}
                          -fno-omit-frame-pointer -fno-sanitize-recover=all)
   target_link_options(surfseg_compile INTERFACE -fsanitize=${SURFSEG_SANITIZE})
+  if(SURFSEG_SANITIZE MATCHES "address")  # its runtime, which Python has to load first (tests/python)
+    set(SURFSEG_ASAN_RUNTIME libasan.so)
+    if(CMAKE_CXX_COMPILER_ID MATCHES "Clang")
+      set(SURFSEG_ASAN_RUNTIME libclang_rt.asan-${CMAKE_SYSTEM_PROCESSOR}.so)
+    endif()
+    execute_process(COMMAND ${CMAKE_CXX_COMPILER} -print-file-name=${SURFSEG_ASAN_RUNTIME}
+                    OUTPUT_VARIABLE SURFSEG_ASAN_RUNTIME OUTPUT_STRIP_TRAILING_WHITESPACE)
+    if(CMAKE_CXX_COMPILER_ID MATCHES "Clang")
+      # vptr asks for type information that Debian's libraries hide.
+      target_compile_options(surfseg_compile INTERFACE -fno-sanitize=vptr
+                             -fsanitize-ignorelist=${PROJECT_SOURCE_DIR}/tests/ubsan.ignore)
+      get_filename_component(asan_folder "${SURFSEG_ASAN_RUNTIME}" DIRECTORY)
+      target_link_options(surfseg_compile INTERFACE -shared-libasan -Wl,-rpath,${asan_folder})
+    endif()
+  endif()
 endif()
 
 add_library(surfseg_warnings INTERFACE)

@@ -8,8 +8,9 @@
 #   tools/check.sh [--programs NAME,...] [--again] [PART...]   default: all four
 #
 # --programs: only these test programs in asan and tsan, such as surf_base_tests,surf_flow_tests.
-# A run that was ended goes on: what passed is remembered in build/check until HEAD or a source
-# changes, or --again. Exit code 1 if anything was found; what, is in build/check/PART.log.
+# A run that was ended goes on: what passed is remembered in build/check until code or a test
+# changes, or --again. All cores are used, at a low priority. Exit code 1 if anything was found;
+# what, is in build/check/PART.log.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -23,7 +24,7 @@ while (($#)); do
     --again) again=yes ;;
     asan | tsan | tidy | fuzz) parts+=("$1") ;;
     -h | --help)
-      sed -n '2,14s/^# \{0,1\}//p' "$0"
+      sed -n '2,15s/^# \{0,1\}//p' "$0"
       exit 0
       ;;
     *)
@@ -37,9 +38,10 @@ done
 
 state=build/check
 mkdir -p "$state"
+code=(libsurf libcurve tools tests cmake CMakeLists.txt CMakePresets.json)
 version=$({
-  git rev-parse HEAD
-  git diff HEAD
+  git ls-files -s "${code[@]}"
+  git diff "${code[@]}"
 } | sha1sum | cut -c1-40)
 if [[ -n $again || $(cat "$state/version" 2>/dev/null) != "$version" ]]; then
   rm -f "$state"/*.passed "$state"/*.log
@@ -64,7 +66,7 @@ sanitize() {
   [[ -z $programs ]] || targets=${programs//,/ }
   cmake --preset "$preset" >/dev/null
   # shellcheck disable=SC2086
-  nice -n 15 cmake --build --preset "$preset" -j1 --target $targets >"$log.build" 2>&1 || {
+  nice -n 15 cmake --build --preset "$preset" -j "$(nproc)" --target $targets >"$log.build" 2>&1 || {
     echo "$preset: the build failed; see $log.build"
     found=1
     return
@@ -77,9 +79,9 @@ sanitize() {
   done < <(tests_of "$preset")
   local batch
   while ((${#numbers[@]})); do
-    batch=$(IFS=,; echo "${numbers[*]:0:20}")
-    numbers=("${numbers[@]:20}")
-    nice -n 15 ctest --preset "$preset" -I "0,0,0,$batch" >"$log.batch" 2>&1 || true
+    batch=$(IFS=,; echo "${numbers[*]:0:50}")
+    numbers=("${numbers[@]:50}")
+    nice -n 15 ctest --preset "$preset" -j "$(nproc)" -I "0,0,0,$batch" >"$log.batch" 2>&1 || true
     sed -nE 's/^ *[0-9]+\/[0-9]+ Test +#[0-9]+: (.*[^ .]) \.+ +(Passed|\*\*\*Skipped).*/\1/p' \
       "$log.batch" >>"$passed"
     grep -E '^ *[0-9]+/[0-9]+ Test' "$log.batch" | grep -qvE 'Passed|\*\*\*Skipped' || continue
@@ -109,7 +111,7 @@ tidy() {
 fuzz() {
   local log=$state/fuzz.log n=0 failed=0 target folders
   cmake --preset fuzz >/dev/null
-  nice -n 15 cmake --build --preset fuzz -j1 >"$log.build" 2>&1 || {
+  nice -n 15 cmake --build --preset fuzz -j "$(nproc)" >"$log.build" 2>&1 || {
     echo "fuzz: the build failed; see $log.build"
     found=1
     return
