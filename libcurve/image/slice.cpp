@@ -145,7 +145,7 @@ Image oblique_slice(const volume::Volume& volume, const Vector3d& point_ras_mm,
                                  point_ras_mm[0], point_ras_mm[1], point_ras_mm[2]));
   const auto& [lower, upper] = *cut;
   frame.translation() = frame * Vector3d(lower[0], lower[1], 0);
-  const auto n_pixels = [&](int axis) {
+  const auto n_pixels = [&, lower = lower, upper = upper](int axis) {
     return static_cast<long long>(std::floor((upper[axis] - lower[axis]) / spacing + 1e-6)) + 1;
   };
   check_image_size({n_pixels(0), n_pixels(1)}, volume.source().path);

@@ -24,8 +24,8 @@ template <int Dim>
 EnergyKind<Dim> chan_vese() {
   EnergyKind<Dim> kind{
       "chan-vese",
-      "int_Omega (I - mu_1)^2 dx + int_(D - Omega) (I - mu_2)^2 dx, over the squared contrast, "
-      "1.1.2, (1.10)",
+      ("int_Omega (I - mu_1)^2 dx + int_(D - Omega) (I - mu_2)^2 dx, over the squared contrast, "
+       "1.1.2, (1.10)"),
       "Means of both sides: for objects without edges, smooth transitions, noise; needs area."};
   kind.build = [](const KindContext<Dim>& context, const EnergyTerm&) {
     const energy::ImageTotals all = context.model.totals();
@@ -62,11 +62,11 @@ EnergyKind<Dim> local_means_kind() {
   using Context = KindContext<Dim>;
   EnergyKind<Dim> kind{
       "local-means",
-      "int_Omega f dx from the initial shape on, f = -tanh(q - 8 max(v, 0)^3) + 2 z u + 3/2 z^9, "
-      "q = (2 I - m_1 - m_2) c / m, v = (I - m_1) c / m, c = m_1 - m_2, m = c^2 + (2 noise)^2, "
-      "z = d / reach, u = (4 noise)^4 / (c^4 + (4 noise)^4)",
-      "Local means m_1, m_2 of both sides of an initial shape, and the distance d to it: for what "
-      "lies within a few cells of a start."};
+      ("int_Omega f dx from the initial shape on, f = -tanh(q - 8 max(v, 0)^3) + 2 z u + 3/2 z^9, "
+       "q = (2 I - m_1 - m_2) c / m, v = (I - m_1) c / m, c = m_1 - m_2, m = c^2 + (2 noise)^2, "
+       "z = d / reach, u = (4 noise)^4 / (c^4 + (4 noise)^4)"),
+      ("Local means m_1, m_2 of both sides of an initial shape, and the distance d to it: for what "
+       "lies within a few cells of a start.")};
   kind.parameters = {
       chosen_parameter<Dim>(
           "reach", "mm", "how far the shape may be from the initial one",

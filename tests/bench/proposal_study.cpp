@@ -179,7 +179,6 @@ void study_noise() {
 }
 
 void study_balls() {
-  Totals totals;
   for (const auto& [size, noise] : std::vector<std::pair<int, double>>{
            {64, 0.0}, {64, 0.1}, {128, 0.0}, {128, 0.1}, {256, 0.1}, {512, 0.05}}) {
     volume::PhantomOptions options;

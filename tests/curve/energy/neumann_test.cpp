@@ -16,7 +16,6 @@ constexpr auto kA = TwoSquares::kA, kB = TwoSquares::kB;
 constexpr auto exact = TwoSquares::exact;
 constexpr auto exact_gradient = TwoSquares::exact_gradient;
 constexpr auto image = TwoSquares::image;
-constexpr auto is_inside = TwoSquares::is_inside;
 
 Neumann solved(const DomainMesh& mesh, std::shared_ptr<const Field<2>> I,
                const NeumannOptions& options) {

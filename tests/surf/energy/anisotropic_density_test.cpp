@@ -42,8 +42,8 @@ TYPED_TEST(Density, DerivativesAreDifferencesOfTheValue) {
       const auto x_minus = sampled<Dim>(*H, x - move, y, Derivatives::kFirst);
       const auto y_plus = sampled<Dim>(*H, x, y + move, Derivatives::kFirst);
       const auto y_minus = sampled<Dim>(*H, x, y - move, Derivatives::kFirst);
-      const auto expect_near = [&](const auto& exact, const auto& plus, const auto& minus,
-                                   const char* what) {
+      const auto expect_near = [&, name = name](const auto& exact, const auto& plus,
+                                                const auto& minus, const char* what) {
         EXPECT_LT((exact - (plus - minus) / (2 * kStep)).cwiseAbs().maxCoeff(), kTolerance)
             << name << ": " << what << ", axis " << axis;
       };

@@ -79,7 +79,7 @@ TYPED_TEST(EveryEnergy, DerivativeErrorFallsWithTheSquareOfTheStep) {
     ShapeTerms<Dim> terms(shape);
     energy->differentiate(test::no_curvature(shape.n_vertices()), 1, terms);
     const double exact = terms.derivative.cwiseProduct(W).sum();
-    const auto error = [&](double step) {
+    const auto error = [&, &energy = energy](double step) {
       const double plus = energy->try_move(shape.moved_to(shape.points() + step * W));
       const double minus = energy->try_move(shape.moved_to(shape.points() - step * W));
       return std::abs((plus - minus) / (2 * step) - exact);

@@ -21,7 +21,7 @@ class LatticeImage : public Field<Dim> {
 
   LatticeImage(const std::array<int, Dim>& size, const Affine& index_to_world,
                std::vector<float> values)
-      : extent_{size, index_to_world, index_to_world.inverse(), {}}, values_(std::move(values)) {
+      : extent_{{size, index_to_world, index_to_world.inverse()}, {}}, values_(std::move(values)) {
     box_.size = size;
     const auto [lowest, highest] = std::minmax_element(values_.begin(), values_.end());
     extent_.range = {*lowest, *highest};
