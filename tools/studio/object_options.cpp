@@ -171,8 +171,8 @@ void change_options(Options& options, const ordered_json& changes) {
   if (!changes.is_object()) throw surf::UsageError("options: expected an object");
   for (const auto& [key, value] : changes.items()) {
     const auto& all = object_options();
-    const auto option =
-        std::find_if(all.begin(), all.end(), [&](const ObjectOption& o) { return o.key == key; });
+    const auto option = std::find_if(
+        all.begin(), all.end(), [&, &key = key](const ObjectOption& o) { return o.key == key; });
     if (option == all.end()) throw surf::UsageError(fmt::format("there is no option '{}'", key));
     try {
       option->set(options, value);
