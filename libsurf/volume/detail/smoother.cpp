@@ -63,9 +63,9 @@ ValueBox convolved(const ValueBox& in, int axis, const Kernel& half, int factor,
   out_lower[axis] = lower;
   out_upper[axis] = upper;
   ValueBox out(out_lower, out_upper);
-  const std::size_t step = in.stride(axis);
+  const std::ptrdiff_t step = std::ptrdiff_t(in.stride(axis));
   const float* first = in.values.data() + (factor * lower - in.lower[axis]) * step;
-  const std::size_t along = axis == 0 ? factor : 1;  // from one value of a row to the next
+  const std::ptrdiff_t along = axis == 0 ? factor : 1;  // from one value of a row to the next
   const auto across = [&](int other) { return in.stride(other) * (other == axis ? factor : 1); };
   std::size_t to = 0;
   std::vector<double> sums(out.size[0]);

@@ -2,6 +2,8 @@
 
 #include <zlib.h>
 
+#include <cstdint>
+
 #include "tests/surf/volume/files.h"
 
 namespace surf::volume {
@@ -12,7 +14,7 @@ using Encoding = ByteStream::Encoding;
 /// 100,000 bytes that deflate shrinks to a few thousand.
 std::string some_bytes() {
   std::string out;
-  for (int n = 0; n < 100000; ++n) out += char(n * n / 100);
+  for (int n = 0; n < 100000; ++n) out += char(std::int64_t(n) * n / 100);
   return out;
 }
 
