@@ -151,17 +151,18 @@ Image oblique_slice(const volume::Volume& volume, const Vector3d& point_ras_mm,
   check_image_size({n_pixels(0), n_pixels(1)}, volume.source().path);
   const std::array<int, 2> size = {int(n_pixels(0)), int(n_pixels(1))};
   const Vector3d last(volume.size()[0] - 1, volume.size()[1] - 1, volume.size()[2] - 1);
-  std::vector<float> values;
-  values.reserve(std::size_t(size[0]) * size[1]);
+  std::vector<Vector3d> indices;
+  indices.reserve(std::size_t(size[0]) * size[1]);
   for (int j = 0; j < size[1]; ++j)
     for (int i = 0; i < size[0]; ++i) {
       const Vector3d index =
           volume.world_to_index() * (frame * Vector3d(spacing * i, spacing * j, 0));
-      values.push_back(
-          static_cast<float>(volume::interpolate(volume, index.cwiseMax(0.0).cwiseMin(last))));
+      indices.push_back(index.cwiseMax(0.0).cwiseMin(last));
     }
-  return Image(size, pixel_to_plane({spacing, spacing}), std::move(values),
-               source_of(volume, "oblique plane"), frame, spacing);
+  const std::vector<double> values = volume::interpolate(volume, indices);
+  return Image(size, pixel_to_plane({spacing, spacing}),
+               std::vector<float>(values.begin(), values.end()), source_of(volume, "oblique plane"),
+               frame, spacing);
 }
 
 }  // namespace surf::curve

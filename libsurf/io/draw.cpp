@@ -80,9 +80,10 @@ int text_height(int scale) { return kRows * scale; }
 std::array<double, 2> automatic_window(std::vector<double> values) {
   std::erase_if(values, [](double value) { return std::isnan(value); });
   if (values.empty()) return {0, 1};
-  std::sort(values.begin(), values.end());
   const auto percentile = [&](double share) {
-    return values[static_cast<std::size_t>(share * double(values.size() - 1))];
+    const auto at = values.begin() + std::ptrdiff_t(share * double(values.size() - 1));
+    std::nth_element(values.begin(), at, values.end());
+    return *at;
   };
   const double low = percentile(0.005), high = percentile(0.995);
   return {low, high > low ? high : low + 1};

@@ -54,12 +54,11 @@ SliceView::SliceView(const View& view, const Eigen::AlignedBox3d& box, const Vec
       height_(pixels(view.up)) {}
 
 std::vector<double> SliceView::sample(const volume::Volume& volume) const {
-  std::vector<double> values;
-  values.reserve(std::size_t(width_) * height_);
+  std::vector<Vector<3>> indices;
+  indices.reserve(std::size_t(width_) * height_);
   for (int y = 0; y < height_; ++y)
-    for (int x = 0; x < width_; ++x)
-      values.push_back(volume::interpolate(volume, volume.world_to_index() * world(x, y)));
-  return values;
+    for (int x = 0; x < width_; ++x) indices.push_back(volume.world_to_index() * world(x, y));
+  return volume::interpolate(volume, indices);
 }
 
 Picture SliceView::draw(const std::vector<double>& values,

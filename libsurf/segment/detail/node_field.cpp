@@ -81,8 +81,9 @@ void box_filters(float* line, int n, std::size_t stride, std::size_t width, int 
     std::fill_n(sums.begin(), width, 0.0);
     for (int i = 0; i < n; ++i) {
       const float* from = line + std::size_t(i) * stride;
+      const double* before = sums.data() + std::size_t(i) * width;
       double* to = sums.data() + std::size_t(i + 1) * width;
-      for (std::size_t k = 0; k < width; ++k) to[k] = to[k - width] + from[k];
+      for (std::size_t k = 0; k < width; ++k) to[k] = before[k] + from[k];
     }
     for (int i = 0; i < n; ++i) {
       const double* high = sums.data() + std::size_t(std::min(i + r, n - 1) + 1) * width;
