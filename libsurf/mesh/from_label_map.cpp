@@ -113,7 +113,7 @@ class March {
 
   Triangles result() const {
     Triangles surface{points_of<3>(points_), elements_of(elements_)};
-    if (volume_.index_to_world().linear().determinant() < 0)
+    if (!elements_.empty() && volume_.index_to_world().linear().determinant() < 0)
       surface.elements.col(1).swap(surface.elements.col(2));
     return surface;
   }

@@ -128,7 +128,7 @@ TEST_F(EvaluateCommand, FailsWithItsCodes) {
   EXPECT_EQ(run(fmt::format("{} --reference {}", path("none.stl"), a)), 3);
   EXPECT_EQ(run(fmt::format("{} --reference {}", a, path("none.nii"))), 3);
   EXPECT_EQ(run(fmt::format("{} --reference {} --label 9", a, labels)), 3);
-  EXPECT_NE(output_.find("no voxel has the label 9"), std::string::npos);
+  EXPECT_NE(output_.find("no voxel has the label 9"), std::string::npos) << output_;
   EXPECT_EQ(run(fmt::format("{} --reference {} --json {}", a, a, path("no/folder/s.json"))), 4);
 }
 
