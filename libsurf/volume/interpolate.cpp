@@ -6,6 +6,8 @@
 #include <cstddef>
 #include <limits>
 
+#include "libsurf/base/index_box.h"
+
 namespace surf::volume {
 namespace {
 
@@ -26,23 +28,9 @@ bool is_inside(const Index3& size, const Eigen::Vector3d& index) {
   return true;
 }
 
-/// The voxels lower <= index <= upper, in one array.
-struct VoxelBox {
-  Index3 lower, upper;
-
-  std::size_t n_voxels() const {
-    std::size_t n = 1;
-    for (int axis = 0; axis < 3; ++axis) n *= std::size_t(upper[axis] + 1 - lower[axis]);
-    return n;
-  }
-};
-
-double interpolated(const VoxelBox& box, const std::vector<float>& values, const Index3& below,
+double interpolated(const IndexBox<3>& box, const std::vector<float>& values, const Index3& below,
                     const Eigen::Vector3d& index) {
-  const std::size_t row = box.upper[0] + 1 - box.lower[0];
-  const std::size_t slice = row * (box.upper[1] + 1 - box.lower[1]);
-  const std::size_t at = (below[0] - box.lower[0]) + (below[1] - box.lower[1]) * row +
-                         (below[2] - box.lower[2]) * slice;
+  const std::size_t at = box.at(below), row = box.stride(1), slice = box.stride(2);
   double sum = 0;
   for (int corner = 0; corner < 8; ++corner) {
     const std::array<bool, 3> is_upper = {(corner & 1) != 0, (corner & 2) != 0, (corner & 4) != 0};
@@ -62,24 +50,25 @@ void interpolate(const Volume& volume, std::span<const Eigen::Vector3d> indices,
                  std::span<double> out) {
   constexpr std::size_t kMostVoxels = 1 << 22, kMostPerPoint = 64;
   constexpr int kNone = std::numeric_limits<int>::max();
-  VoxelBox box = {{kNone, kNone, kNone}, {0, 0, 0}};
+  Index3 lower = {kNone, kNone, kNone}, upper = {0, 0, 0};
   for (const Eigen::Vector3d& index : indices) {
     if (!is_inside(volume.size(), index)) continue;
     const Index3 below = voxel_below(volume.size(), index);
     for (int axis = 0; axis < 3; ++axis) {
-      box.lower[axis] = std::min(box.lower[axis], below[axis]);
-      box.upper[axis] = std::max(box.upper[axis], below[axis] + 1);
+      lower[axis] = std::min(lower[axis], below[axis]);
+      upper[axis] = std::max(upper[axis], below[axis] + 2);
     }
   }
-  if (box.lower[0] == kNone) return;
-  if (box.n_voxels() > std::min(kMostVoxels, kMostPerPoint * indices.size())) {
+  if (lower[0] == kNone) return;
+  const auto box = IndexBox<3>::between(lower, upper);
+  if (box.n() > std::min(kMostVoxels, kMostPerPoint * indices.size())) {
     const std::size_t half = indices.size() / 2;
     interpolate(volume, indices.first(half), out.first(half));
     interpolate(volume, indices.subspan(half), out.subspan(half));
     return;
   }
-  std::vector<float> values(box.n_voxels());
-  volume.copy_box(box.lower, {box.upper[0] + 1, box.upper[1] + 1, box.upper[2] + 1}, values.data());
+  std::vector<float> values(box.n());
+  volume.copy_box(lower, upper, values.data());
   for (std::size_t n = 0; n < indices.size(); ++n)
     if (is_inside(volume.size(), indices[n]))
       out[n] = interpolated(box, values, voxel_below(volume.size(), indices[n]), indices[n]);
