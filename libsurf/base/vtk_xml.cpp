@@ -7,6 +7,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <charconv>
 #include <cmath>
@@ -71,6 +72,7 @@ class Checker {
       if (tag.starts_with("AppendedData")) return check_appended(tag, end + 1);
       if (tag.starts_with("VTKFile")) read_kind(tag);
       check_counts(tag);
+      check_field_data(tag);
       if (tag.starts_with("DataArray") || tag.starts_with("Array")) check_array(tag, end + 1);
       at = end;
     }
@@ -126,6 +128,28 @@ class Checker {
     }
     for (const double n : numbers(attribute(tag, "NumberOfComponents")))
       check_number("components", n * std::max(1.0, n_most_));
+  }
+
+  /// What lies directly in field data are arrays of a known type: VTK 9.1 takes each for one
+  /// without a look whether it is.
+  void check_field_data(std::string_view tag) {
+    if (tag.empty() || tag[0] == '?' || tag[0] == '!') return;
+    if (tag[0] == '/') {
+      depth_ = std::max(0, depth_ - 1);
+      return;
+    }
+    if (depth_ == 1) {
+      constexpr std::array<std::string_view, 12> kTypes = {"Int8",    "UInt8",   "Int16",  "UInt16",
+                                                           "Int32",   "UInt32",  "Int64",  "UInt64",
+                                                           "Float32", "Float64", "String", "Bit"};
+      const std::string_view type = attribute(tag, "type");
+      if (std::find(kTypes.begin(), kTypes.end(), type) == kTypes.end())
+        throw InputError(fmt::format(
+            "{}: damaged: its field data hold something without a type that VTK knows; get the "
+            "file again, or leave its FieldData out",
+            path_));
+    }
+    if ((depth_ > 0 || tag.starts_with("FieldData")) && !tag.ends_with('/')) ++depth_;
   }
 
   void check_array(std::string_view tag, std::size_t end) {
@@ -185,6 +209,7 @@ class Checker {
   std::size_t n_word_ = 4;
   bool is_big_ = false, is_compressed_ = false;
   double n_most_ = 0;
+  int depth_ = 0;       // elements that are open, from field data on
   double n_words_ = 0;  ///< read from the heads of compressed data
   std::vector<double> offsets_;
 };
