@@ -14,10 +14,9 @@ find_package(OpenVDB REQUIRED)
 set(CGAL_DO_NOT_WARN_ABOUT_CMAKE_BUILD_TYPE TRUE)
 find_package(CGAL 5.5 REQUIRED)
 find_package(MPI REQUIRED COMPONENTS C)  # wanted by VTK's own package file
-set(SURFSEG_VTK CommonCore CommonDataModel FiltersCore IOCore IOXML IOImage metaio RenderingCore
-    RenderingOpenGL2)
+set(SURFSEG_VTK CommonCore CommonDataModel FiltersCore IOXML metaio RenderingCore RenderingOpenGL2)
 if(SURFSEG_BUILD_TESTS)
-  list(APPEND SURFSEG_VTK FiltersGeometry IOGeometry)  # a reader of .glb that is not ours
+  list(APPEND SURFSEG_VTK FiltersGeometry IOGeometry IOImage)  # readers and writers that are not ours
 endif()
 find_package(VTK 9.1 REQUIRED COMPONENTS ${SURFSEG_VTK})
 find_package(X11 REQUIRED)  # to look for a display before VTK does
@@ -50,6 +49,7 @@ function(surfseg_find_library target header library)
 endfunction()
 surfseg_find_library(surfseg_cholmod cholmod.h cholmod PATH_SUFFIXES suitesparse)
 surfseg_find_library(surfseg_blosc blosc.h blosc)
+surfseg_find_library(surfseg_turbojpeg turbojpeg.h turbojpeg)
 surfseg_find_library(surfseg_teem teem/nrrd.h teem)
 # GDCM's package file also exports its VTK bridge, which wants packages that are not needed here.
 surfseg_find_library(surfseg_gdcm gdcmReader.h gdcmMSFF PATH_SUFFIXES gdcm-3.0)

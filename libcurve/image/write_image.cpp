@@ -1,63 +1,66 @@
 #include "libcurve/image/write_image.h"
 
 #include <fmt/format.h>
-#include <vtkImageData.h>
-#include <vtkNew.h>
-#include <vtkPNGWriter.h>
-#include <vtkTIFFWriter.h>
-#include <vtkUnsignedCharArray.h>
+#include <tiffio.h>
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 
+#include "libcurve/image/detail/quiet_tiff.h"
 #include "libsurf/base/error.h"
 #include "libsurf/base/file.h"
-#include "libsurf/base/vtk_messages.h"
+#include "libsurf/io/detail/png_file.h"
 #include "libsurf/io/draw.h"
 
 namespace surf::curve {
 namespace {
 
-/// VTK counts rows from the bottom.
+/// A grey value for each pixel.
 template <class T, class Value>
-vtkSmartPointer<vtkImageData> to_vtk(const std::array<int, 2>& size, int type, const Value& value) {
-  const auto data = vtkSmartPointer<vtkImageData>::New();
-  data->SetDimensions(size[0], size[1], 1);
-  data->AllocateScalars(type, 1);
-  for (int j = 0; j < size[1]; ++j) {
-    T* row = static_cast<T*>(data->GetScalarPointer(0, size[1] - 1 - j, 0));
-    for (int i = 0; i < size[0]; ++i) row[i] = value(std::size_t(j) * size[0] + i);
-  }
-  return data;
-}
-
-void write_png_file(const std::string& path, vtkImageData* data) {
+void write_grey_png(const std::string& path, const std::array<int, 2>& size, const Value& value) {
   if (extension(path) != ".png")
     throw UsageError(fmt::format("{}: expected a name that ends in .png", path));
-  vtkNew<vtkPNGWriter> writer;
-  writer->SetInputData(data);
-  writer->WriteToMemoryOn();
-  writer->Write();
-  vtkUnsignedCharArray& bytes = *writer->GetResult();
-  write_bytes(path, {reinterpret_cast<const char*>(bytes.GetPointer(0)),
-                     std::size_t(bytes.GetNumberOfValues())});
+  std::vector<T> pixels(std::size_t(size[0]) * size[1]);
+  for (std::size_t at = 0; at < pixels.size(); ++at) pixels[at] = static_cast<T>(value(at));
+  write_bytes(path, io::png_bytes(size[0], size[1], 1, 8 * sizeof(T), pixels.data()));
 }
 
 bool is_tiff(const std::string& path) {
   return extension(path) == ".tif" || extension(path) == ".tiff";
 }
 
+/// 32-bit floats without compression, and the spacing as resolution.
+bool write_floats(TIFF* tiff, const Image& image) {
+  const auto& size = image.size();
+  bool is_good = true;
+  const auto set = [&](auto tag, auto value) { is_good &= TIFFSetField(tiff, tag, value) == 1; };
+  set(TIFFTAG_IMAGEWIDTH, std::uint32_t(size[0]));
+  set(TIFFTAG_IMAGELENGTH, std::uint32_t(size[1]));
+  set(TIFFTAG_BITSPERSAMPLE, 32);
+  set(TIFFTAG_SAMPLEFORMAT, SAMPLEFORMAT_IEEEFP);
+  set(TIFFTAG_SAMPLESPERPIXEL, 1);
+  set(TIFFTAG_PHOTOMETRIC, PHOTOMETRIC_MINISBLACK);
+  set(TIFFTAG_PLANARCONFIG, PLANARCONFIG_CONTIG);
+  set(TIFFTAG_ORIENTATION, ORIENTATION_TOPLEFT);
+  set(TIFFTAG_COMPRESSION, COMPRESSION_NONE);
+  set(TIFFTAG_ROWSPERSTRIP, TIFFDefaultStripSize(tiff, 0));
+  set(TIFFTAG_RESOLUTIONUNIT, RESUNIT_CENTIMETER);
+  set(TIFFTAG_XRESOLUTION, 10 / image.spacing()[0]);
+  set(TIFFTAG_YRESOLUTION, 10 / image.spacing()[1]);
+  for (int j = 0; is_good && j < size[1]; ++j) {
+    std::vector<float> row(size[0]);  // libtiff asks for bytes that it may change
+    for (int i = 0; i < size[0]; ++i) row[i] = image.value(i, j);
+    is_good = TIFFWriteScanline(tiff, row.data(), std::uint32_t(j), 0) == 1;
+  }
+  return is_good && TIFFFlush(tiff) == 1;
+}
+
 void write_tiff(const std::string& path, const Image& image) {
-  const auto data =
-      to_vtk<float>(image.size(), VTK_FLOAT, [&](std::size_t at) { return image.values()[at]; });
-  data->SetSpacing(image.spacing()[0], image.spacing()[1], 1);
   write_atomically(path, [&](const std::string& temporary) {
-    const VtkMessages messages;
-    vtkNew<vtkTIFFWriter> writer;
-    writer->SetInputData(data);
-    writer->SetFileName(temporary.c_str());
-    writer->Write();
-    if (messages.has_error() || writer->GetErrorCode() != 0)
+    const QuietTiff quiet;
+    const std::unique_ptr<TIFF, void (*)(TIFF*)> tiff(TIFFOpen(temporary.c_str(), "w"), TIFFClose);
+    if (!tiff || !write_floats(tiff.get(), image))
       throw OutputError(fmt::format("{}: cannot be written", path));
   });
 }
@@ -72,23 +75,19 @@ void write_image(const std::string& path, const Image& image) {
   if (is_tiff(path)) return write_tiff(path, image);
   const auto [low, high] = image.range();
   const double scale = high > low ? 65535.0 / (double(high) - low) : 0;
-  write_png_file(
-      path, to_vtk<std::uint16_t>(image.size(), VTK_UNSIGNED_SHORT, [&, low = low](std::size_t at) {
-        return static_cast<std::uint16_t>(std::lround(scale * (double(image.values()[at]) - low)));
-      }));
+  write_grey_png<std::uint16_t>(path, image.size(), [&, low = low](std::size_t at) {
+    return std::lround(scale * (double(image.values()[at]) - low));
+  });
 }
 
 void write_mask(const std::string& path, const std::array<int, 2>& size,
                 std::span<const std::uint8_t> mask) {
-  write_png_file(path, to_vtk<std::uint8_t>(size, VTK_UNSIGNED_CHAR, [&](std::size_t at) {
-                   return static_cast<std::uint8_t>(mask[at] != 0 ? 255 : 0);
-                 }));
+  write_grey_png<std::uint8_t>(path, size, [&](std::size_t at) { return mask[at] != 0 ? 255 : 0; });
 }
 
 void write_labels(const std::string& path, const std::array<int, 2>& size,
                   std::span<const std::uint8_t> labels) {
-  write_png_file(path, to_vtk<std::uint8_t>(size, VTK_UNSIGNED_CHAR,
-                                            [&](std::size_t at) { return labels[at]; }));
+  write_grey_png<std::uint8_t>(path, size, [&](std::size_t at) { return labels[at]; });
 }
 
 io::Picture draw_overlay(const Image& image, const Segments& curves,

@@ -1,22 +1,21 @@
 #include "libcurve/io/contour_file.h"
 
 #include <fmt/format.h>
-#include <vtkCellArray.h>
-#include <vtkCellData.h>
-#include <vtkIntArray.h>
-#include <vtkNew.h>
 
 #include <nlohmann/json.hpp>
+#include <numeric>
 
 #include "libcurve/mesh/hierarchy.h"
 #include "libsurf/base/error.h"
 #include "libsurf/base/file.h"
+#include "libsurf/base/late_library.h"
 #include "libsurf/io/detail/vtp_file.h"
 
 namespace surf::curve {
 namespace {
 
 using Eigen::Vector2d;
+using io::surf_vtp_bytes;
 using nlohmann::ordered_json;
 
 using Ring = std::vector<Vector2d>;
@@ -140,30 +139,26 @@ std::string svg_text(const std::vector<Polygon>& polygons, const Image& image) {
 /// Closed lines with the number of their slice.
 class Lines {
  public:
-  Lines() { slices_->SetName("slice"); }
-
   void add(const Points<3>& ring, int slice) {
-    const auto first = Eigen::Index(points_.size());
-    cells_->InsertNextCell(int(ring.rows()) + 1);
-    for (Eigen::Index i = 0; i <= ring.rows(); ++i)
-      cells_->InsertCellPoint(first + i % ring.rows());
+    std::vector<int>& corners = rings_.emplace_back(std::size_t(ring.rows()));
+    std::iota(corners.begin(), corners.end(), int(points_.size()));
     for (const auto point : ring.rowwise()) points_.push_back(point);
-    slices_->InsertNextValue(slice);
+    slices_.push_back(slice);
   }
-  std::string file(io::Space space, bool has_slices) {
-    Points<3> points(points_.size(), 3);
-    for (std::size_t i = 0; i < points_.size(); ++i) points.row(Eigen::Index(i)) = points_[i];
-    vtkNew<vtkPolyData> data;
-    data->SetPoints(io::to_vtk(points));
-    data->SetLines(cells_);
-    if (has_slices) data->GetCellData()->AddArray(slices_);
-    return io::vtp_file(*data, space);
+  std::string file(io::Space space, bool has_slices) const {
+    io::VtpContent content;
+    content.surface.points.resize(Eigen::Index(points_.size()), 3);
+    for (std::size_t i = 0; i < points_.size(); ++i)
+      content.surface.points.row(Eigen::Index(i)) = points_[i];
+    content.rings = rings_;
+    if (has_slices) content.slices = slices_;
+    return SURF_LATE(surf_vtk, surf_vtp_bytes)(content, space);
   }
 
  private:
   std::vector<Eigen::RowVector3d> points_;
-  vtkNew<vtkCellArray> cells_;
-  vtkNew<vtkIntArray> slices_;
+  std::vector<std::vector<int>> rings_;
+  std::vector<int> slices_;
 };
 
 std::string vtp_text(const std::vector<Polygon>& polygons, const Image& image, io::Space space) {

@@ -1,46 +1,18 @@
 #include "libsurf/io/picture.h"
 
 #include <fmt/format.h>
-#include <vtkImageData.h>
-#include <vtkJPEGWriter.h>
-#include <vtkNew.h>
-#include <vtkPNGWriter.h>
-#include <vtkUnsignedCharArray.h>
+#include <turbojpeg.h>
 
 #include <algorithm>
 #include <cassert>
 #include <cmath>
-#include <cstring>
-#include <functional>
+#include <memory>
 
 #include "libsurf/base/error.h"
 #include "libsurf/base/file.h"
-#include "libsurf/io/detail/vtk_mutex.h"
+#include "libsurf/io/detail/png_file.h"
 
 namespace surf::io {
-namespace {
-
-/// What a writer makes of it, in memory.
-template <class Writer>
-std::string bytes_of(const Picture& picture, const std::function<void(Writer&)>& prepare = {}) {
-  const std::scoped_lock lock(detail::vtk_mutex());
-  vtkNew<vtkImageData> image;
-  image->SetDimensions(picture.width(), picture.height(), 1);
-  image->AllocateScalars(VTK_UNSIGNED_CHAR, 3);
-  for (int y = 0; y < picture.height(); ++y)  // VTK counts rows from the bottom
-    std::memcpy(image->GetScalarPointer(0, picture.height() - 1 - y, 0), &picture.at(0, y),
-                std::size_t(picture.width()) * sizeof(Color));
-  vtkNew<Writer> writer;
-  if (prepare) prepare(*writer);
-  writer->SetInputData(image);
-  writer->WriteToMemoryOn();
-  writer->Write();
-  vtkUnsignedCharArray& bytes = *writer->GetResult();
-  const auto* begin = reinterpret_cast<const char*>(bytes.GetPointer(0));
-  return {begin, begin + bytes.GetNumberOfValues()};
-}
-
-}  // namespace
 
 void Picture::blend(int x, int y, Color color, double weight) {
   if (!contains(x, y)) return;
@@ -60,12 +32,21 @@ void Picture::paste(const Picture& other, int x, int y) {
 void write_png(const std::string& path, const Picture& picture) {
   if (extension(path) != ".png")
     throw UsageError(fmt::format("{}: pictures are written as .png only", path));
-  write_bytes(path, bytes_of<vtkPNGWriter>(picture));
+  write_bytes(path, png_bytes(picture.width(), picture.height(), 3, 8, &picture.at(0, 0)));
 }
 
 std::string jpeg_bytes(const Picture& picture, int quality) {
-  return bytes_of<vtkJPEGWriter>(picture,
-                                 [&](vtkJPEGWriter& writer) { writer.SetQuality(quality); });
+  const std::unique_ptr<void, int (*)(tjhandle)> writer(tjInitCompress(), tjDestroy);
+  unsigned char* bytes = nullptr;
+  unsigned long n_bytes = 0;
+  const bool is_done =
+      tjCompress2(writer.get(), picture.at(0, 0).data(), picture.width(), 0, picture.height(),
+                  TJPF_RGB, &bytes, &n_bytes, TJSAMP_420, quality, TJFLAG_ACCURATEDCT) == 0;
+  const std::unique_ptr<unsigned char, void (*)(unsigned char*)> owner(bytes, tjFree);
+  if (!is_done)
+    throw OutputError(fmt::format("a JPEG of {} x {} pixels cannot be made: {}", picture.width(),
+                                  picture.height(), tjGetErrorStr2(writer.get())));
+  return {reinterpret_cast<const char*>(bytes), n_bytes};
 }
 
 }  // namespace surf::io

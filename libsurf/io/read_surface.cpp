@@ -11,12 +11,18 @@
 
 #include "libsurf/base/error.h"
 #include "libsurf/base/file.h"
+#include "libsurf/base/late_library.h"
 #include "libsurf/io/detail/surface_formats.h"
+#include "libsurf/io/detail/vtp_file.h"
 
 namespace surf::io {
 namespace {
 
 using Reader = FileSurface (*)(const std::string&, const std::string&);
+
+FileSurface read_vtp(const std::string& path, const std::string& content) {
+  return SURF_LATE(surf_vtk, surf_read_vtp)(path, content);
+}
 
 Reader find_reader(const std::string& ending) {
   constexpr std::pair<std::string_view, Reader> kReaders[] = {

@@ -1,58 +1,17 @@
 #include "libsurf/io/thinned.h"
 
-#include <vtkCellArray.h>
-#include <vtkIdList.h>
-#include <vtkNew.h>
-#include <vtkPoints.h>
-#include <vtkPolyData.h>
-#include <vtkQuadricDecimation.h>
-#include <vtkStaticPointLocator.h>
-
 #include <numeric>
 
-#include "libsurf/io/detail/vtk_mutex.h"
+#include "libsurf/base/late_library.h"
+#include "libsurf/io/detail/drawing.h"
 
 namespace surf::io {
 
 Thinned thinned(const Triangles& surface, Eigen::Index n_triangles) {
-  Thinned out;
-  const Eigen::Index n = surface.elements.rows();
-  if (n <= n_triangles) {
-    out.surface = surface;
-    out.nearest.resize(surface.points.rows());
-    std::iota(out.nearest.begin(), out.nearest.end(), 0);
-    return out;
-  }
-  const std::scoped_lock lock(detail::vtk_mutex());
-  vtkNew<vtkPoints> points;
-  points->SetDataTypeToDouble();
-  for (const auto point : surface.points.rowwise())
-    points->InsertNextPoint(point[0], point[1], point[2]);
-  vtkNew<vtkCellArray> triangles;
-  for (const auto element : surface.elements.rowwise())
-    triangles->InsertNextCell({element[0], element[1], element[2]});
-  vtkNew<vtkPolyData> whole;
-  whole->SetPoints(points);
-  whole->SetPolys(triangles);
-  vtkNew<vtkQuadricDecimation> decimation;
-  decimation->SetInputData(whole);
-  decimation->SetTargetReduction(1 - double(n_triangles) / double(n));
-  decimation->Update();
-  vtkPolyData& less = *decimation->GetOutput();
-  vtkNew<vtkStaticPointLocator> locator;
-  locator->SetDataSet(whole);
-  locator->BuildLocator();
-  out.surface.points.resize(less.GetNumberOfPoints(), 3);
-  for (vtkIdType k = 0; k < less.GetNumberOfPoints(); ++k) {
-    less.GetPoint(k, out.surface.points.row(k).data());
-    out.nearest.push_back(int(locator->FindClosestPoint(out.surface.points.row(k).data())));
-  }
-  out.surface.elements.resize(less.GetNumberOfPolys(), 3);
-  vtkNew<vtkIdList> corners;
-  for (vtkIdType k = 0; k < less.GetNumberOfPolys(); ++k) {
-    less.GetPolys()->GetCellAtId(k, corners);
-    for (int c = 0; c < 3; ++c) out.surface.elements(k, c) = int(corners->GetId(c));
-  }
+  if (surface.elements.rows() > n_triangles)
+    return SURF_LATE(surf_render, surf_decimated)(surface, n_triangles);
+  Thinned out{surface, std::vector<int>(std::size_t(surface.points.rows()))};
+  std::iota(out.nearest.begin(), out.nearest.end(), 0);
   return out;
 }
 

@@ -1,11 +1,6 @@
 #include "libsurf/io/write_surface.h"
 
 #include <fmt/format.h>
-#include <vtkCellArray.h>
-#include <vtkDoubleArray.h>
-#include <vtkNew.h>
-#include <vtkPointData.h>
-#include <vtkPolyData.h>
 
 #include <bit>
 #include <cerrno>
@@ -16,6 +11,7 @@
 
 #include "libsurf/base/error.h"
 #include "libsurf/base/file.h"
+#include "libsurf/base/late_library.h"
 #include "libsurf/io/detail/dicom_stl.h"
 #include "libsurf/io/detail/gifti_file.h"
 #include "libsurf/io/detail/glb_file.h"
@@ -99,24 +95,16 @@ std::string obj_bytes(const std::string& path, const Triangles& surface,
 }
 
 std::string vtp_bytes(const std::string&, const Triangles& surface, const WriteOptions& options) {
-  vtkNew<vtkCellArray> cells;
-  cells->AllocateExact(surface.elements.rows(), surface.elements.size());
-  for (const auto element : surface.elements.rowwise())
-    cells->InsertNextCell({element[0], element[1], element[2]});
-  vtkNew<vtkPolyData> data;
-  data->SetPoints(to_vtk(surface.points));
-  data->SetPolys(cells);
-  for (const PointArray& array : options.arrays) {
-    vtkNew<vtkDoubleArray> values;
-    values->SetName(array.name.c_str());
-    for (const double value : array.values) values->InsertNextValue(value);
-    data->GetPointData()->AddArray(values);
-  }
-  return vtp_file(*data, options.space);
+  return SURF_LATE(surf_vtk, surf_vtp_bytes)({surface, options.arrays}, options.space);
 }
 
 std::string gifti_bytes(const std::string&, const Triangles& surface, const WriteOptions& options) {
   return gifti_surface_bytes({converted(surface.points, options.space), surface.elements});
+}
+
+std::string dicom_bytes(const std::string& path, const Triangles& surface,
+                        const WriteOptions& options) {
+  return SURF_LATE(surf_dicom, surf_dicom_stl)(path, surface, options);
 }
 
 /// NAME.shape.gii of NAME.surf.gii or NAME.gii: programs that read surfaces want just the two
@@ -166,7 +154,7 @@ constexpr Format kFormats[] = {{".stl", ".stl", nameless<stl_bytes>},
                                {".gii", ".surf.gii", gifti_bytes, true, kShape},
                                {".glb", ".glb", nameless<glb_bytes>},
                                {".3mf", ".3mf", nameless<threemf_bytes>},
-                               {".dcm", ".stl.dcm", dicom_stl_bytes}};
+                               {".dcm", ".stl.dcm", dicom_bytes}};
 
 const Format* find_format(const std::string& ending) {
   for (const Format& format : kFormats)

@@ -4,6 +4,7 @@
 
 #include "libsurf/base/error.h"
 #include "libsurf/base/file.h"
+#include "libsurf/base/late_library.h"
 #include "libsurf/volume/detail/dicom_segmentation.h"
 #include "libsurf/volume/volume.h"
 
@@ -32,7 +33,7 @@ std::string DicomOrigin::value(std::uint16_t group, std::uint16_t element) const
 
 void check_dicom_output(const std::string& path, const Volume& volume) {
   if (extension(path) != ".dcm") return;
-  if (!has_dicom_writer())
+  if (!SURF_LATE(surf_dicom, surf_dicom_segmentation))
     throw OutputError(fmt::format(
         "{}: this surfseg was built without DCMTK, which writes DICOM; choose another format, or "
         "build it where libdcmtk-dev is",

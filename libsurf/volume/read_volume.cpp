@@ -8,6 +8,7 @@
 
 #include "libsurf/base/error.h"
 #include "libsurf/base/file.h"
+#include "libsurf/base/late_library.h"
 #include "libsurf/volume/detail/byte_stream.h"
 #include "libsurf/volume/detail/read_dicom.h"
 #include "libsurf/volume/detail/read_metaimage.h"
@@ -47,6 +48,14 @@ bool is_nifti(const std::string& bytes) {
 bool is_metaimage(const std::string& bytes) {
   return bytes.find('\0') > 40 && (bytes.find("ObjectType") < 200 || bytes.find("NDims") < 200) &&
          bytes.find('=') != std::string::npos;
+}
+
+Volume read_dicom(const std::string& path, const ReadOptions& options) {
+  return SURF_LATE(surf_dicom, surf_read_dicom)(path, options);
+}
+
+Volume read_vti(const std::string& path, const ReadOptions& options) {
+  return SURF_LATE(surf_vtk, surf_read_vti)(path, options);
 }
 
 Reader by_content(const std::string& bytes) {
@@ -92,6 +101,10 @@ Volume read_volume(const std::string& path, const ReadOptions& options) {
     throw UsageError(
         fmt::format("ReadOptions::series_uid: {} is no DICOM image, which alone has series", path));
   return reader(path, options);
+}
+
+std::vector<DicomSeries> dicom_series(const std::string& folder) {
+  return SURF_LATE(surf_dicom, surf_dicom_series)(folder);
 }
 
 }  // namespace surf::volume

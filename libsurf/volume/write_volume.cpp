@@ -18,6 +18,7 @@
 #include "libsurf/base/error.h"
 #include "libsurf/base/escaped.h"
 #include "libsurf/base/file.h"
+#include "libsurf/base/late_library.h"
 #include "libsurf/volume/detail/dicom_segmentation.h"
 
 namespace surf::volume {
@@ -348,8 +349,9 @@ void write_label_map(const std::string& path, const Volume& grid,
   check_size(path, grid.size(), labels);
   check_dicom_output(path, grid);
   const LabelName alone;
-  write_bytes(path, dicom_segmentation_bytes(path, grid.size(), *grid.dicom(), labels,
-                                             names.empty() ? std::span(&alone, 1) : names));
+  write_bytes(path, SURF_LATE(surf_dicom, surf_dicom_segmentation)(
+                        path, grid.size(), *grid.dicom(), labels,
+                        names.empty() ? std::span(&alone, 1) : names));
 }
 
 }  // namespace surf::volume

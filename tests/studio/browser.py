@@ -69,11 +69,25 @@ class Browser:
         os.close(write_answers)
         self.write, self.read_end = write_commands, read_answers
         self.number, self.rest, self.events, self.session = 0, b"", [], None
+        self.size, self.context = size, None
         page = [t for t in self("Target.getTargets")["targetInfos"] if t["type"] == "page"][0]
-        self.session = self("Target.attachToTarget", targetId=page["targetId"], flatten=True)["sessionId"]
+        self._attach(page["targetId"])
+
+    def _attach(self, page):
+        self.session = self("Target.attachToTarget", targetId=page, flatten=True)["sessionId"]
         for domain in ("Runtime", "Page", "Log", "Network"):
             self(domain + ".enable")
-        self.resize(*size)
+        self.resize(*self.size)
+
+    def fresh(self):
+        """An empty page in a profile of its own, which knows nothing of those before; they are closed."""
+        self.session, before = None, self.context
+        self.context = self("Target.createBrowserContext")["browserContextId"]
+        page = self("Target.createTarget", url="about:blank", browserContextId=self.context)["targetId"]
+        if before:
+            self("Target.disposeBrowserContext", browserContextId=before)
+        self.events = []
+        self._attach(page)
 
     def __enter__(self):
         return self
@@ -232,8 +246,8 @@ class Browser:
 
 
 def run_tests(tests, needs=()):
-    """The program: [--screenshots FOLDER] [name ...]. Each test gets a browser of its own, whose console must stay
-    quiet. Returns 77 where Chromium or another program is missing."""
+    """The program: [--screenshots FOLDER] [name ...]. Each test gets a fresh page, whose console must stay quiet; to start
+    a browser for each takes as long as most tests. Returns 77 where Chromium or another program is missing."""
     arguments, pictures = sys.argv[1:], None
     if "--screenshots" in arguments:
         k = arguments.index("--screenshots")
@@ -243,21 +257,28 @@ def run_tests(tests, needs=()):
     if missing:
         print(f"skipped: {', '.join(missing)} missing")
         return 77
-    failed = 0
+    failed, browser = 0, None
     for test in tests:
         if arguments and test.__name__ not in arguments:
             continue
         started, name = time.time(), test.__name__.replace("_", " ")
-        with Browser() as browser:
-            browser.pictures = pictures
+        browser = browser or Browser()
+        browser.pictures = pictures
+        try:
+            browser.fresh()
+            test(browser)
+            log = [line for line in browser.log().splitlines() if "exception" in line or "Content Security Policy" in line]
+            if log:
+                raise BrowserError("the console says: " + "; ".join(log))
+            print(f"passed  {name} ({time.time() - started:.1f} s)", flush=True)
+        except Exception as error:
+            failed += 1
+            print(f"FAILED  {name}: {error}\n{browser.log()}", flush=True)
             try:
-                test(browser)
-                log = [line for line in browser.log().splitlines() if "exception" in line or "Content Security Policy" in line]
-                if log:
-                    raise BrowserError("the console says: " + "; ".join(log))
-                print(f"passed  {name} ({time.time() - started:.1f} s)", flush=True)
-            except Exception as error:
-                failed += 1
                 browser.picture("failed-" + test.__name__)
-                print(f"FAILED  {name}: {error}\n{browser.log()}", flush=True)
+            except (BrowserError, OSError):  # it has ended; the next test starts another
+                browser.close()
+                browser = None
+    if browser:
+        browser.close()
     return 1 if failed else 0

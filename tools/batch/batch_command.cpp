@@ -1,6 +1,7 @@
 // surfseg batch: a list of scans and clicks in, a folder of derivatives and a page of them out.
 #include <fmt/format.h>
 
+#include <CLI/App.hpp>
 #include <filesystem>
 #include <memory>
 

@@ -1,5 +1,6 @@
 #include "tools/common/command_line.h"
 
+#include <CLI/App.hpp>
 #include <algorithm>
 #include <map>
 

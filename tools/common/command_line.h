@@ -1,9 +1,10 @@
 // The command line of a run, as text that a shell takes again.
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <string>
 #include <vector>
+
+#include "tools/common/cli_app.h"
 
 namespace surfseg {
 

@@ -1,10 +1,11 @@
 // Options from a JSON file: any option of a command by its long name without dashes.
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
+
+#include "tools/common/cli_app.h"
 
 namespace surfseg {
 

@@ -1,10 +1,10 @@
 // Options that are given and do nothing, and shorthands that change more than they say.
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <string>
 #include <vector>
 
+#include "tools/common/cli_app.h"
 #include "tools/common/run_arguments.h"
 
 namespace surfseg {

@@ -1,11 +1,11 @@
 // Several objects on one command line: whose clicks are whose, and where each is written.
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <string>
 #include <vector>
 
 #include "libsurf/segment/options.h"
+#include "tools/common/cli_app.h"
 #include "tools/common/outputs.h"
 #include "tools/common/run_arguments.h"
 

@@ -1,7 +1,7 @@
 // Options of one group of the help text.
 #pragma once
 
-#include <CLI/CLI.hpp>
+#include <CLI/App.hpp>
 #include <string>
 #include <vector>
 

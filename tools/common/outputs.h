@@ -2,12 +2,12 @@
 // error.
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "libsurf/io/space.h"
+#include "tools/common/cli_app.h"
 
 namespace surfseg {
 

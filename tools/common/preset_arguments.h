@@ -1,8 +1,9 @@
 // Options from files: --config FILE and --preset NAME.
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <string>
+
+#include "tools/common/cli_app.h"
 
 namespace surfseg {
 

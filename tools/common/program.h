@@ -1,13 +1,13 @@
 // What every program's main does: parse, run the verb, map errors to exit codes.
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <exception>
 #include <functional>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
+#include "tools/common/cli_app.h"
 #include "tools/common/exit_codes.h"
 
 namespace surfseg {

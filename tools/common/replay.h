@@ -1,10 +1,10 @@
 // What the replay commands of both programs do: a recipe in, what its object is at the end out.
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <string>
 
 #include "libsurf/segment/segmentation.h"
+#include "tools/common/cli_app.h"
 #include "tools/common/run_arguments.h"
 #include "tools/common/segment_command.h"
 

@@ -1,12 +1,12 @@
 // The options of a run that surfseg and curveseg share.
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <string>
 #include <vector>
 
 #include "libsurf/mesh/hierarchy.h"
 #include "libsurf/segment/options.h"
+#include "tools/common/cli_app.h"
 #include "tools/common/progress.h"
 
 namespace surfseg {

@@ -1,7 +1,6 @@
 // What the segment commands of both programs do: read, segment, finish, write, tell.
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -11,6 +10,7 @@
 #include "libsurf/segment/segment.h"
 #include "libsurf/volume/write_volume.h"
 #include "tools/common/checkpoint.h"
+#include "tools/common/cli_app.h"
 #include "tools/common/exit_codes.h"
 #include "tools/common/objects.h"
 #include "tools/common/progress.h"

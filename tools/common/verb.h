@@ -1,7 +1,7 @@
 // A verb of a program that has options of a run.
 #pragma once
 
-#include <CLI/CLI.hpp>
+#include <CLI/App.hpp>
 #include <memory>
 #include <string>
 

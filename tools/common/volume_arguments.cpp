@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <CLI/App.hpp>
+
 #include "libsurf/base/error.h"
 #include "libsurf/volume/read_volume.h"
 #include "tools/common/option_group.h"

@@ -1,10 +1,10 @@
 // Which frame and series of a volume's file: the options of every verb that reads volumes.
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <string>
 
 #include "libsurf/volume/volume.h"
+#include "tools/common/cli_app.h"
 
 namespace surfseg {
 

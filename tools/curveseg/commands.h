@@ -1,8 +1,7 @@
 // The verbs of curveseg; see tools/surfseg/commands.h.
 #pragma once
 
-#include <CLI/CLI.hpp>
-
+#include "tools/common/cli_app.h"
 #include "tools/common/exit_codes.h"
 
 namespace surfseg::curve_program {

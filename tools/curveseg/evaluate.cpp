@@ -1,6 +1,7 @@
 // curveseg evaluate: contours against reference contours or a mask.
 #include <fmt/format.h>
 
+#include <CLI/App.hpp>
 #include <algorithm>
 
 #include "libcurve/io/contour_file.h"

@@ -1,11 +1,11 @@
 // Which image: a file, or a slice of a volume; and points in it.
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <string>
 
 #include "libcurve/image/image.h"
 #include "libcurve/image/slice.h"
+#include "tools/common/cli_app.h"
 #include "tools/common/volume_arguments.h"
 
 namespace surfseg::curve_program {

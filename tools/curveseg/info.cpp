@@ -1,6 +1,7 @@
 // curveseg info: what an image is.
 #include <fmt/format.h>
 
+#include <CLI/App.hpp>
 #include <nlohmann/json.hpp>
 
 #include "tools/common/report.h"

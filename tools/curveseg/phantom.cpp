@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include <CLI/App.hpp>
+
 #include "libcurve/image/write_image.h"
 #include "libcurve/io/contour_file.h"
 #include "libsurf/base/error.h"

@@ -1,4 +1,6 @@
 // curveseg replay: a recipe in, the contours that it makes again out.
+#include <CLI/App.hpp>
+
 #include "tools/common/option_group.h"
 #include "tools/common/replay_command.h"
 #include "tools/common/verb.h"

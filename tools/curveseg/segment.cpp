@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <CLI/App.hpp>
 #include <filesystem>
 
 #include "libcurve/image/read_image.h"

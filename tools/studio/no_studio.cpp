@@ -1,4 +1,6 @@
 // surfseg studio in a program that was built without it.
+#include <CLI/App.hpp>
+
 #include "libsurf/base/error.h"
 #include "tools/surfseg/commands.h"
 

@@ -3,10 +3,10 @@
 // code than 0 sets `exit_code`.
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <string>
 #include <vector>
 
+#include "tools/common/cli_app.h"
 #include "tools/common/exit_codes.h"
 
 namespace surfseg {

@@ -1,4 +1,5 @@
 // surfseg evaluate: a surface against a reference mesh or label map, and its own quality.
+#include <CLI/App.hpp>
 #include <memory>
 #include <optional>
 

@@ -1,4 +1,5 @@
 // surfseg info: what a volume is and where it lies.
+#include <CLI/App.hpp>
 #include <memory>
 
 #include "libsurf/volume/orientation.h"

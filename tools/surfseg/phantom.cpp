@@ -1,6 +1,8 @@
 // surfseg phantom: test volumes whose surface is known exactly.
 #include "libsurf/volume/phantom.h"
 
+#include <CLI/App.hpp>
+
 #include "libsurf/base/error.h"
 #include "libsurf/volume/write_volume.h"
 #include "tools/common/arguments.h"

@@ -1,6 +1,7 @@
 // surfseg render: pictures of a surface, in 3-D or over slices of its volume.
 #include "libsurf/io/render.h"
 
+#include <CLI/App.hpp>
 #include <memory>
 #include <optional>
 

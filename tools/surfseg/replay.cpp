@@ -1,6 +1,8 @@
 // surfseg replay: a recipe in, the surface that it makes again out.
 #include <fmt/format.h>
 
+#include <CLI/App.hpp>
+
 #include "libsurf/io/write_surface.h"
 #include "libsurf/volume/write_volume.h"
 #include "tools/common/option_group.h"

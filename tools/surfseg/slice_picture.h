@@ -1,7 +1,6 @@
 // Pictures of slices: their options, and the one that segment makes.
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <array>
 #include <optional>
 #include <string>
@@ -9,6 +8,7 @@
 
 #include "libsurf/io/slices.h"
 #include "libsurf/segment/click.h"
+#include "tools/common/cli_app.h"
 
 namespace surfseg {
 

@@ -1,57 +1,59 @@
-#include <vtkImageData.h>
-#include <vtkJPEGReader.h>
-#include <vtkNew.h>
+#include <turbojpeg.h>
 
-#include <algorithm>
+#include <cerrno>
+#include <cstring>
 #include <fstream>
+#include <memory>
 
 #include "libcurve/image/detail/raster.h"
-#include "libsurf/base/vtk_messages.h"
 
 namespace surf::curve {
 namespace {
 
-/// libjpeg fills what is missing with grey; only the end's mark tells.
-void check_end(const std::string& path) {
-  constexpr std::streamoff kTail = 4096;  // some cameras append a few bytes
+std::string content_of(const std::string& path) {
   std::ifstream stream(path, std::ios::binary | std::ios::ate);
-  const std::streamoff n = std::min<std::streamoff>(kTail, stream.tellg());
-  stream.seekg(-n, std::ios::end);
-  std::string tail(std::size_t(n), '\0');
-  stream.read(tail.data(), n);
-  if (tail.rfind("\xff\xd9") == std::string::npos)
+  std::string content(std::size_t(std::max<std::streamoff>(stream.tellg(), 0)), '\0');
+  stream.seekg(0);
+  if (!stream.read(content.data(), std::streamsize(content.size())))
+    throw InputError(path + ": cannot be read: " + std::strerror(errno));
+  return content;
+}
+
+/// libjpeg fills what is missing with grey; only the end's mark tells.
+void check_end(const std::string& content, const std::string& path) {
+  constexpr std::size_t kTail = 4096;  // some cameras append a few bytes
+  const std::size_t at = content.rfind("\xff\xd9");
+  if (at == std::string::npos || content.size() - at > kTail)
     throw damaged(path, "JPEG", "its end is missing");
 }
 
 }  // namespace
 
 Raster read_jpeg(const std::string& path) {
-  check_end(path);
-  const VtkMessages messages;
-  vtkNew<vtkJPEGReader> reader;
-  reader->SetFileName(path.c_str());
-  reader->UpdateInformation();
-  if (messages.has_error() || reader->GetErrorCode() != 0)
-    throw damaged(path, "JPEG", messages.first());
-  const int* extent = reader->GetDataExtent();
+  const std::string content = content_of(path);
+  check_end(content, path);
+  const auto* bytes = reinterpret_cast<const unsigned char*>(content.data());
+  const std::unique_ptr<void, int (*)(tjhandle)> reader(tjInitDecompress(), tjDestroy);
+  if (!reader) throw std::bad_alloc();
   Raster out;
-  out.size = {extent[1] - extent[0] + 1, extent[3] - extent[2] + 1};
-  check_image_size({out.size[0], out.size[1]}, path);
-  check_promised(path, "JPEG",
-                 double(out.size[0]) * out.size[1] * reader->GetNumberOfScalarComponents());
-  reader->Update();
-  vtkImageData& data = *reader->GetOutput();
-  if (messages.has_error() || reader->GetErrorCode() != 0 ||
-      data.GetNumberOfPoints() != vtkIdType(out.size[0]) * out.size[1])
-    throw damaged(path, "JPEG", messages.first());
-  out.n_components = data.GetNumberOfScalarComponents();
+  int subsampling = 0, colours = 0;
+  if (tjDecompressHeader3(reader.get(), bytes, content.size(), &out.size[0], &out.size[1],
+                          &subsampling, &colours) != 0)
+    throw damaged(path, "JPEG", tjGetErrorStr2(reader.get()));
+  if (colours == TJCS_CMYK || colours == TJCS_YCCK)
+    throw InputError(path + ": a JPEG of four printing colours (CMYK); save it in grey or RGB");
+  out.n_components = colours == TJCS_GRAY ? 1 : 3;
   out.scalar_type = "uint8";
-  const int n = out.size[0] * out.n_components;
-  for (int j = 0; j < out.size[1]; ++j) {  // VTK counts rows from the bottom
-    const auto* row = static_cast<const unsigned char*>(
-        data.GetScalarPointer(extent[0], extent[3] - j, extent[4]));
-    out.values.insert(out.values.end(), row, row + n);
-  }
+  check_image_size({out.size[0], out.size[1]}, path);
+  const std::size_t n_values = std::size_t(out.size[0]) * out.size[1] * out.n_components;
+  check_promised(path, "JPEG", double(n_values));
+  std::vector<unsigned char> values(n_values);
+  const int status = tjDecompress2(reader.get(), bytes, content.size(), values.data(), out.size[0],
+                                   0, out.size[1], colours == TJCS_GRAY ? TJPF_GRAY : TJPF_RGB,
+                                   TJFLAG_ACCURATEDCT | TJFLAG_LIMITSCANS);
+  if (status != 0 && tjGetErrorCode(reader.get()) == TJERR_FATAL)
+    throw damaged(path, "JPEG", tjGetErrorStr2(reader.get()));
+  out.values.assign(values.begin(), values.end());
   return out;
 }
 

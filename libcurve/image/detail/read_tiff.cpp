@@ -5,26 +5,12 @@
 #include <cstring>
 #include <memory>
 
+#include "libcurve/image/detail/quiet_tiff.h"
 #include "libcurve/image/detail/raster.h"
 
 // VTK's reader turns rows upside down or not with their type (9.1).
 namespace surf::curve {
 namespace {
-
-/// libtiff prints through handlers of the whole process.
-class Quiet {
- public:
-  Quiet() : error_(TIFFSetErrorHandler(nullptr)), warning_(TIFFSetWarningHandler(nullptr)) {}
-  ~Quiet() {
-    TIFFSetErrorHandler(error_);
-    TIFFSetWarningHandler(warning_);
-  }
-  Quiet(const Quiet&) = delete;
-  Quiet& operator=(const Quiet&) = delete;
-
- private:
-  TIFFErrorHandler error_, warning_;
-};
 
 using File = std::unique_ptr<TIFF, decltype(&TIFFClose)>;
 
@@ -155,7 +141,7 @@ void orient(const Header& h, Raster& out) {
 }  // namespace
 
 Raster read_tiff(const std::string& path, int page) {
-  const Quiet quiet;
+  const QuietTiff quiet;
   const File tiff(TIFFOpen(path.c_str(), "r"), TIFFClose);
   if (!tiff) throw damaged(path, "TIFF");
   Raster out;

@@ -33,10 +33,8 @@ void insert_sources(DcmDataset& data, const std::vector<volume::DicomImage>& ima
   }
 }
 
-}  // namespace
-
-std::string dicom_stl_bytes(const std::string& path, const Triangles& surface,
-                            const WriteOptions& options) {
+std::string bytes_of(const std::string& path, const Triangles& surface,
+                     const WriteOptions& options) {
   if (!options.dicom)
     throw InputError(
         fmt::format("{}: a DICOM object belongs to a patient and refers to the images it was made "
@@ -73,6 +71,13 @@ std::string dicom_stl_bytes(const std::string& path, const Triangles& surface,
   volume::check_dcmtk(data.putAndInsertUint32(DCM_EncapsulatedDocumentLength, Uint32(stl.size())),
                       path, "the surface's size");
   return volume::dicom_bytes(data, path);
+}
+
+}  // namespace
+
+extern "C" {
+std::string (*const surf_dicom_stl)(const std::string&, const Triangles&,
+                                    const WriteOptions&) = bytes_of;
 }
 
 }  // namespace surf::io

@@ -1,12 +1,12 @@
 #include "libsurf/io/detail/gifti_file.h"
 
 #include <fmt/format.h>
-#include <vtkBase64Utilities.h>
 #include <zlib.h>
 
 #include <cstdint>
 #include <new>
 
+#include "libsurf/base/base64.h"
 #include "libsurf/base/escaped.h"
 #include "libsurf/io/detail/numbers.h"
 
@@ -22,11 +22,8 @@ std::string base64_of_compressed(const void* data, std::size_t n_bytes) {
   if (compress2(reinterpret_cast<Bytef*>(compressed.data()), &n_compressed,
                 static_cast<const Bytef*>(data), n_bytes, Z_DEFAULT_COMPRESSION) != Z_OK)
     throw std::bad_alloc();
-  std::string out(4 * ((n_compressed + 2) / 3), '\0');
-  out.resize(vtkBase64Utilities::Encode(reinterpret_cast<const unsigned char*>(compressed.data()),
-                                        n_compressed,
-                                        reinterpret_cast<unsigned char*>(out.data())));
-  return out;
+  compressed.resize(n_compressed);
+  return base64(compressed);
 }
 
 std::string meta_data(const std::string& key, const std::string& value) {

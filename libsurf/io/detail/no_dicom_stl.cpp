@@ -3,9 +3,17 @@
 #include "libsurf/io/detail/dicom_stl.h"
 
 namespace surf::io {
+namespace {
 
-std::string dicom_stl_bytes(const std::string& path, const Triangles&, const WriteOptions&) {
+std::string refuse(const std::string& path, const Triangles&, const WriteOptions&) {
   throw OutputError(path + ": not written: this surfseg was built without DCMTK");
+}
+
+}  // namespace
+
+extern "C" {
+std::string (*const surf_dicom_stl)(const std::string&, const Triangles&,
+                                    const WriteOptions&) = refuse;
 }
 
 }  // namespace surf::io

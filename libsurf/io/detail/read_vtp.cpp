@@ -9,14 +9,14 @@
 #include <vtkStringArray.h>
 #include <vtkXMLPolyDataReader.h>
 
-#include "libsurf/base/vtk_messages.h"
 #include "libsurf/base/vtk_xml.h"
-#include "libsurf/io/detail/surface_formats.h"
+#include "libsurf/io/detail/vtp_file.h"
+#include "libsurf/volume/detail/vtk_messages.h"
 
 namespace surf::io {
 namespace {
 
-void check(const std::string& path, const VtkMessages& messages, vtkPolyData* data) {
+void check(const std::string& path, const volume::VtkMessages& messages, vtkPolyData* data) {
   if (const std::string message = messages.first(); !message.empty())
     throw InputError(fmt::format("{}: broken: {}", path, message));
   if (data == nullptr || data->GetPoints() == nullptr)
@@ -57,11 +57,9 @@ std::optional<Space> space_of_field_data(const std::string& path, vtkPolyData* d
   return stated_space("SPACE=" + const_cast<vtkStringArray*>(array)->GetValue(0), path);
 }
 
-}  // namespace
-
 FileSurface read_vtp(const std::string& path, const std::string& content) {
   check_vtk_xml(path, content);
-  const VtkMessages messages;
+  const volume::VtkMessages messages;
   vtkNew<vtkXMLPolyDataReader> reader;
   reader->ReadFromInputStringOn();
   reader->SetInputString(content);
@@ -70,6 +68,12 @@ FileSurface read_vtp(const std::string& path, const std::string& content) {
   FileSurface surface = to_surface(path, reader->GetOutput());
   surface.space = space_of_field_data(path, reader->GetOutput());
   return surface;
+}
+
+}  // namespace
+
+extern "C" {
+FileSurface (*const surf_read_vtp)(const std::string&, const std::string&) = read_vtp;
 }
 
 }  // namespace surf::io

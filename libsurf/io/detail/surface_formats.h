@@ -34,11 +34,10 @@ struct FileSurface {
   }
 };
 
-/// Readers of the whole content of a file; `path` is for messages.
+/// Readers of the whole content of a file; `path` is for messages. That of VTP is in vtp_file.h.
 FileSurface read_stl(const std::string& path, const std::string& content);
 FileSurface read_obj(const std::string& path, const std::string& content);
 FileSurface read_ply(const std::string& path, const std::string& content);
-FileSurface read_vtp(const std::string& path, const std::string& content);
 
 /// Words of a text, line by line, counting lines from 1.
 class Lines {

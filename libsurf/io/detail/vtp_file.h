@@ -1,21 +1,30 @@
-// VTP files as surfseg writes them; for .cpp files that show VTK anyway.
+// VTK's polygonal data as surfseg reads and writes them: .vtp; in the library surf_vtk.
 #pragma once
 
-#include <vtkPoints.h>
-#include <vtkPolyData.h>
-#include <vtkSmartPointer.h>
-
 #include <string>
+#include <vector>
 
 #include "libsurf/base/types.h"
+#include "libsurf/io/detail/surface_formats.h"
 #include "libsurf/io/space.h"
+#include "libsurf/io/write_surface.h"
 
 namespace surf::io {
 
-/// The points as doubles.
-vtkSmartPointer<vtkPoints> to_vtk(const Points<3>& points);
+/// Triangles, or closed lines.
+struct VtpContent {
+  Triangles surface;                    ///< the points of both
+  std::vector<PointArray> arrays = {};  ///< numbers of the points
+  std::vector<std::vector<int>> rings = {};
+  std::vector<int> slices = {};  ///< of each ring, as the cells' numbers "slice"; or none
+};
 
-/// The file's bytes: binary, compressed, with the field data SPACE, which is added to `data`.
-std::string vtp_file(vtkPolyData& data, Space space);
+extern "C" {
+/// As the readers of surface_formats.h.
+/// @throws InputError
+extern FileSurface (*const surf_read_vtp)(const std::string& path, const std::string& content);
+/// The file's bytes: doubles, binary, compressed, with the field data SPACE.
+extern std::string (*const surf_vtp_bytes)(const VtpContent& content, Space space);
+}
 
 }  // namespace surf::io

@@ -88,7 +88,7 @@ struct ByteStream::Impl {
 };
 
 ByteStream::ByteStream(const std::string& path, std::uint64_t offset, Encoding encoding)
-    : impl_(std::make_unique<Impl>()) {
+    : impl_(std::make_unique_for_overwrite<Impl>()) {
   impl_->path = path;
   std::error_code status;
   if (std::filesystem::is_directory(path, status))

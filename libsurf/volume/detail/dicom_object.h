@@ -1,5 +1,4 @@
-// What DICOM objects that are made of a series have in common; for .cpp files that show DCMTK
-// anyway.
+// What DICOM objects that are made of a series have in common; within the library surf_dicom.
 #pragma once
 
 #include <dcmtk/config/osconfig.h>

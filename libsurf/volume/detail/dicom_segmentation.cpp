@@ -240,15 +240,18 @@ class Writer {
   std::unique_ptr<DcmSegmentation> segmentation_;
 };
 
+std::string bytes_of(const std::string& path, const std::array<int, 3>& size,
+                     const DicomOrigin& origin, std::span<const std::uint8_t> labels,
+                     std::span<const LabelName> names) {
+  return Writer(path, size, origin, labels, names).bytes();
+}
+
 }  // namespace
 
-bool has_dicom_writer() { return true; }
-
-std::string dicom_segmentation_bytes(const std::string& path, const std::array<int, 3>& size,
-                                     const DicomOrigin& origin,
-                                     std::span<const std::uint8_t> labels,
-                                     std::span<const LabelName> names) {
-  return Writer(path, size, origin, labels, names).bytes();
+extern "C" {
+std::string (*const surf_dicom_segmentation)(const std::string&, const std::array<int, 3>&,
+                                             const DicomOrigin&, std::span<const std::uint8_t>,
+                                             std::span<const LabelName>) = bytes_of;
 }
 
 }  // namespace surf::volume

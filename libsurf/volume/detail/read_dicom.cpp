@@ -451,8 +451,6 @@ DicomOrigin origin_of(const SliceStack& stack, const std::string& series_uid) {
   return origin;
 }
 
-}  // namespace
-
 Volume read_dicom(const std::string& path, const ReadOptions& options) {
   check_frame(path, options.frame_index, 1);
   const SilenceGdcm silence;
@@ -476,10 +474,17 @@ Volume read_dicom(const std::string& path, const ReadOptions& options) {
   return builder.finish();
 }
 
-std::vector<DicomSeries> dicom_series(const std::string& folder) {
+std::vector<DicomSeries> series_in(const std::string& folder) {
   const SilenceGdcm silence;
   int n_skipped = 0;
   return described(read_folder(folder, folder, n_skipped));
+}
+
+}  // namespace
+
+extern "C" {
+Volume (*const surf_read_dicom)(const std::string&, const ReadOptions&) = read_dicom;
+std::vector<DicomSeries> (*const surf_dicom_series)(const std::string&) = series_in;
 }
 
 }  // namespace surf::volume

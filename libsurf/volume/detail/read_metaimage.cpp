@@ -75,7 +75,9 @@ Header read_header(const std::string& path) {
   Header header;
   header.path = path;
   ByteStream stream(path, 0, ByteStream::Encoding::kRaw);
-  std::string text(kLongestHeader, '\0');
+  std::error_code status;
+  const auto n_bytes = std::filesystem::file_size(path, status);
+  std::string text(std::min<std::uintmax_t>(kLongestHeader, status ? 0 : n_bytes), '\0');
   text.resize(stream.read_some(text.data(), text.size()));
   while (header.n_bytes < text.size()) {
     const auto end = std::min(text.find('\n', header.n_bytes), text.size());

@@ -16,9 +16,9 @@
 #include <fstream>
 
 #include "libsurf/base/error.h"
-#include "libsurf/base/vtk_messages.h"
 #include "libsurf/base/vtk_xml.h"
 #include "libsurf/volume/detail/raw_scalars.h"
+#include "libsurf/volume/detail/vtk_messages.h"
 
 namespace surf::volume {
 namespace {
@@ -130,8 +130,6 @@ void check_plausible(const Geometry& geometry, const std::string& path) {
         path, n_voxels, n_file));
 }
 
-}  // namespace
-
 Volume read_vti(const std::string& path, const ReadOptions& options) {
   check_frame(path, options.frame_index, 1);
   check_vtk_xml_file(path);
@@ -168,6 +166,12 @@ Volume read_vti(const std::string& path, const ReadOptions& options) {
     }
   }
   return builder.finish();
+}
+
+}  // namespace
+
+extern "C" {
+Volume (*const surf_read_vti)(const std::string&, const ReadOptions&) = read_vti;
 }
 
 }  // namespace surf::volume

@@ -1,4 +1,4 @@
-// VTK XML image data: .vti.
+// VTK XML image data: .vti; in the library surf_vtk.
 #pragma once
 
 #include <string>
@@ -7,8 +7,10 @@
 
 namespace surf::volume {
 
+extern "C" {
 /// See read_volume.
 /// @throws InputError
-Volume read_vti(const std::string& path, const ReadOptions& options);
+extern Volume (*const surf_read_vti)(const std::string& path, const ReadOptions& options);
+}
 
 }  // namespace surf::volume

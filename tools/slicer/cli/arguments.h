@@ -1,11 +1,11 @@
 // The parser that the table of parameters makes, and what was typed in words of `surfseg segment`.
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <map>
 #include <string>
 #include <vector>
 
+#include "tools/common/cli_app.h"
 #include "tools/slicer/cli/parameters.h"
 
 namespace surfseg::slicer {

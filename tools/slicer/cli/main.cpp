@@ -1,6 +1,8 @@
 // surfseg-slicer: a command line module of 3D Slicer and MITK.
 #include <fmt/format.h>
 
+#include <CLI/CLI.hpp>
+
 #include "libsurf/base/log.h"
 #include "tools/common/program.h"
 #include "tools/slicer/cli/description.h"

@@ -2,6 +2,7 @@
 // tags for its progress.
 #pragma once
 
+#include <CLI/App.hpp>
 #include <string>
 #include <vector>
 

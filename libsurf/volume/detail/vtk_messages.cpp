@@ -1,4 +1,4 @@
-#include "libsurf/base/vtk_messages.h"
+#include "libsurf/volume/detail/vtk_messages.h"
 
 #include <vtkLogger.h>
 #include <vtkNew.h>
@@ -9,7 +9,7 @@
 #include <algorithm>
 #include <mutex>
 
-namespace surf {
+namespace surf::volume {
 namespace {
 
 class Messages : public vtkOutputWindow {
@@ -65,4 +65,4 @@ std::string VtkMessages::first() const {
   return text;
 }
 
-}  // namespace surf
+}  // namespace surf::volume

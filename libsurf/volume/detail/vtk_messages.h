@@ -1,10 +1,10 @@
-// What VTK would print on stderr.
+// What VTK would print on stderr; in the library surf_vtk.
 #pragma once
 
 #include <memory>
 #include <string>
 
-namespace surf {
+namespace surf::volume {
 
 /// Collects VTK's messages while it lives. VTK has one window and one log for the whole process
 /// (observers do not reach all the objects inside a reader), so that one thread at a time has one.
@@ -22,4 +22,4 @@ class VtkMessages {
   std::unique_ptr<Impl> impl_;
 };
 
-}  // namespace surf
+}  // namespace surf::volume

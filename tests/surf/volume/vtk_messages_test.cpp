@@ -1,4 +1,4 @@
-#include "libsurf/base/vtk_messages.h"
+#include "libsurf/volume/detail/vtk_messages.h"
 
 #include <gtest/gtest.h>
 #include <vtkNew.h>
@@ -9,7 +9,7 @@
 #include <optional>
 #include <thread>
 
-namespace surf {
+namespace surf::volume {
 namespace {
 
 void warn(const char* text) {
@@ -74,4 +74,4 @@ TEST(VtkMessages, OfOneThreadAtATime) {
 }
 
 }  // namespace
-}  // namespace surf
+}  // namespace surf::volume
