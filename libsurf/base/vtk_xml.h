@@ -7,8 +7,8 @@
 namespace surf {
 
 /// Checks every number of points, cells or values, every extent and the sizes of compressed blocks
-/// against the bytes that there are (is_borne_out()), and that what lies in field data are arrays of
-/// a type that VTK knows.
+/// against the bytes that there are (is_borne_out()), and that what lies in field data are arrays
+/// of a type that VTK knows.
 /// @param path     for the message
 /// @param content  of the file
 /// @throws InputError
