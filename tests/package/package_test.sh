@@ -39,10 +39,10 @@ export LD_LIBRARY_PATH=$root/usr/lib
 "$root/usr/bin/surfseg" segment --preset list | grep -q kidney-ct || fail "no presets"
 cd "$scratch"
 "$root/usr/bin/surfseg" phantom ball --size 32 --spacing 1 -o ball.nii.gz > /dev/null
-"$root/usr/bin/surfseg" segment ball.nii.gz --seed 0,0,0 -o ball.stl -o ball.vtp > said.txt 2>&1
+"$root/usr/bin/surfseg" segment ball.nii.gz --seed 0,0,0 -o ball.vtp > said.txt 2>&1
 grep -q "closed, manifold, no self-intersections" said.txt || { cat said.txt; exit 1; }
 # Libraries that are loaded when they are first needed: surf_vtk reads what it wrote, surf_dicom refuses.
-"$root/usr/bin/surfseg" evaluate ball.vtp --reference ball.stl | grep -q "closed, manifold" || fail "no .vtp"
+"$root/usr/bin/surfseg" evaluate ball.vtp --reference ball.vtp | grep -q "closed, manifold" || fail "no .vtp"
 echo no > no.dcm
 refused=0
 "$root/usr/bin/surfseg" info no.dcm 2> said.txt || refused=$?
