@@ -113,6 +113,7 @@ void read_colors(TIFF* tiff, const Header& h, const std::string& path, Raster& o
   std::vector<std::uint32_t> pixels(std::size_t(h.width) * h.height);
   if (!TIFFReadRGBAImageOriented(tiff, h.width, h.height, pixels.data(), ORIENTATION_TOPLEFT, 1))
     throw damaged(path, "TIFF", "or of an unsupported kind");
+  out.values.reserve(3 * pixels.size());
   for (const std::uint32_t pixel : pixels)
     for (const auto value : {TIFFGetR(pixel), TIFFGetG(pixel), TIFFGetB(pixel)})
       out.values.push_back(static_cast<float>(value));

@@ -164,6 +164,8 @@ class Walker {
     // Items have no type, whatever the syntax.
     if (!is_explicit || high == 0xfffe) {
       element.length = number(4, is_big);
+      const bool is_end = element.tag == kItemEnd || element.tag == kSequenceEnd;
+      if (is_end && element.length != 0) throw Cut();  // GDCM makes room for it
       return element;
     }
     constexpr std::string_view kShort =

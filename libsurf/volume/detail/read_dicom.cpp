@@ -1,7 +1,6 @@
 #include "libsurf/volume/detail/read_dicom.h"
 
 #include <fmt/format.h>
-#include <gdcmImageReader.h>
 #include <gdcmReader.h>
 #include <gdcmSequenceOfItems.h>
 #include <gdcmTrace.h>
@@ -15,6 +14,7 @@
 
 #include "libsurf/base/error.h"
 #include "libsurf/base/memory.h"
+#include "libsurf/volume/detail/dicom_pixels.h"
 #include "libsurf/volume/detail/dicom_structure.h"
 #include "libsurf/volume/detail/raw_scalars.h"
 #include "libsurf/volume/detail/slice_stack.h"
@@ -80,21 +80,6 @@ class SilenceGdcm {
 
  private:
   bool warnings_, errors_;
-};
-
-/// A file that knows whether a value ended early: GDCM reads truncated pixels without complaint.
-class WatchedFile : public std::filebuf {
- public:
-  bool is_short = false;
-
- protected:
-  std::streamsize xsgetn(char* out, std::streamsize n_wanted) override {
-    // The end of a file is found by looking for one more element's tag, length and so on.
-    constexpr std::streamsize kLongestField = 8;
-    const std::streamsize n = std::filebuf::xsgetn(out, n_wanted);
-    is_short |= n < n_wanted && (n > 0 || n_wanted > kLongestField);
-    return n;
-  }
 };
 
 std::string text(const DataSet& data, const Tag& tag) {
@@ -328,77 +313,6 @@ std::vector<FileHeader> files_of(const std::string& path, const ReadOptions& opt
                        options.series_uid.value_or(header->series_uid), path);
 }
 
-ScalarType scalar_type(const gdcm::PixelFormat& format, const std::string& file) {
-  switch (format.GetScalarType()) {
-    case gdcm::PixelFormat::UINT8:
-      return ScalarType::kUint8;
-    case gdcm::PixelFormat::INT8:
-      return ScalarType::kInt8;
-    case gdcm::PixelFormat::UINT12:
-    case gdcm::PixelFormat::UINT16:
-      return ScalarType::kUint16;
-    case gdcm::PixelFormat::INT12:
-    case gdcm::PixelFormat::INT16:
-      return ScalarType::kInt16;
-    case gdcm::PixelFormat::UINT32:
-      return ScalarType::kUint32;
-    case gdcm::PixelFormat::INT32:
-      return ScalarType::kInt32;
-    case gdcm::PixelFormat::FLOAT32:
-      return ScalarType::kFloat32;
-    case gdcm::PixelFormat::FLOAT64:
-      return ScalarType::kFloat64;
-    default:
-      throw InputError(fmt::format("{}: pixels of type {} are not scalars surfseg reads", file,
-                                   format.GetScalarTypeAsString()));
-  }
-}
-
-/// The pixels of one file at a time, decompressed.
-class Decoder {
- public:
-  ScalarType load(const std::string& file, std::size_t n_pixels) {
-    if (file == file_) return type_;
-    WatchedFile buffer;
-    buffer.open(file, std::ios::in | std::ios::binary);
-    std::istream stream(&buffer);
-    gdcm::ImageReader reader;
-    reader.SetStream(stream);
-    if (!reader.Read() || buffer.is_short) fail(file);
-    const gdcm::Image& image = reader.GetImage();
-    if (image.GetPixelFormat().GetSamplesPerPixel() != 1) fail(file);
-    type_ = scalar_type(image.GetPixelFormat(), file);
-    const unsigned* dimensions = image.GetDimensions();
-    const std::size_t n_frames = image.GetNumberOfDimensions() > 2 ? dimensions[2] : 1;
-    n_frame_bytes_ = std::size_t(dimensions[0]) * dimensions[1] * n_bytes(type_);
-    if (n_frame_bytes_ != n_pixels * n_bytes(type_) ||
-        image.GetBufferLength() != n_frames * n_frame_bytes_)
-      fail(file);
-    pixels_.resize(image.GetBufferLength());
-    if (!image.GetBuffer(reinterpret_cast<char*>(pixels_.data()))) fail(file);
-    file_ = file;
-    return type_;
-  }
-
-  const std::byte* frame(int frame) const {
-    if (pixels_.size() < (frame + 1) * n_frame_bytes_) fail(file_);
-    return pixels_.data() + frame * n_frame_bytes_;
-  }
-
- private:
-  [[noreturn]] static void fail(const std::string& file) {
-    throw InputError(fmt::format(
-        "{}: its pixels cannot be read: truncated, damaged or in an unknown transfer syntax; get "
-        "the file again",
-        file));
-  }
-
-  std::string file_;
-  ScalarType type_ = ScalarType::kUint8;
-  std::size_t n_frame_bytes_ = 0;
-  std::vector<std::byte> pixels_;
-};
-
 std::vector<DicomSlice> slices_of(const std::vector<FileHeader>& files) {
   std::vector<DicomSlice> slices;
   for (const FileHeader& file : files) {
@@ -460,14 +374,20 @@ Volume read_dicom(const std::string& path, const ReadOptions& options) {
   Source source = source_of(path, files, stack, n_skipped);
 
   const std::size_t n_pixels = std::size_t(stack.size[0]) * stack.size[1];
-  Decoder decoder;
-  source.scalar_type = name(decoder.load(stack.slices[0].file, n_pixels));
+  const auto frames_of = [&](std::size_t n) {
+    return n < stack.slices.size()
+               ? DicomFrames{stack.slices[n].file, n_pixels, std::size_t(stack.slices[n].n_frames)}
+               : DicomFrames{};
+  };
+  DicomPixels pixels;
+  source.scalar_type = name(pixels.load(frames_of(0), frames_of(1)));
   Volume::Builder builder(stack.size, stack.index_to_world, std::move(source));
   builder.set_dicom(origin_of(stack, files[0].series_uid));
   std::vector<float> values(n_pixels);
-  for (const DicomSlice& slice : stack.slices) {
-    const ScalarType type = decoder.load(slice.file, n_pixels);
-    convert(type, /*swap=*/false, decoder.frame(slice.frame), 1, slice.slope, slice.intercept,
+  for (std::size_t n = 0; n < stack.slices.size(); ++n) {
+    const DicomSlice& slice = stack.slices[n];
+    const ScalarType type = pixels.load(frames_of(n), frames_of(n + 1));
+    convert(type, /*swap=*/false, pixels.frame(slice.frame), 1, slice.slope, slice.intercept,
             values.data(), n_pixels);
     builder.append_slice(values);
   }

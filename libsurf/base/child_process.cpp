@@ -1,0 +1,99 @@
+#include "libsurf/base/child_process.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/resource.h>
+#include <sys/socket.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <csignal>
+#include <cstring>
+
+#include "libsurf/base/error.h"
+
+namespace surf {
+namespace {
+
+[[noreturn]] void fail() {
+  throw Error(fmt::format("the system gives no process to read the file in: {}; try again",
+                          std::strerror(errno)));
+}
+
+std::array<int, 2> connected() {
+  std::array<int, 2> ends;
+  if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends.data()) != 0) fail();
+  return ends;
+}
+
+/// No words on the terminal, no core file, and no handlers of the program's own.
+void be_quiet() {
+  for (const int signal : {SIGABRT, SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGTERM})
+    std::signal(signal, SIG_DFL);
+  std::signal(SIGINT, SIG_IGN);  // the parent hears it, too, and ends the connection
+  const rlimit none = {0, 0};
+  ::setrlimit(RLIMIT_CORE, &none);
+  const int nowhere = ::open("/dev/null", O_WRONLY);
+  ::dup2(nowhere, STDOUT_FILENO);
+  ::dup2(nowhere, STDERR_FILENO);
+}
+
+/// Calls a function of the system until all bytes are through.
+template <class Bytes, class Transfer>
+bool transfer_all(Bytes* bytes, std::size_t n, const Transfer& transfer) {
+  while (n > 0) {
+    const ssize_t done = transfer(bytes, n);
+    if (done < 0 && errno == EINTR) continue;
+    if (done <= 0) return false;
+    bytes += done;
+    n -= std::size_t(done);
+  }
+  return true;
+}
+
+}  // namespace
+
+Channel::~Channel() { ::close(descriptor_); }
+
+bool Channel::send(const void* bytes, std::size_t n) {
+  return transfer_all(static_cast<const char*>(bytes), n, [&](const char* at, std::size_t left) {
+    return ::send(descriptor_, at, left, MSG_NOSIGNAL);
+  });
+}
+
+bool Channel::receive(void* bytes, std::size_t n) {
+  return transfer_all(static_cast<char*>(bytes), n,
+                      [&](char* at, std::size_t left) { return ::recv(descriptor_, at, left, 0); });
+}
+
+ChildProcess::ChildProcess(const std::function<void(Channel&)>& work)
+    : ChildProcess(work, connected()) {}
+
+ChildProcess::ChildProcess(const std::function<void(Channel&)>& work,
+                           const std::array<int, 2>& ends)
+    : channel_(ends[0]), process_(::fork()) {
+  if (process_ == 0) {
+    ::close(ends[0]);
+    be_quiet();
+    try {
+      Channel channel(ends[1]);
+      work(channel);
+    } catch (...) {  // the parent sees that the connection ends
+    }
+    ::_exit(0);
+  }
+  const int error = errno;
+  ::close(ends[1]);
+  errno = error;
+  if (process_ < 0) fail();
+}
+
+ChildProcess::~ChildProcess() {
+  ::kill(process_, SIGKILL);
+  while (::waitpid(process_, nullptr, 0) < 0 && errno == EINTR) {
+  }
+}
+
+}  // namespace surf
