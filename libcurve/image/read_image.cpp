@@ -46,22 +46,22 @@ Raster read_raster(const std::string& path, Format format, int page) {
   return format == Format::kPng ? read_png(path) : read_jpeg(path);
 }
 
-/// Rec. 709 luminance of the first three components, or the first alone.
-std::vector<float> greys(const Raster& raster) {
+/// Luminance of the first three components, or the first alone.
+std::vector<float> greys(Raster raster) {
   const int n = raster.n_components;
-  if (n == 1) return raster.values;
+  if (n == 1) return std::move(raster.values);
   std::vector<float> out;
   out.reserve(raster.values.size() / n);
   for (std::size_t at = 0; at + n <= raster.values.size(); at += n) {
     const float* c = &raster.values[at];
-    out.push_back(n < 3 ? c[0] : static_cast<float>(0.2126 * c[0] + 0.7152 * c[1] + 0.0722 * c[2]));
+    out.push_back(n < 3 ? c[0] : luminance(c[0], c[1], c[2]));
   }
   return out;
 }
 
 std::vector<std::string> notes_of(const Raster& raster, int page) {
   std::vector<std::string> notes;
-  if (raster.n_components >= 3)
+  if (raster.n_components >= 3 || raster.is_luminance)
     notes.emplace_back("colors are turned into luminance: 0.2126 R + 0.7152 G + 0.0722 B");
   if (raster.n_components == 2 || raster.n_components == 4)
     notes.emplace_back("transparency is dropped");
@@ -98,7 +98,7 @@ Image read_image(const std::string& path, const ReadImageOptions& options) {
   const Format format = format_of(bytes);
   if (format == Format::kNone)
     throw InputError(fmt::format("{}: not a PNG, JPEG or TIFF image", path));
-  const Raster raster = read_raster(path, format, options.page);
+  Raster raster = read_raster(path, format, options.page);
   ImageSource source;
   source.path = path;
   source.format = name(format);
@@ -107,7 +107,8 @@ Image read_image(const std::string& path, const ReadImageOptions& options) {
   source.notes = notes_of(raster, options.page);
   const Eigen::Vector2d spacing =
       options.spacing_mm.value_or(raster.spacing_mm.value_or(Eigen::Vector2d(1, 1)));
-  return Image(raster.size, pixel_to_plane(spacing), greys(raster), std::move(source));
+  const std::array<int, 2> size = raster.size;
+  return Image(size, pixel_to_plane(spacing), greys(std::move(raster)), std::move(source));
 }
 
 }  // namespace surf::curve

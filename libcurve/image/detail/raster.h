@@ -18,9 +18,15 @@ struct Raster {
   int n_components = 1;
   std::string scalar_type;    ///< "uint8", ...
   std::vector<float> values;  ///< components together, columns fastest, row 0 on top
+  bool is_luminance = false;  ///< the values are that of colours already
   std::optional<Eigen::Vector2d> spacing_mm;
   int n_pages = 1;
 };
+
+/// Rec. 709.
+inline float luminance(double red, double green, double blue) {
+  return static_cast<float>(0.2126 * red + 0.7152 * green + 0.0722 * blue);
+}
 
 /// @throws InputError  as read_image()
 Raster read_png(const std::string& path);

@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <cstring>
+#include <filesystem>
 #include <memory>
 
 #include "libcurve/image/detail/quiet_tiff.h"
@@ -17,7 +18,8 @@ using File = std::unique_ptr<TIFF, decltype(&TIFFClose)>;
 struct Header {
   std::uint32_t width = 0, height = 0;
   std::uint16_t n_bits = 1, n_samples = 1, sample_format = SAMPLEFORMAT_UINT, photometric = 0,
-                planar = PLANARCONFIG_CONTIG, orientation = ORIENTATION_TOPLEFT;
+                planar = PLANARCONFIG_CONTIG, orientation = ORIENTATION_TOPLEFT,
+                compression = COMPRESSION_NONE;
 };
 
 Header read_header(TIFF* tiff) {
@@ -30,6 +32,7 @@ Header read_header(TIFF* tiff) {
   TIFFGetField(tiff, TIFFTAG_PHOTOMETRIC, &h.photometric);
   TIFFGetFieldDefaulted(tiff, TIFFTAG_PLANARCONFIG, &h.planar);
   TIFFGetFieldDefaulted(tiff, TIFFTAG_ORIENTATION, &h.orientation);
+  TIFFGetFieldDefaulted(tiff, TIFFTAG_COMPRESSION, &h.compression);
   return h;
 }
 
@@ -94,7 +97,7 @@ void read_plain(TIFF* tiff, const Header& h, const Type& type, const std::string
   out.scalar_type = type.name;
 }
 
-/// Unpacks all strips or tiles, each in its turn. A pixel of one bit takes 16 bytes as a colour:
+/// Unpacks all strips or tiles, each in its turn. A pixel of one bit takes 8 bytes as a colour:
 /// room is made for what is there, not for what is promised.
 void check_blocks(TIFF* tiff, const std::string& path) {
   const bool is_tiled = TIFFIsTiled(tiff) != 0;
@@ -113,12 +116,27 @@ void read_colors(TIFF* tiff, const Header& h, const std::string& path, Raster& o
   std::vector<std::uint32_t> pixels(std::size_t(h.width) * h.height);
   if (!TIFFReadRGBAImageOriented(tiff, h.width, h.height, pixels.data(), ORIENTATION_TOPLEFT, 1))
     throw damaged(path, "TIFF", "or of an unsupported kind");
-  out.values.reserve(3 * pixels.size());
+  out.values.reserve(pixels.size());
   for (const std::uint32_t pixel : pixels)
-    for (const auto value : {TIFFGetR(pixel), TIFFGetG(pixel), TIFFGetB(pixel)})
-      out.values.push_back(static_cast<float>(value));
-  out.n_components = 3;
+    out.values.push_back(luminance(TIFFGetR(pixel), TIFFGetG(pixel), TIFFGetB(pixel)));
+  out.is_luminance = true;
   out.scalar_type = "uint8";
+}
+
+/// Pixels of less than a byte count as one: each becomes a float. What is not compressed is there
+/// whole; libtiff takes blocks that the file does not name from anywhere.
+void check_size(const Header& h, const std::string& path) {
+  const double n_values = double(h.width) * h.height * h.n_samples;
+  check_promised(path, "TIFF", n_values * std::max<double>(h.n_bits, 8) / 8);
+  std::error_code status;
+  const auto n_stored = double(std::filesystem::file_size(path, status));
+  // Colours may be stored for blocks of 4 x 4 pixels.
+  const double n_least = h.photometric == PHOTOMETRIC_YCBCR ? n_values / h.n_samples : n_values;
+  const double n_bytes = n_least * h.n_bits / 8;
+  if (!status && h.compression == COMPRESSION_NONE && n_bytes > n_stored)
+    throw damaged(path, "TIFF",
+                  fmt::format("its header promises {:.0f} bytes of pixels, the file has {:.0f}",
+                              n_bytes, n_stored));
 }
 
 /// Mirrors rows and columns as the orientation says; files that are turned by 90 degrees stay.
@@ -153,8 +171,7 @@ Raster read_tiff(const std::string& path, int page) {
   if (!TIFFSetDirectory(tiff.get(), static_cast<tdir_t>(page))) throw damaged(path, "TIFF");
   const Header header = read_header(tiff.get());
   check_image_size({header.width, header.height}, path);
-  check_promised(path, "TIFF",
-                 double(header.width) * header.height * header.n_samples * header.n_bits / 8);
+  check_size(header, path);
   out.size = {int(header.width), int(header.height)};
   out.spacing_mm = spacing_of(tiff.get());
   if (const auto type = plain_type(tiff.get(), header)) {
