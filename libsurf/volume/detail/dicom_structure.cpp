@@ -41,12 +41,18 @@ constexpr std::pair<std::uint32_t, std::string_view> kTypes[] = {
     {0x60000040, "CS"},    {0x60000050, "SS"}, {0x60000051, "US"},    {0x60000100, "US"},
     {0x60000102, "US"},    {0x60001500, "LO"}, {0x60003000, "OB OW"}};
 
+/// Whether the two letters are one of such pairs with a blank between them.
+bool is_one_of(std::string_view types, std::string_view vr) {
+  const std::size_t at = types.find(vr);
+  return at != std::string_view::npos && at % 3 == 0;
+}
+
 /// Without a type, or with the one for unknown values, an element is taken as what it should be.
 bool has_its_type(std::uint32_t tag, std::string_view vr) {
   const std::uint32_t of_overlays = tag & 0xff00ffff;
   if (of_overlays >> 24 == 0x60 || of_overlays >> 24 == 0x50) tag = of_overlays;
   for (const auto& [known, types] : kTypes)
-    if (known == tag) return vr.empty() || vr == "UN" || types.find(vr) != std::string_view::npos;
+    if (known == tag) return vr.empty() || vr == "UN" || is_one_of(types, vr);
   return true;
 }
 
@@ -172,9 +178,9 @@ class Walker {
         "AE AS AT CS DA DS DT FL FD IS LO LT PN SH SL SS ST TM UI UL US";
     constexpr std::string_view kLong = "OB OD OF OL OV OW SQ SV UC UN UR UT UV";
     element.vr = take(2);
-    if (kShort.find(element.vr) != std::string_view::npos) {
+    if (is_one_of(kShort, element.vr)) {
       element.length = number(2, is_big);
-    } else if (kLong.find(element.vr) != std::string_view::npos) {
+    } else if (is_one_of(kLong, element.vr)) {
       skip(2);
       element.length = number(4, is_big);
     } else {
