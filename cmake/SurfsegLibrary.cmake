@@ -17,7 +17,7 @@ function(surfseg_add_library name)
 endfunction()
 
 # A part of surf that is a library of its own, loaded when it is first needed
-# (libsurf/base/late_library.h); in static builds it is linked as the rest is.
+# (libsurf/base/detail/late_library.h); in static builds it is linked as the rest is.
 #   surfseg_add_late_library(NAME SOURCES ... LIBRARIES ...)
 function(surfseg_add_late_library name)
   cmake_parse_arguments(PARSE_ARGV 1 LATE "" "" "SOURCES;LIBRARIES")

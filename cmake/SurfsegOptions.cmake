@@ -30,7 +30,7 @@ target_compile_features(surfseg_compile INTERFACE cxx_std_20)
 # No contraction to fused multiply-adds: results must repeat on every machine.
 target_compile_options(surfseg_compile INTERFACE -ffp-contract=off)
 if(SURFSEG_FUZZ OR NOT BUILD_SHARED_LIBS)
-  target_compile_definitions(surfseg_compile INTERFACE SURFSEG_STATIC)  # libsurf/base/late_library.h
+  target_compile_definitions(surfseg_compile INTERFACE SURFSEG_STATIC)  # libsurf/base/detail/late_library.h
 endif()
 if(SURFSEG_NATIVE)
   target_compile_options(surfseg_compile INTERFACE -march=native)

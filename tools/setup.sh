@@ -16,7 +16,7 @@ packages=(
   libopenvdb-dev libtbb-dev libboost-iostreams-dev libblosc-dev
   libvtk9-dev libopenmpi-dev libx11-dev
   libmaxflow-dev
-  libgdcm-dev libteem-dev libnifti2-dev zlib1g-dev libpng-dev libtiff-dev libturbojpeg0-dev libssl-dev
+  libgdcm-dev libteem-dev libnifti2-dev zlib1g-dev libpng-dev libjpeg62-turbo-dev libtiff-dev libssl-dev
   libcli11-dev nlohmann-json3-dev libfmt-dev
   libgtest-dev libbenchmark-dev
   python3-numpy python3-scipy python3-nibabel

@@ -6,16 +6,16 @@
 #include <numeric>
 
 #include "libcurve/mesh/hierarchy.h"
+#include "libsurf/base/detail/late_library.h"
 #include "libsurf/base/error.h"
 #include "libsurf/base/file.h"
-#include "libsurf/base/late_library.h"
 #include "libsurf/io/detail/vtp_file.h"
 
 namespace surf::curve {
 namespace {
 
 using Eigen::Vector2d;
-using io::surf_vtp_bytes;
+using io::surf_vtp_bytes;  // by its own name, which SURF_LATE looks for
 using nlohmann::ordered_json;
 
 using Ring = std::vector<Vector2d>;
@@ -150,6 +150,7 @@ class Lines {
     content.surface.points.resize(Eigen::Index(points_.size()), 3);
     for (std::size_t i = 0; i < points_.size(); ++i)
       content.surface.points.row(Eigen::Index(i)) = points_[i];
+    content.is_of_lines = true;
     content.rings = rings_;
     if (has_slices) content.slices = slices_;
     return SURF_LATE(surf_vtk, surf_vtp_bytes)(content, space);

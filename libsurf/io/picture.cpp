@@ -1,15 +1,14 @@
 #include "libsurf/io/picture.h"
 
 #include <fmt/format.h>
-#include <turbojpeg.h>
 
 #include <algorithm>
 #include <cassert>
 #include <cmath>
-#include <memory>
 
 #include "libsurf/base/error.h"
 #include "libsurf/base/file.h"
+#include "libsurf/io/detail/jpeg_file.h"
 #include "libsurf/io/detail/png_file.h"
 
 namespace surf::io {
@@ -36,17 +35,7 @@ void write_png(const std::string& path, const Picture& picture) {
 }
 
 std::string jpeg_bytes(const Picture& picture, int quality) {
-  const std::unique_ptr<void, int (*)(tjhandle)> writer(tjInitCompress(), tjDestroy);
-  unsigned char* bytes = nullptr;
-  unsigned long n_bytes = 0;
-  const bool is_done =
-      tjCompress2(writer.get(), picture.at(0, 0).data(), picture.width(), 0, picture.height(),
-                  TJPF_RGB, &bytes, &n_bytes, TJSAMP_420, quality, TJFLAG_ACCURATEDCT) == 0;
-  const std::unique_ptr<unsigned char, void (*)(unsigned char*)> owner(bytes, tjFree);
-  if (!is_done)
-    throw OutputError(fmt::format("a JPEG of {} x {} pixels cannot be made: {}", picture.width(),
-                                  picture.height(), tjGetErrorStr2(writer.get())));
-  return {reinterpret_cast<const char*>(bytes), n_bytes};
+  return jpeg_bytes(picture.width(), picture.height(), picture.at(0, 0).data(), quality);
 }
 
 }  // namespace surf::io

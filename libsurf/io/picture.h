@@ -1,4 +1,4 @@
-// Pictures in memory, and PNG files of them.
+// Pictures in memory, and PNG and JPEG files of them.
 #pragma once
 
 #include <array>
@@ -40,6 +40,7 @@ void write_png(const std::string& path, const Picture& picture);
 
 /// The bytes of a JPEG file of it, for pages.
 /// @param quality  1 to 100
+/// @throws OutputError  libjpeg's reason
 std::string jpeg_bytes(const Picture& picture, int quality);
 
 }  // namespace surf::io

@@ -9,9 +9,9 @@
 #include <fstream>
 #include <limits>
 
+#include "libsurf/base/detail/late_library.h"
 #include "libsurf/base/error.h"
 #include "libsurf/base/file.h"
-#include "libsurf/base/late_library.h"
 #include "libsurf/io/detail/surface_formats.h"
 #include "libsurf/io/detail/vtp_file.h"
 

@@ -2,8 +2,8 @@
 
 #include <fmt/format.h>
 
+#include "libsurf/base/detail/late_library.h"
 #include "libsurf/base/error.h"
-#include "libsurf/base/late_library.h"
 #include "libsurf/io/detail/drawing.h"
 
 namespace surf::io {

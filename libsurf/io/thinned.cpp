@@ -2,7 +2,7 @@
 
 #include <numeric>
 
-#include "libsurf/base/late_library.h"
+#include "libsurf/base/detail/late_library.h"
 #include "libsurf/io/detail/drawing.h"
 
 namespace surf::io {

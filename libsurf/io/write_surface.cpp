@@ -9,9 +9,9 @@
 #include <filesystem>
 #include <fstream>
 
+#include "libsurf/base/detail/late_library.h"
 #include "libsurf/base/error.h"
 #include "libsurf/base/file.h"
-#include "libsurf/base/late_library.h"
 #include "libsurf/io/detail/dicom_stl.h"
 #include "libsurf/io/detail/gifti_file.h"
 #include "libsurf/io/detail/glb_file.h"

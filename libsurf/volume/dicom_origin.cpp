@@ -2,9 +2,9 @@
 
 #include <fmt/format.h>
 
+#include "libsurf/base/detail/late_library.h"
 #include "libsurf/base/error.h"
 #include "libsurf/base/file.h"
-#include "libsurf/base/late_library.h"
 #include "libsurf/volume/detail/dicom_segmentation.h"
 #include "libsurf/volume/volume.h"
 

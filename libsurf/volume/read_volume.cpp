@@ -6,9 +6,9 @@
 #include <cstring>
 #include <filesystem>
 
+#include "libsurf/base/detail/late_library.h"
 #include "libsurf/base/error.h"
 #include "libsurf/base/file.h"
-#include "libsurf/base/late_library.h"
 #include "libsurf/volume/detail/byte_stream.h"
 #include "libsurf/volume/detail/read_dicom.h"
 #include "libsurf/volume/detail/read_metaimage.h"

@@ -15,10 +15,10 @@
 #include <memory>
 #include <vector>
 
+#include "libsurf/base/detail/late_library.h"
 #include "libsurf/base/error.h"
 #include "libsurf/base/escaped.h"
 #include "libsurf/base/file.h"
-#include "libsurf/base/late_library.h"
 #include "libsurf/volume/detail/dicom_segmentation.h"
 
 namespace surf::volume {

@@ -68,6 +68,8 @@ void read_config(const std::string& path) {
 // Of a byte: deflate makes at most 1032 of one, each a voxel that is held as a float; text makes no
 // more numbers than it has characters, but nodes of a document are large.
 constexpr double kInflated = 4.0 * 4 * 1032, kText = 4.0 * 100;
+/// A pixel of one bit is a colour of four bytes first, then a float.
+constexpr double kInflatedBits = 9.0 * 8 * 1032;
 
 constexpr Target kTargets[] = {
     {"nifti", "a.nii", read_volume, kInflated},
@@ -82,7 +84,7 @@ constexpr Target kTargets[] = {
     {"vtp", "a.vtp", read_surface, kInflated},
     {"png", "a.png", read_image, kInflated},
     {"jpeg", "a.jpg", read_image, kInflated},
-    {"tiff", "a.tif", read_image, kInflated},
+    {"tiff", "a.tif", read_image, kInflatedBits},
     {"geojson", "a.json", read_contours, kText},
     {"contours-csv", "a.csv", read_contours, kText},
     {"landmarks-fcsv", "a.fcsv", read_landmarks, kText},

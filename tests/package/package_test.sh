@@ -15,7 +15,7 @@ mkdir -p "$scratch"
 deb=$(ls "$scratch"/surfseg_"$version"_*.deb)
 
 depends=$(dpkg-deb -f "$deb" Depends)
-for library in libtbb libopenvdb libvtk9 libopenmesh libcholmod; do
+for library in libtbb libopenvdb libvtk9 libopenmesh libcholmod libgdcm libdcmtk libjpeg; do
   [[ $depends == *$library* ]] || fail "Depends lacks $library: $depends"
 done
 echo "$(stat -c %s "$deb") bytes, $(echo "$depends" | tr ',' '\n' | wc -l) dependencies"
@@ -30,7 +30,7 @@ done
 
 root=$scratch/root
 dpkg-deb -x "$deb" "$root"
-if readelf -d "$root"/usr/bin/* "$root"/usr/lib/*.so | grep -E 'R(UN)?PATH'; then
+if readelf -d "$root"/usr/bin/* "$root"/usr/lib/*.so* | grep -E 'R(UN)?PATH'; then
   fail "a file has a search path of its own"
 fi
 # The loader's path stands for /usr/lib, which a real installation has.

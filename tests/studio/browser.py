@@ -258,27 +258,30 @@ def run_tests(tests, needs=()):
         print(f"skipped: {', '.join(missing)} missing")
         return 77
     failed, browser = 0, None
-    for test in tests:
-        if arguments and test.__name__ not in arguments:
-            continue
-        started, name = time.time(), test.__name__.replace("_", " ")
-        browser = browser or Browser()
-        browser.pictures = pictures
-        try:
-            browser.fresh()
-            test(browser)
-            log = [line for line in browser.log().splitlines() if "exception" in line or "Content Security Policy" in line]
-            if log:
-                raise BrowserError("the console says: " + "; ".join(log))
-            print(f"passed  {name} ({time.time() - started:.1f} s)", flush=True)
-        except Exception as error:
-            failed += 1
-            print(f"FAILED  {name}: {error}\n{browser.log()}", flush=True)
+    try:
+        for test in tests:
+            if arguments and test.__name__ not in arguments:
+                continue
+            started, name = time.time(), test.__name__.replace("_", " ")
+            browser = browser or Browser()
+            browser.pictures = pictures
             try:
-                browser.picture("failed-" + test.__name__)
-            except (BrowserError, OSError):  # it has ended; the next test starts another
-                browser.close()
+                browser.fresh()
+                test(browser)
+                log = [line for line in browser.log().splitlines() if "exception" in line or "Content Security Policy" in line]
+                if log:
+                    raise BrowserError("the console says: " + "; ".join(log))
+                print(f"passed  {name} ({time.time() - started:.1f} s)", flush=True)
+            except Exception as error:
+                failed += 1
+                print(f"FAILED  {name}: {error}\n{browser.log()}", flush=True)
+                try:
+                    browser.picture("failed-" + test.__name__)
+                except (BrowserError, OSError):
+                    pass
+                browser.close()  # whatever it is in; the next test starts another
                 browser = None
-    if browser:
-        browser.close()
+    finally:
+        if browser:
+            browser.close()
     return 1 if failed else 0

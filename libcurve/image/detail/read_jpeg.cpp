@@ -1,14 +1,84 @@
-#include <turbojpeg.h>
+#include <fmt/format.h>
 
+#include <algorithm>
 #include <cerrno>
+#include <csetjmp>
 #include <cstring>
 #include <fstream>
-#include <memory>
+
+// jpeglib.h names FILE, which <cstdio> has.
+// clang-format off
+#include <cstdio>
+#include <jpeglib.h>
+#include <jerror.h>
+// clang-format on
 
 #include "libcurve/image/detail/raster.h"
 
 namespace surf::curve {
 namespace {
+
+/// Reads errors and those warnings that mean that pixels are missing or wrong.
+struct Jpeg {
+  jpeg_decompress_struct info = {};
+  jpeg_error_mgr errors = {};
+  jpeg_progress_mgr progress = {};
+  std::jmp_buf failure;
+  std::string message;
+
+  Jpeg() {
+    info.err = jpeg_std_error(&errors);
+    info.client_data = this;
+    errors.error_exit = [](j_common_ptr any) { fail(any); };
+    errors.emit_message = [](j_common_ptr any, int level) {
+      const int code = any->err->msg_code;
+      if (level < 0 &&
+          (code == JWRN_HIT_MARKER || code == JWRN_HUFF_BAD_CODE || code == JWRN_JPEG_EOF))
+        fail(any);
+    };
+    // Each scan of a progressive file passes over the whole image: thousands of them take hours.
+    progress.progress_monitor = [](j_common_ptr any) {
+      constexpr int kMostScans = 500;
+      if (reinterpret_cast<j_decompress_ptr>(any)->input_scan_number > kMostScans) fail(any);
+    };
+  }
+  ~Jpeg() { jpeg_destroy_decompress(&info); }
+  Jpeg(const Jpeg&) = delete;
+  Jpeg& operator=(const Jpeg&) = delete;
+
+  [[noreturn]] static void fail(j_common_ptr any) {
+    Jpeg& jpeg = *static_cast<Jpeg*>(any->client_data);
+    char reason[JMSG_LENGTH_MAX];
+    jpeg.errors.format_message(any, reason);
+    jpeg.message = reason;
+    std::longjmp(jpeg.failure, 1);
+  }
+};
+
+/// Everything that may jump: no object with a destructor lives in these two functions.
+bool read_header(Jpeg& jpeg, const std::string& content) {
+  if (setjmp(jpeg.failure)) return false;
+  jpeg_create_decompress(&jpeg.info);
+  jpeg.info.progress = &jpeg.progress;
+  jpeg_mem_src(&jpeg.info, reinterpret_cast<const unsigned char*>(content.data()), content.size());
+  jpeg_read_header(&jpeg.info, /*require_image=*/TRUE);
+  if (jpeg.info.jpeg_color_space == JCS_YCbCr) jpeg.info.out_color_space = JCS_RGB;
+  jpeg_calc_output_dimensions(&jpeg.info);
+  return true;
+}
+
+bool read_rows(Jpeg& jpeg, JSAMPLE* row, float* values) {
+  if (setjmp(jpeg.failure)) return false;
+  jpeg_start_decompress(&jpeg.info);
+  const std::size_t n = std::size_t(jpeg.info.output_width) * jpeg.info.output_components;
+  while (jpeg.info.output_scanline < jpeg.info.output_height) {
+    const std::size_t j = jpeg.info.output_scanline;
+    jpeg_read_scanlines(&jpeg.info, &row, 1);
+    std::copy_n(row, n, values + j * n);
+  }
+  jpeg_finish_decompress(&jpeg.info);
+  return true;
+}
 
 std::string content_of(const std::string& path) {
   std::ifstream stream(path, std::ios::binary | std::ios::ate);
@@ -19,7 +89,7 @@ std::string content_of(const std::string& path) {
   return content;
 }
 
-/// libjpeg fills what is missing with grey; only the end's mark tells.
+/// libjpeg fills what is missing with grey; the end's mark tells.
 void check_end(const std::string& content, const std::string& path) {
   constexpr std::size_t kTail = 4096;  // some cameras append a few bytes
   const std::size_t at = content.rfind("\xff\xd9");
@@ -27,33 +97,34 @@ void check_end(const std::string& content, const std::string& path) {
     throw damaged(path, "JPEG", "its end is missing");
 }
 
+/// A block of 8 x 8 pixels takes a bit at least (Huffman's codes have no less).
+void check_blocks(const std::array<int, 2>& size, const std::string& content,
+                  const std::string& path) {
+  if (double(size[0]) * size[1] > 512.0 * double(content.size()))
+    throw damaged(path, "JPEG",
+                  fmt::format("its header promises {} x {} pixels, the file has {} bytes", size[0],
+                              size[1], content.size()));
+}
+
 }  // namespace
 
 Raster read_jpeg(const std::string& path) {
   const std::string content = content_of(path);
   check_end(content, path);
-  const auto* bytes = reinterpret_cast<const unsigned char*>(content.data());
-  const std::unique_ptr<void, int (*)(tjhandle)> reader(tjInitDecompress(), tjDestroy);
-  if (!reader) throw std::bad_alloc();
-  Raster out;
-  int subsampling = 0, colours = 0;
-  if (tjDecompressHeader3(reader.get(), bytes, content.size(), &out.size[0], &out.size[1],
-                          &subsampling, &colours) != 0)
-    throw damaged(path, "JPEG", tjGetErrorStr2(reader.get()));
-  if (colours == TJCS_CMYK || colours == TJCS_YCCK)
+  Jpeg jpeg;
+  if (!read_header(jpeg, content)) throw damaged(path, "JPEG", jpeg.message);
+  if (jpeg.info.out_color_space == JCS_CMYK)
     throw InputError(path + ": a JPEG of four printing colours (CMYK); save it in grey or RGB");
-  out.n_components = colours == TJCS_GRAY ? 1 : 3;
+  check_image_size({jpeg.info.output_width, jpeg.info.output_height}, path);
+  Raster out;
+  out.size = {int(jpeg.info.output_width), int(jpeg.info.output_height)};
+  check_blocks(out.size, content, path);
+  out.n_components = jpeg.info.output_components;
   out.scalar_type = "uint8";
-  check_image_size({out.size[0], out.size[1]}, path);
-  const std::size_t n_values = std::size_t(out.size[0]) * out.size[1] * out.n_components;
-  check_promised(path, "JPEG", double(n_values));
-  std::vector<unsigned char> values(n_values);
-  const int status = tjDecompress2(reader.get(), bytes, content.size(), values.data(), out.size[0],
-                                   0, out.size[1], colours == TJCS_GRAY ? TJPF_GRAY : TJPF_RGB,
-                                   TJFLAG_ACCURATEDCT | TJFLAG_LIMITSCANS);
-  if (status != 0 && tjGetErrorCode(reader.get()) == TJERR_FATAL)
-    throw damaged(path, "JPEG", tjGetErrorStr2(reader.get()));
-  out.values.assign(values.begin(), values.end());
+  const std::size_t n_row = std::size_t(out.size[0]) * out.n_components;
+  std::vector<JSAMPLE> row(n_row);
+  out.values.resize(n_row * out.size[1]);
+  if (!read_rows(jpeg, row.data(), out.values.data())) throw damaged(path, "JPEG", jpeg.message);
   return out;
 }
 

@@ -8,6 +8,7 @@
 
 #include "libcurve/image/detail/quiet_tiff.h"
 #include "libcurve/image/detail/raster.h"
+#include "libsurf/base/memory.h"
 
 // VTK's reader turns rows upside down or not with their type (9.1).
 namespace surf::curve {
@@ -123,20 +124,22 @@ void read_colors(TIFF* tiff, const Header& h, const std::string& path, Raster& o
   out.scalar_type = "uint8";
 }
 
-/// Pixels of less than a byte count as one: each becomes a float. What is not compressed is there
-/// whole; libtiff takes blocks that the file does not name from anywhere.
+/// What is not compressed is there whole: libtiff takes blocks that the file does not name from
+/// anywhere. Pixels of less than a byte become floats, so that it is they that are counted, too.
 void check_size(const Header& h, const std::string& path) {
   const double n_values = double(h.width) * h.height * h.n_samples;
-  check_promised(path, "TIFF", n_values * std::max<double>(h.n_bits, 8) / 8);
+  check_promised(path, "TIFF", n_values * h.n_bits / 8);
   std::error_code status;
   const auto n_stored = double(std::filesystem::file_size(path, status));
   // Colours may be stored for blocks of 4 x 4 pixels.
   const double n_least = h.photometric == PHOTOMETRIC_YCBCR ? n_values / h.n_samples : n_values;
-  const double n_bytes = n_least * h.n_bits / 8;
-  if (!status && h.compression == COMPRESSION_NONE && n_bytes > n_stored)
-    throw damaged(path, "TIFF",
-                  fmt::format("its header promises {:.0f} bytes of pixels, the file has {:.0f}",
-                              n_bytes, n_stored));
+  const bool is_cut = h.compression == COMPRESSION_NONE && n_least * h.n_bits / 8 > n_stored;
+  const bool is_empty = h.n_bits < 8 && !is_borne_out(n_values, 8 * n_stored);
+  if (!status && (is_cut || is_empty))
+    throw damaged(
+        path, "TIFF",
+        fmt::format("its header promises {:.0f} bits of pixels, the file has {:.0f} bytes",
+                    n_values * h.n_bits, n_stored));
 }
 
 /// Mirrors rows and columns as the orientation says; files that are turned by 90 degrees stay.

@@ -5,6 +5,8 @@
 
 #include <bit>
 #include <csetjmp>
+#include <new>
+#include <utility>
 #include <vector>
 
 #include "libsurf/base/error.h"
@@ -30,7 +32,11 @@ void remember_error(png_structp png, png_const_charp message) {
 void ignore_warning(png_structp, png_const_charp) {}
 
 void append(png_structp png, png_bytep data, std::size_t n) {
-  static_cast<Png*>(png_get_io_ptr(png))->bytes.append(reinterpret_cast<const char*>(data), n);
+  try {
+    static_cast<Png*>(png_get_io_ptr(png))->bytes.append(reinterpret_cast<const char*>(data), n);
+  } catch (const std::bad_alloc&) {  // no exception may pass through libpng
+    png_error(png, "no memory");
+  }
 }
 
 void flush(png_structp) {}

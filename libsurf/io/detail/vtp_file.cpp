@@ -58,10 +58,10 @@ void add_arrays(const VtpContent& content, vtkPolyData& data) {
 std::string bytes_of(const VtpContent& content, Space space) {
   vtkNew<vtkPolyData> data;
   data->SetPoints(to_vtk(content.surface.points));
-  if (content.rings.empty())
-    add_triangles(content.surface, *data);
-  else
+  if (content.is_of_lines)
     add_rings(content.rings, *data);
+  else
+    add_triangles(content.surface, *data);
   add_arrays(content, *data);
   vtkNew<vtkStringArray> statement;
   statement->SetName("SPACE");

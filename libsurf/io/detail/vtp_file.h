@@ -15,6 +15,7 @@ namespace surf::io {
 struct VtpContent {
   Triangles surface;                    ///< the points of both
   std::vector<PointArray> arrays = {};  ///< numbers of the points
+  bool is_of_lines = false;
   std::vector<std::vector<int>> rings = {};
   std::vector<int> slices = {};  ///< of each ring, as the cells' numbers "slice"; or none
 };

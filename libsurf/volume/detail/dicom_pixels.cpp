@@ -3,9 +3,12 @@
 #include <fmt/format.h>
 #include <gdcmImageReader.h>
 
+#include <algorithm>
 #include <cstdint>
 #include <fstream>
+#include <new>
 #include <optional>
+#include <utility>
 
 #include "libsurf/base/error.h"
 
@@ -57,7 +60,7 @@ std::optional<ScalarType> scalar_type(const gdcm::PixelFormat& format) {
 struct Question {
   std::uint64_t n_pixels, n_frames, n_name;
 };
-enum class Kind : std::uint8_t { kPixels, kOtherType, kUnreadable };
+enum class Kind : std::uint8_t { kPixels, kOtherType, kUnreadable, kNoMemory };
 struct Answer {
   Kind kind;
   ScalarType type;
@@ -101,7 +104,12 @@ void answer_all(Channel& channel) {
   while (channel.receive(question)) {
     std::string file(question.n_name, '\0');
     if (!channel.receive(file.data(), file.size())) return;
-    const Decoded decoded = decode(file, question);
+    Decoded decoded;
+    try {
+      decoded = decode(file, question);
+    } catch (const std::bad_alloc&) {
+      decoded.answer.kind = Kind::kNoMemory;
+    }
     if (!channel.send(decoded.answer) || !channel.send(decoded.bytes.data(), decoded.bytes.size()))
       return;
   }
@@ -131,6 +139,7 @@ ScalarType DicomPixels::load(const DicomFrames& frames, const DicomFrames& next)
   if (asked_ != frames.file) ask(frames);
   Answer answer;
   if (!child_.channel().receive(answer) || answer.kind == Kind::kUnreadable) fail(frames.file);
+  if (answer.kind == Kind::kNoMemory) throw std::bad_alloc();
   if (answer.kind == Kind::kOtherType) {
     std::string name(std::min<std::size_t>(answer.n_bytes, 100), '\0');
     child_.channel().receive(name.data(), name.size());

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "libsurf/base/child_process.h"
+#include "libsurf/base/detail/child_process.h"
 #include "libsurf/volume/detail/raw_scalars.h"
 
 namespace surf::volume {
@@ -26,7 +26,8 @@ class DicomPixels {
 
   /// Reads the frames of a file; the child goes on to the next one meanwhile.
   /// @param next  empty file: none
-  /// @throws InputError  the file has others, or none that can be read
+  /// @throws InputError      its frames have another size or number, or cannot be read
+  /// @throws std::bad_alloc  the child has no memory for them
   ScalarType load(const DicomFrames& frames, const DicomFrames& next);
   /// The values of a frame of that file, from 0.
   const std::byte* frame(int frame) const;

@@ -11,8 +11,8 @@
 namespace surf::volume {
 
 extern "C" {
-/// The bytes of a binary segmentation: for each label a segment with its name and colour, of which
-/// there is a frame for each slice of the series that it is in.
+/// Null without DCMTK. The bytes of a binary segmentation: for each label a segment with its name
+/// and colour, of which there is a frame for each slice of the series that it is in.
 /// @param names  of the labels; at least one
 /// @throws OutputError  no voxel has a label; DCMTK refuses something
 extern std::string (*const surf_dicom_segmentation)(const std::string& path,

@@ -9,7 +9,6 @@
 #include <filesystem>
 #include <fstream>
 #include <string_view>
-#include <utility>
 
 #include "libsurf/base/error.h"
 
@@ -24,36 +23,10 @@ constexpr int kDeepest = 16;  // sequences in sequences
 /// Thrown and caught here: the file ends, or an element is none.
 struct Cut {};
 
-/// What GDCM takes from an image by a type (VR, part 6) that it asserts; another type would end the
-/// process. The groups of overlays and of curves, 60xx and 50xx, are those of xx = 00.
-constexpr std::pair<std::uint32_t, std::string_view> kTypes[] = {
-    {0x00180050, "DS"},    {0x00180088, "DS"}, {0x00181164, "DS"},    {0x00200032, "DS"},
-    {0x00200037, "DS"},    {0x00280002, "US"}, {0x00280004, "CS"},    {0x00280006, "US"},
-    {0x00280008, "IS"},    {0x00280009, "AT"}, {0x00280010, "US"},    {0x00280011, "US"},
-    {0x00280030, "DS"},    {0x00280034, "IS"}, {0x00280100, "US"},    {0x00280101, "US"},
-    {0x00280102, "US"},    {0x00280103, "US"}, {0x00281050, "DS"},    {0x00281051, "DS"},
-    {0x00281052, "DS"},    {0x00281053, "DS"}, {0x00281101, "US SS"}, {0x00281102, "US SS"},
-    {0x00281103, "US SS"}, {0x00281201, "OW"}, {0x00281202, "OW"},    {0x00281203, "OW"},
-    {0x00281221, "OW"},    {0x00281222, "OW"}, {0x00281223, "OW"},    {0x00283002, "US SS"},
-    {0x3004000c, "DS"},    {0x50000005, "US"}, {0x50000010, "US"},    {0x50000020, "CS"},
-    {0x50000022, "LO"},    {0x50000030, "SH"}, {0x50000103, "US"},    {0x50003000, "OB OW"},
-    {0x60000010, "US"},    {0x60000011, "US"}, {0x60000015, "IS"},    {0x60000022, "LO"},
-    {0x60000040, "CS"},    {0x60000050, "SS"}, {0x60000051, "US"},    {0x60000100, "US"},
-    {0x60000102, "US"},    {0x60001500, "LO"}, {0x60003000, "OB OW"}};
-
 /// Whether the two letters are one of such pairs with a blank between them.
 bool is_one_of(std::string_view types, std::string_view vr) {
   const std::size_t at = types.find(vr);
   return at != std::string_view::npos && at % 3 == 0;
-}
-
-/// Without a type, or with the one for unknown values, an element is taken as what it should be.
-bool has_its_type(std::uint32_t tag, std::string_view vr) {
-  const std::uint32_t of_overlays = tag & 0xff00ffff;
-  if (of_overlays >> 24 == 0x60 || of_overlays >> 24 == 0x50) tag = of_overlays;
-  for (const auto& [known, types] : kTypes)
-    if (known == tag) return vr.empty() || vr == "UN" || is_one_of(types, vr);
-  return true;
 }
 
 struct Element {
@@ -186,7 +159,6 @@ class Walker {
     } else {
       throw Cut();
     }
-    if (!has_its_type(element.tag, element.vr)) throw Cut();
     return element;
   }
 

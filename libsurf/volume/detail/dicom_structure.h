@@ -8,7 +8,7 @@ namespace surf::volume {
 
 enum class DicomStructure {
   kNone,   ///< not DICOM, or DICOM without pixels
-  kCut,    ///< DICOM that is cut or damaged: an element does not fit, has not its type, or is none
+  kCut,    ///< DICOM that is cut or damaged: an element does not fit, or is none
   kImage,  ///< every element is whole, to the end of the file
 };
 
@@ -19,8 +19,8 @@ struct DicomFile {
 };
 
 /// Walks over the elements of a file without looking at their values. Debian's GDCM is built
-/// with its assertions on: it aborts the process on files that end at certain places, or where what
-/// it takes from images has another type, where this says kCut.
+/// with its assertions on: it aborts the process on files that end at certain places, where
+/// this says kCut.
 /// @throws InputError  the file cannot be read
 DicomFile dicom_structure(const std::string& path);
 

@@ -9,8 +9,8 @@
 #include <charconv>
 #include <cstring>
 #include <filesystem>
-#include <fstream>
 #include <map>
+#include <optional>
 
 #include "libsurf/base/error.h"
 #include "libsurf/base/memory.h"

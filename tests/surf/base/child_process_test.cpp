@@ -1,4 +1,4 @@
-#include "libsurf/base/child_process.h"
+#include "libsurf/base/detail/child_process.h"
 
 #include <gtest/gtest.h>
 

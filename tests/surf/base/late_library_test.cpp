@@ -1,4 +1,4 @@
-#include "libsurf/base/late_library.h"
+#include "libsurf/base/detail/late_library.h"
 
 #include <gtest/gtest.h>
 

@@ -1,7 +1,6 @@
-#include "libsurf/base/child_process.h"
+#include "libsurf/base/detail/child_process.h"
 
 #include <fcntl.h>
-#include <fmt/format.h>
 #include <sys/resource.h>
 #include <sys/socket.h>
 #include <sys/wait.h>
@@ -10,17 +9,12 @@
 #include <array>
 #include <cerrno>
 #include <csignal>
-#include <cstring>
-
-#include "libsurf/base/error.h"
+#include <system_error>
 
 namespace surf {
 namespace {
 
-[[noreturn]] void fail() {
-  throw Error(fmt::format("the system gives no process to read the file in: {}; try again",
-                          std::strerror(errno)));
-}
+[[noreturn]] void fail() { throw std::system_error(errno, std::generic_category()); }
 
 std::array<int, 2> connected() {
   std::array<int, 2> ends;
@@ -28,11 +22,20 @@ std::array<int, 2> connected() {
   return ends;
 }
 
+/// The channel is all that is left of what the parent has open: its sockets and other children's
+/// channels must end with the parent's.
+int keep_alone(int descriptor) {
+  constexpr int kOwn = STDERR_FILENO + 1;
+  ::dup2(descriptor, kOwn);
+  ::close_range(kOwn + 1, ~0U, 0);
+  return kOwn;
+}
+
 /// No words on the terminal, no core file, and no handlers of the program's own.
 void be_quiet() {
-  for (const int signal : {SIGABRT, SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGTERM})
-    std::signal(signal, SIG_DFL);
-  std::signal(SIGINT, SIG_IGN);  // the parent hears it, too, and ends the connection
+  for (const int signal : {SIGABRT, SIGSEGV, SIGBUS, SIGFPE, SIGILL}) std::signal(signal, SIG_DFL);
+  for (const int signal : {SIGINT, SIGTERM})  // the parent hears them, too, and ends the child
+    std::signal(signal, SIG_IGN);
   const rlimit none = {0, 0};
   ::setrlimit(RLIMIT_CORE, &none);
   const int nowhere = ::open("/dev/null", O_WRONLY);
@@ -75,10 +78,10 @@ ChildProcess::ChildProcess(const std::function<void(Channel&)>& work,
                            const std::array<int, 2>& ends)
     : channel_(ends[0]), process_(::fork()) {
   if (process_ == 0) {
-    ::close(ends[0]);
+    const int own = keep_alone(ends[1]);
     be_quiet();
     try {
-      Channel channel(ends[1]);
+      Channel channel(own);
       work(channel);
     } catch (...) {  // the parent sees that the connection ends
     }
@@ -91,6 +94,7 @@ ChildProcess::ChildProcess(const std::function<void(Channel&)>& work,
 }
 
 ChildProcess::~ChildProcess() {
+  if (::waitpid(process_, nullptr, WNOHANG) != 0) return;  // it has ended
   ::kill(process_, SIGKILL);
   while (::waitpid(process_, nullptr, 0) < 0 && errno == EINTR) {
   }

@@ -7,8 +7,8 @@
 
 namespace surf {
 
-/// The address of a variable in lib<library>.so.VERSION, which is beside the library surf, or where
-/// the system looks for libraries; it stays loaded. Use SURF_LATE.
+/// The address of a variable in lib<library>.so.VERSION, which is beside the library surf; it stays
+/// loaded. Use SURF_LATE.
 /// @throws Error  it is not there, cannot be loaded, or has no such variable
 const void* late_symbol(const std::string& library, const std::string& symbol);
 

@@ -6,6 +6,7 @@
 #include <array>
 #include <cstddef>
 #include <functional>
+#include <type_traits>
 
 namespace surf {
 
@@ -21,25 +22,23 @@ class Channel {
   bool send(const void* bytes, std::size_t n);
   bool receive(void* bytes, std::size_t n);
   template <class T>
-  bool send(const T& value) {
-    return send(&value, sizeof value);
-  }
+  requires std::is_trivially_copyable_v<T>
+  bool send(const T& value) { return send(&value, sizeof value); }
   template <class T>
-  bool receive(T& value) {
-    return receive(&value, sizeof value);
-  }
+  requires std::is_trivially_copyable_v<T>
+  bool receive(T& value) { return receive(&value, sizeof value); }
 
  private:
   int descriptor_;
 };
 
-/// A fork of this process that works for libraries that abort on damaged files: its end is seen as
-/// that of the channel. Nothing of it is heard (stdout, stderr, core files); it ends when `work`
-/// returns, and is ended with this object. `work` must start no threads and wait for none: the
-/// child has only the one that made it.
+/// A fork of this process that works for libraries that abort on damaged files: when it ends, the
+/// channel's send() and receive() return false. Nothing of it is heard (stdout, stderr, core
+/// files); it ends when `work` returns, and is ended with this object. `work` must start no threads
+/// and wait for none: the child has only the one that made it.
 class ChildProcess {
  public:
-  /// @throws Error  the system gives no process
+  /// @throws std::system_error  the system gives no process
   explicit ChildProcess(const std::function<void(Channel&)>& work);
   ~ChildProcess();
   ChildProcess(const ChildProcess&) = delete;

@@ -1,4 +1,4 @@
-#include "libsurf/base/late_library.h"
+#include "libsurf/base/detail/late_library.h"
 
 #include <dlfcn.h>
 #include <fmt/format.h>
@@ -21,12 +21,11 @@ fs::path own_folder() {
   return fs::absolute(info.dli_fname, status).parent_path();
 }
 
+/// Not one that the system may have elsewhere, which could be of another build.
 void* load(const std::string& file) {
   if (void* handle = ::dlopen((own_folder() / file).c_str(), RTLD_NOW | RTLD_LOCAL)) return handle;
-  const std::string beside = ::dlerror();
-  if (void* handle = ::dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL)) return handle;
   throw Error(
-      fmt::format("a library of surfseg cannot be loaded: {}; install surfseg again", beside));
+      fmt::format("a library of surfseg cannot be loaded: {}; install surfseg again", ::dlerror()));
 }
 
 }  // namespace
