@@ -163,9 +163,12 @@ class Checker {
 
   void check_appended(std::string_view tag, std::size_t end) {
     if (!is_compressed_) return;
-    const std::size_t begin = content_.find('_', end);
-    if (begin == std::string_view::npos) return;
-    const std::string_view data = content_.substr(begin + 1);
+    std::string_view data = without_blanks(content_.substr(end));
+    // VTK takes what follows for the data where this is missing.
+    if (!data.starts_with('_'))
+      throw InputError(fmt::format(
+          "{}: damaged: its appended data do not begin with '_'; get the file again", path_));
+    data.remove_prefix(1);
     const bool is_raw = attribute(tag, "encoding") == "raw";
     for (const double offset : offsets_) {
       if (!(offset >= 0 && offset < double(data.size()))) continue;

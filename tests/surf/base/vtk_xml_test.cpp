@@ -27,5 +27,16 @@ TEST(VtkXml, CountsAreBelievedAsFarAsTheFileGoes) {
   EXPECT_THROW(check_vtk_xml("a.vtp", "<Piece NumberOfPoints=\"1000000000\">"), InputError);
 }
 
+TEST(VtkXml, AppendedDataBeginWithTheirMark) {
+  const std::string begin =
+      "<VTKFile header_type=\"UInt32\" compressor=\"vtkZLibDataCompressor\">"
+      "<DataArray format=\"appended\" offset=\"0\"/><AppendedData encoding=\"base64\">\n ";
+  EXPECT_NO_THROW(check_vtk_xml("a.vti", begin + "_AAAAAA==</AppendedData></VTKFile>"));
+  EXPECT_THROW(check_vtk_xml("a.vti", begin + "AAAAAA==</AppendedData></VTKFile>"), InputError);
+  // As many blocks as its first word says, of which there is none.
+  EXPECT_THROW(check_vtk_xml("a.vti", begin + "_iIiIiIiIiIiIiIiIiIiI</AppendedData></VTKFile>"),
+               InputError);
+}
+
 }  // namespace
 }  // namespace surf
