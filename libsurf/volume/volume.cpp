@@ -362,7 +362,6 @@ Volume::Builder::Builder(const std::array<int, 3>& size, const Eigen::Matrix4d& 
   const auto grid = GridOf<std::uint8_t>::create(0);
   grid->setTransform(transform_of(impl_->index_to_world, impl_->source.path));
   impl_->grid = grid;
-  slab_.reserve(std::size_t(size[0]) * size[1] * std::min(size[2], kSlab));
 }
 
 Volume::Builder::~Builder() {
@@ -378,6 +377,8 @@ void Volume::Builder::append_slice(std::span<const float> values) {
   if (n_slices_ == size[2] || values.size() != n)
     throw InputError(fmt::format("{}: slice {} has {} voxels, expected {} slices of {}",
                                  impl_->source.path, n_slices_, values.size(), size[2], n));
+  // Not before: a header may promise slices that the file does not hold.
+  if (slab_.empty()) slab_.reserve(n * std::min(size[2] - n_slices_, kSlab));
   slab_.insert(slab_.end(), values.begin(), values.end());
   ++n_slices_;
   if (n_slices_ % kSlab != 0 && n_slices_ != size[2]) return;

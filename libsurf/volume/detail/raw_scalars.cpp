@@ -99,9 +99,9 @@ Volume read_raw(ByteStream& stream, const RawLayout& layout, const Eigen::Matrix
   if (n_all_bytes > 0x1p62)
     throw InputError(fmt::format("{}: the header promises {:.1e} bytes of voxels; it is broken",
                                  source.path, n_all_bytes));
-  const std::uint64_t n_frame_bytes = std::uint64_t(n_values) * layout.size[2] * scalar;
-  stream.require(n_frame_bytes * layout.n_frames);  // before the builder, which reserves slices
   Volume::Builder builder(layout.size, index_to_world, std::move(source));
+  const std::uint64_t n_frame_bytes = std::uint64_t(n_values) * layout.size[2] * scalar;
+  stream.require(n_frame_bytes * layout.n_frames);
   if (!layout.has_frames_fastest) stream.skip(n_frame_bytes * layout.frame);
 
   const bool swap = layout.is_big_endian != (std::endian::native == std::endian::big);
