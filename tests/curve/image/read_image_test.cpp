@@ -79,5 +79,35 @@ TEST_F(ReadImage, BrokenFilesEndInOneClearLine) {
   EXPECT_NE(error_of("b.png", {.page = 3}).find("no page 3"), std::string::npos);
 }
 
+/// Grey from left to right; colour files hold it, too.
+std::string jpeg_of_a_ramp() {
+  io::Picture picture(96, 80);
+  for (int y = 0; y < picture.height(); ++y)
+    for (int x = 0; x < picture.width(); ++x)
+      picture.at(x, y).fill(static_cast<std::uint8_t>(2 * x + y / 4));
+  return io::jpeg_bytes(picture, 95);
+}
+
+TEST_F(ReadImage, JpegHasThePicturesLuminance) {
+  write("a.jpg", jpeg_of_a_ramp());
+  const Image image = read_image(path("a.jpg"));
+  ASSERT_EQ(image.size(), (std::array<int, 2>{96, 80}));
+  for (int y = 0; y < 80; ++y)
+    for (int x = 0; x < 96; ++x) ASSERT_NEAR(image.value(x, y), 2 * x + y / 4, 4) << x << " " << y;
+}
+
+TEST_F(ReadImage, JpegWhoseDataAreMissingIsRefused) {
+  const std::string whole = jpeg_of_a_ramp();
+  write("end.jpg", whole.substr(0, whole.size() - 2));
+  EXPECT_NE(error_of("end.jpg").find("its end is missing"), std::string::npos);
+  // libjpeg alone fills the rest with grey and warns.
+  write("middle.jpg", whole.substr(0, whole.size() / 2) + "\xff\xd9");
+  EXPECT_NE(error_of("middle.jpg").find("truncated or damaged"), std::string::npos);
+  write("tables.jpg", "\xff\xd8\xff\xd9");  // no image at all
+  EXPECT_NE(error_of("tables.jpg").find("truncated or damaged"), std::string::npos);
+  write("flat.jpg", std::string(whole).replace(whole.find("\xff\xc0") + 5, 4, "\x7f\xff\x7f\xff"));
+  EXPECT_NE(error_of("flat.jpg").find("promises 32767 x 32767 pixels"), std::string::npos);
+}
+
 }  // namespace
 }  // namespace surf::curve
