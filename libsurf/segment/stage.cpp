@@ -14,8 +14,28 @@ std::string to_string(StageKind kind) {
 template <int Dim>
 bool Work<Dim>::tell(const std::string& stage, const flow::StepRecord& record,
                      const std::function<Simplices<Dim>()>& shape_now) {
+  if (stop.stop_requested()) return false;
+  if (stop.stop_possible() && record.n_elements > 0)
+    told = {shape_now(), border_share, reports.size(), notes.size(), std::size_t(record.k)};
   if (progress && !progress(stage, record, shape_now)) has_stopped = true;
   return !is_stopped();
+}
+
+template <int Dim>
+void Work<Dim>::go_back_to_told() {
+  if (!told) return;
+  shape = told->shape;
+  border_share = told->border_share;
+  certainty.reset();
+  notes.resize(told->n_notes);
+  reports.resize(told->n_reports + 1);
+  StageReport& report = reports.back();
+  report.outcome = Outcome::kStopped;
+  report.message = "stopped on request";
+  report.flow.termination = flow::Termination::kStopped;
+  report.flow.message = report.message;
+  report.flow.steps.resize(told->n_steps);
+  report.flow.final_energy = report.flow.steps.back().energy;
 }
 
 template <int Dim>

@@ -1,8 +1,10 @@
 // The stages of a segmentation: what is done one after the other to one object.
 #pragma once
 
+#include <cstddef>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <stop_token>
 #include <string>
 #include <vector>
@@ -44,7 +46,7 @@ struct StageReport {
 
 /// Called on the thread that runs the stages, after every step, with the stage's name and the
 /// shape of this moment; false stops the run with the shape as it is. A stage that proposes counts
-/// in k only.
+/// in k only. A run that is stopped by a token, at whatever moment, has the shape of the last call.
 template <int Dim>
 using ProgressOf = std::function<bool(const std::string& stage, const flow::StepRecord& record,
                                       const std::function<Simplices<Dim>()>& shape)>;
@@ -57,6 +59,15 @@ struct Lengths {
   double sigma_mm = 0, edge_length_mm = 0, geometry_tolerance_mm = 0, seed_radius_mm = 0;
   double whole_blur_mm = 0;  ///< of the edges round the seeds, smoothing included; 0 = unknown
   double edge_blur_mm = 0;   ///< of the edges along the start, without smoothing; 0 = unknown
+};
+
+/// What the caller was told last of a stage that minimises.
+template <int Dim>
+struct Told {
+  Simplices<Dim> shape;
+  double border_share = 0;
+  std::size_t n_reports = 0, n_notes = 0;  ///< before the stage
+  std::size_t n_steps = 0;                 ///< of the stage
 };
 
 /// The object that stages work on: what they were asked, and what they have made so far.
@@ -95,11 +106,16 @@ struct Work : Lengths {
   double cell_mm() const { return setting().extent().cell_mm(); }
   /// Whether the caller has asked to stop.
   bool is_stopped() const { return has_stopped || stop.stop_requested(); }
-  /// Tells the caller; false if the run has to stop.
+  /// Tells the caller, unless it has asked to stop: what was under way then may have been cut
+  /// short. False if the run has to stop.
   bool tell(const std::string& stage, const flow::StepRecord& record,
             const std::function<Simplices<Dim>()>& shape_now);
+  /// After a stop by the token the work is what the caller was told last, so that a run that is
+  /// stopped in that call is the same.
+  void go_back_to_told();
 
-  bool has_stopped = false;  ///< progress() said so
+  bool has_stopped = false;            ///< progress() said so
+  std::optional<Told<Dim>> told = {};  ///< only if the token can stop
 };
 
 template <int Dim>

@@ -142,6 +142,9 @@ void run_stages(Work<Dim>& work, const Checkpointing& checkpointing) {
       checkpointing.keep(state_of(work, n + 1, goes_on));
     if (!goes_on) break;
   }
+  const bool was_cut_short =
+      !work.reports.empty() && work.reports.back().outcome == Outcome::kStopped;
+  if (was_cut_short && !work.has_stopped) work.go_back_to_told();
 }
 
 template <int Dim>

@@ -36,6 +36,7 @@ class Level : public Stage<Dim> {
         report.flow.termination == flow::Termination::kObstacle) {
       // What is too small for the level's blur is found on the next one.
       work.shape = before;
+      if (work.told) work.told->shape = before;
       work.notes.push_back(
           fmt::format("level {}: {}; the next one starts where it did", level_, report.message));
     }

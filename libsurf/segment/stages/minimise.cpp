@@ -142,6 +142,7 @@ bool minimise(Work<Dim>& work, const Minimisation<Dim>& minimisation) {
   const auto on_step = [&](const flow::StepRecord& record) {
     if (may_rest) at_rest = rest.check(record.k, record.energy, shape_now);
     if (minimisation.ends && at_rest.empty()) at_rest = minimisation.ends(record);
+    work.border_share = shape->border_share();
     return work.tell(report.name, record, shape_now) && at_rest.empty();
   };
   const auto energy = make_energy<Dim>(terms, context(work, *model));

@@ -2,6 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
+#include <chrono>
+#include <stop_token>
+#include <thread>
+
 #include "libsurf/base/error.h"
 #include "tests/surf/segment/dialogues.h"
 
@@ -39,6 +44,54 @@ TEST(Recipe, IsLoadedWithoutComputing) {
   Segmentation<3> fresh(setting);
   EXPECT_THROW(load<3>(foreign, fresh), InputError);
   EXPECT_TRUE(fresh.objects().empty());
+}
+
+// In the middle of a step's mending, between stages, in a correction: a recipe knows of steps only.
+TEST(Recipe, RepeatsWhatWasStoppedAtWhateverMoment) {
+  using std::chrono::duration;
+  using std::chrono::steady_clock;
+  constexpr int kMoments = 12;
+  const auto setting = make_setting(phantom(volume::PhantomKind::kTorus, 0.05));
+  duration<double> all{};  // from the first step to the end of the run
+  int n_stopped = 0;
+  for (int n = kMoments; n >= 0; --n) {  // the first one comes to its end
+    Segmentation<3> s(setting);
+    s.add_click(s.add_object(), inside(0.6));
+    std::stop_source source;
+    std::atomic<bool> has_begun = false;
+    std::jthread stopper([&] {
+      has_begun.wait(false);
+      if (n == kMoments) return;
+      std::this_thread::sleep_for(all * n / kMoments);
+      source.request_stop();
+    });
+    steady_clock::time_point begin;
+    s.evolve(
+        1,
+        [&](const auto&, const flow::StepRecord& record, const auto&) {
+          if (record.n_elements == 0 || has_begun.exchange(true)) return true;
+          begin = steady_clock::now();
+          has_begun.notify_all();
+          return true;
+        },
+        source.get_token());
+    if (n == kMoments) all = steady_clock::now() - begin;
+    n_stopped += s.object(1).state() == Outcome::kStopped;
+    const std::string recipe = to_recipe<3>(s);
+    Segmentation<3> again(setting);
+    replay<3>(recipe, again);
+    EXPECT_EQ(to_recipe<3>(again), recipe);
+    for (int k = 0; k < 2; ++k) {
+      const Result<3>&first = *s.object(1).result, &second = *again.object(1).result;
+      EXPECT_EQ(second.outcome, first.outcome);
+      EXPECT_EQ(second.n_steps(), first.n_steps());
+      ASSERT_EQ(second.shape.points, first.shape.points) << "moment " << n << ", part " << k;
+      ASSERT_EQ(second.shape.elements, first.shape.elements);
+      s.evolve(1);
+      again.evolve(1);
+    }
+  }
+  EXPECT_GT(n_stopped, kMoments / 4);
 }
 
 TEST(Recipe, IsLoadedWhereANameWasUsedAgain) {
