@@ -1,6 +1,5 @@
 #include "libsurf/io/detail/drawing.h"
 
-#include <X11/Xlib.h>
 #include <fmt/format.h>
 #include <vtkActor.h>
 #include <vtkAutoInit.h>
@@ -32,6 +31,8 @@
 
 #include "libsurf/base/error.h"
 #include "libsurf/io/draw.h"
+// Last: its macros (Success) are names of Eigen's.
+#include <X11/Xlib.h>
 
 VTK_MODULE_INIT(vtkRenderingOpenGL2)
 
