@@ -50,7 +50,10 @@ struct History {
   bool can_redo() const { return n_done < moments.size(); }
   bool redo() { return can_redo() && n_done++ < moments.size(); }
   /// What redo() would do again; null if there is nothing.
-  const Action<Dim>* undone() const { return can_redo() ? &moments[n_done].action : nullptr; }
+  /// @param n  the n-th of them
+  const Action<Dim>* undone(std::size_t n = 0) const {
+    return n_done + n < moments.size() ? &moments[n_done + n].action : nullptr;
+  }
   /// What has been done and is not undone.
   std::vector<Action<Dim>> actions() const {
     std::vector<Action<Dim>> out;

@@ -130,7 +130,8 @@ class Segmentation {
   bool redo(Id id);
   bool can_redo(Id id) const { return find(id).can_redo(); }
   /// What redo() would do again; null if there is nothing. Valid until the object is changed.
-  const Action<Dim>* undone(Id id) const { return find(id).undone(); }
+  /// @param n  the n-th of them
+  const Action<Dim>* undone(Id id, std::size_t n = 0) const { return find(id).undone(n); }
   /// Whether the object's result is there.
   bool is_made(Id id) const { return object(id).is_made(); }
   /// Makes it again if it is not, the same to the bit: from the nearest moment before it whose

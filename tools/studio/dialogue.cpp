@@ -26,6 +26,7 @@ using surf::segment::SetOptions;
 using surf::segment::TakeBackClick;
 
 constexpr std::chrono::milliseconds kBetweenFrames(200);
+constexpr const char* kMove = "moved click";
 
 std::string words_of(const Action<3>& action) {
   struct Words {
@@ -44,6 +45,11 @@ std::string words_of(const Action<3>& action) {
 }
 
 }  // namespace
+
+bool is_move(const Action<3>* first, const Action<3>* second) {
+  return first && second && std::holds_alternative<TakeBackClick>(*first) &&
+         std::holds_alternative<AddClick<3>>(*second);
+}
 
 bool is_consequence(const Action<3>& action) {
   return std::holds_alternative<Evolve<3>>(action) || std::holds_alternative<Propose<3>>(action);
@@ -316,13 +322,15 @@ std::string Dialogue::undo_words(int id) const {
   if (undo_brings_back(id)) return "removal of " + removed_.back().name;
   const auto history = segmentation_->history(id);
   const auto act = std::find_if_not(history.rbegin(), history.rend(), is_consequence);
-  return act == history.rend() ? "" : words_of(*act);
+  if (act == history.rend()) return "";
+  return act + 1 != history.rend() && is_move(&act[1], &act[0]) ? kMove : words_of(*act);
 }
 
 /// What redo would do again; "" if there is nothing.
 std::string Dialogue::redo_words(int id) const {
   if (redo_removes(id)) return "removal of " + brought_back_.back().name;
   const Action<3>* undone = segmentation_->undone(id);
+  if (is_move(undone, segmentation_->undone(id, 1))) return kMove;
   return undone ? words_of(*undone) : "";
 }
 

@@ -81,6 +81,8 @@ std::size_t max_past_bytes(const surf::volume::Volume& volume);
 
 /// Whether an entry of the history was set off by another, and is no act of a person.
 bool is_consequence(const surf::segment::Action<3>& action);
+/// Of a click: it was taken back and added elsewhere. Either may be null.
+bool is_move(const surf::segment::Action<3>* first, const surf::segment::Action<3>* second);
 
 /// Requests may come from any thread; they are done in their order on the dialogue's own, and
 /// return when they have been accepted, not when what they set off has been computed. One that

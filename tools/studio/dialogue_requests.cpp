@@ -9,8 +9,6 @@
 namespace surfseg::studio {
 
 using surf::segment::Action;
-using surf::segment::AddClick;
-using surf::segment::TakeBackClick;
 
 namespace {
 
@@ -185,10 +183,8 @@ void Dialogue::undo(int id) {
       s.undo(id);
     const auto history = s.history(id);
     if (history.empty()) return;
-    // A click that was moved was taken back and added.
-    const bool was_moved = history.size() > 1 &&
-                           std::holds_alternative<AddClick<3>>(history.back()) &&
-                           std::holds_alternative<TakeBackClick>(history[history.size() - 2]);
+    const bool was_moved =
+        history.size() > 1 && is_move(&history[history.size() - 2], &history.back());
     try {
       s.undo(id);
     } catch (const surf::UsageError&) {  // its former name is another's: all stays as it was
@@ -212,7 +208,7 @@ void Dialogue::redo(int id) {
       return publish();
     }
     if (!s.redo(id)) return;
-    const bool may_be_moved = std::holds_alternative<TakeBackClick>(s.history(id).back());
+    const Action<3> done = s.history(id).back();
     bool is_first = true;
     const auto goes_on = [&] {
       try {
@@ -223,8 +219,7 @@ void Dialogue::redo(int id) {
     };
     while (goes_on()) {
       const Action<3> action = s.history(id).back();
-      const bool belongs = is_consequence(action) || (is_first && may_be_moved &&
-                                                      std::holds_alternative<AddClick<3>>(action));
+      const bool belongs = is_consequence(action) || (is_first && is_move(&done, &action));
       is_first = false;
       if (belongs) continue;
       s.undo(id);

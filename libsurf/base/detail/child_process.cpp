@@ -6,6 +6,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <csignal>
@@ -93,11 +94,28 @@ ChildProcess::ChildProcess(const std::function<void(Channel&)>& work,
   if (process_ < 0) fail();
 }
 
+bool ChildProcess::was_killed() {
+  siginfo_t how = {};  // left to be waited for
+  while (::waitid(P_PID, id_t(process_), &how, WEXITED | WNOWAIT) < 0)
+    if (errno != EINTR) return false;
+  return how.si_code == CLD_KILLED && how.si_status == SIGKILL;
+}
+
 ChildProcess::~ChildProcess() {
   if (::waitpid(process_, nullptr, WNOHANG) != 0) return;  // it has ended
   ::kill(process_, SIGKILL);
   while (::waitpid(process_, nullptr, 0) < 0 && errno == EINTR) {
   }
+}
+
+void limit_cpu_seconds(unsigned seconds) {
+  rusage used = {};
+  ::getrusage(RUSAGE_SELF, &used);
+  const auto done = rlim_t(used.ru_utime.tv_sec + used.ru_stime.tv_sec) + 1;
+  rlimit limit = {};
+  ::getrlimit(RLIMIT_CPU, &limit);
+  limit.rlim_cur = std::min(limit.rlim_max, done + seconds);
+  ::setrlimit(RLIMIT_CPU, &limit);
 }
 
 }  // namespace surf

@@ -45,6 +45,9 @@ class ChildProcess {
   ChildProcess& operator=(const ChildProcess&) = delete;
 
   Channel& channel() { return channel_; }
+  /// After the channel has ended: whether the system ended the child, as it does where memory is
+  /// short.
+  bool was_killed();
 
  private:
   ChildProcess(const std::function<void(Channel&)>& work, const std::array<int, 2>& ends);
@@ -52,5 +55,8 @@ class ChildProcess {
   Channel channel_;
   pid_t process_;
 };
+
+/// Ends this process, as damaged data would, when it has worked for so many seconds from now on.
+void limit_cpu_seconds(unsigned seconds);
 
 }  // namespace surf

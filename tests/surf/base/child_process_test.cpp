@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <csignal>
 #include <cstdlib>
 #include <iostream>
 #include <stdexcept>
@@ -45,6 +46,29 @@ TEST(ChildProcess, ItsEndIsSeenAndNotHeard) {
     }
   }
   EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
+}
+
+TEST(ChildProcess, TellsAnEndByTheSystemFromOthers) {
+  int answer = 0;
+  ChildProcess killed([](Channel&) { std::raise(SIGKILL); });
+  EXPECT_FALSE(killed.channel().receive(answer));
+  EXPECT_TRUE(killed.was_killed());
+  for (void (*end)() : {+[] {}, +[] { std::abort(); }}) {
+    ChildProcess ended([&](Channel&) { end(); });
+    EXPECT_FALSE(ended.channel().receive(answer));
+    EXPECT_FALSE(ended.was_killed());
+  }
+}
+
+TEST(ChildProcess, MayBeGivenSoMuchTimeOfTheProcessor) {
+  ChildProcess child([](Channel&) {
+    limit_cpu_seconds(0);
+    for (;;) {
+    }
+  });
+  int answer = 0;
+  EXPECT_FALSE(child.channel().receive(answer));
+  EXPECT_FALSE(child.was_killed());
 }
 
 TEST(ChildProcess, IsEndedWithItsObject) {
