@@ -1,7 +1,7 @@
 #!/bin/bash
 # Looks for what tests alone do not show, one line for each part:
-#   asan   all tests with the address and undefined behaviour sanitizers (preset asan)
-#   tsan   all tests with the thread sanitizer (preset tsan)
+#   asan   the tests with the address and undefined behaviour sanitizers (preset asan)
+#   tsan   the tests with the thread sanitizer (preset tsan), and TBB, too (tools/tsan-tbb.sh)
 #   tidy   clang-tidy on all sources (preset tidy)
 #   fuzz   the corpora of tests/fuzz and what tools/fuzz.sh has gathered (preset fuzz)
 #
@@ -56,15 +56,17 @@ report() {
   (($4 == 0)) || found=1
 }
 
-# Numbers and names of the tests of a preset, without those of programs that are not built.
+# Numbers and names of the tests of a preset as tools/test.sh chooses them, without the slow ones
+# (200 kills, a browser's memory, fuzz) and those of programs that are not built.
 tests_of() {
-  ctest --preset "$1" -N | sed -n 's/^ *Test *#\([0-9]*\): \(.*\)$/\1 \2/p' | grep -v '_NOT_BUILT' || true
+  ctest --preset "$1" -N -LE '^slow$' | sed -n 's/^ *Test *#\([0-9]*\): \(.*\)$/\1 \2/p' | grep -v '_NOT_BUILT' || true
 }
 
 sanitize() {
   local preset=$1 targets=all passed=$state/$1.passed log=$state/$1.log
   [[ -z $programs ]] || targets=${programs//,/ }
   cmake --preset "$preset" >/dev/null
+  [[ $preset != tsan ]] || tools/tsan-tbb.sh
   # shellcheck disable=SC2086
   nice -n 15 cmake --build --preset "$preset" -j "$(nproc)" --target $targets >"$log.build" 2>&1 || {
     echo "$preset: the build failed; see $log.build"
@@ -72,23 +74,18 @@ sanitize() {
     return
   }
   touch "$passed"
-  export TSAN_OPTIONS=suppressions=$PWD/tests/tsan.supp:halt_on_error=0:exitcode=66
-  local numbers=() number name failed=0
+  local numbers=() number name failed
   while read -r number name; do
     grep -qxF "$name" "$passed" || numbers+=("$number")
   done < <(tests_of "$preset")
-  local batch
-  while ((${#numbers[@]})); do
-    batch=$(IFS=,; echo "${numbers[*]:0:50}")
-    numbers=("${numbers[@]:50}")
-    nice -n 15 ctest --preset "$preset" -j "$(nproc)" -I "0,0,0,$batch" >"$log.batch" 2>&1 || true
-    sed -nE 's/^ *[0-9]+\/[0-9]+ Test +#[0-9]+: (.*[^ .]) \.+ +(Passed|\*\*\*Skipped).*/\1/p' \
-      "$log.batch" >>"$passed"
-    grep -E '^ *[0-9]+/[0-9]+ Test' "$log.batch" | grep -qvE 'Passed|\*\*\*Skipped' || continue
-    cat "$log.batch" >>"$log"
-    failed=$((failed + $(grep -E '^ *[0-9]+/[0-9]+ Test' "$log.batch" |
-      grep -cvE 'Passed|\*\*\*Skipped')))
-  done
+  : >"$log"
+  if ((${#numbers[@]})); then
+    nice -n 15 ctest --preset "$preset" -j "$(nproc)" \
+      -I "0,0,0,$(IFS=,; echo "${numbers[*]}")" 2>&1 | tee "$log" |
+      sed -unE 's/^ *[0-9]+\/[0-9]+ Test +#[0-9]+: (.*[^ .]) \.+ *(Passed|\*\*\*Skipped).*/\1/p' \
+        >>"$passed" || true
+  fi
+  failed=$(grep -E '^ *[0-9]+/[0-9]+ Test' "$log" | grep -cvE 'Passed|\*\*\*Skipped' || true)
   report "$preset" tests "$(wc -l <"$passed")" "$failed"
 }
 

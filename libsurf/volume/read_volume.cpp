@@ -58,6 +58,10 @@ Volume read_vti(const std::string& path, const ReadOptions& options) {
   return SURF_LATE(surf_vtk, surf_read_vti)(path, options);
 }
 
+Volume read_vdb(const std::string& path, const ReadOptions& options) {
+  return SURF_LATE(surf_vdb, surf_read_vdb)(path, options);
+}
+
 Reader by_content(const std::string& bytes) {
   if (has_at(bytes, 0, "NRRD")) return read_nrrd;
   if (has_at(bytes, 128, "DICM")) return read_dicom;

@@ -1,29 +1,26 @@
 #include "libsurf/volume/volume.h"
 
 #include <fmt/format.h>
-#include <openvdb/tools/Dense.h>
 #include <tbb/parallel_for.h>
 #include <tbb/task_group.h>
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <mutex>
-#include <type_traits>
 #include <utility>
 
 #include "libsurf/base/affine.h"
+#include "libsurf/base/detail/late_library.h"
 #include "libsurf/base/error.h"
 #include "libsurf/base/memory.h"
 #include "libsurf/base/values.h"
-#include "libsurf/volume/detail/openvdb_grid.h"
+#include "libsurf/volume/detail/voxel_grid.h"
+#include "libsurf/volume/orientation.h"
 
 namespace surf::volume {
 namespace {
 
-constexpr int kSlab = 8;  // slices handed over at once: an OpenVDB leaf is 8^3
-
-using Dense = openvdb::tools::Dense<float, openvdb::tools::LayoutXYZ>;
+constexpr int kSlab = VoxelGrid::kSlab;
 
 /// @param n_bytes  that are needed
 /// @param words    what they are
@@ -50,8 +47,7 @@ void check_size(const std::array<int, 3>& size, const std::string& path) {
 struct SliceValues {
   bool are_usable = true;
   float lowest = std::numeric_limits<float>::max(), highest = std::numeric_limits<float>::lowest();
-  /// The least kind of grid, by its place in AnyGrid, that holds them.
-  std::size_t kind = 0;
+  int bytes_per_voxel = 1;  ///< the fewest of a VoxelGrid that holds them
 };
 
 SliceValues values_of(std::span<const float> values) {
@@ -66,135 +62,32 @@ SliceValues values_of(std::span<const float> values) {
     are_whole &= is_short && float(whole) == value && !(whole == 0 && std::signbit(value));
   }
   if (!are_whole)
-    out.kind = 2;
+    out.bytes_per_voxel = 4;
   else if (out.lowest < 0 || out.highest > 255)
-    out.kind = 1;
+    out.bytes_per_voxel = 2;
   return out;
 }
 
-template <class T>
-void make_kind(AnyGrid& grid) {
-  grid = std::visit(
-      [](const auto& old) {
-        if constexpr (sizeof(typename std::decay_t<decltype(*old)>::ValueType) < sizeof(T))
-          return AnyGrid(std::make_shared<GridOf<T>>(*old));
-        else
-          return AnyGrid(old);
-      },
-      grid);
+[[noreturn]] void throw_unusable(std::span<const float> slice, const std::array<int, 3>& size,
+                                 int k, const std::string& path) {
+  const auto at = std::size_t(
+      std::find_if_not(slice.begin(), slice.end(), [](float v) { return is_usable_value(v); }) -
+      slice.begin());
+  throw InputError(fmt::format("{}: voxel ({}, {}, {}) is {}", path, at % size[0], at / size[0], k,
+                               fault_of_value(slice[at])));
 }
 
-/// The same values in the kind of grid that has this place in AnyGrid.
-void widen(AnyGrid& grid, std::size_t kind) {
-  if (kind == 1) make_kind<std::int16_t>(grid);
-  if (kind == 2) make_kind<float>(grid);
+/// The other maps were never tried on smaller voxels; one of 14 nm is this large.
+void check_voxel_size(const Eigen::Affine3d& affine, const std::string& path) {
+  if (std::abs(affine.linear().determinant()) > 3e-15) return;
+  const Eigen::Vector3d spacing = affine.linear().colwise().norm();
+  throw InputError(fmt::format(
+      "{}: voxels of {:.3g} x {:.3g} x {:.3g} mm are too small or too thin; scale the lengths",
+      path, spacing[0], spacing[1], spacing[2]));
 }
-
-/// Slices first <= k < first + depth into the grid, a leaf at a time; leaves of one value become
-/// tiles. (By openvdb::tools::copyFromDense reading 512 x 512 x 300 voxels took 1.23 s, not 0.7.)
-template <class Grid>
-void store_leaves(Grid& grid, std::span<const float> slab, const std::array<int, 3>& size,
-                  int first, int depth) {
-  using Leaf = typename Grid::TreeType::LeafNodeType;
-  using Value = typename Grid::ValueType;
-  static_assert(Leaf::DIM == kSlab);
-  const int n_rows = (size[1] + kSlab - 1) / kSlab, n_in_row = (size[0] + kSlab - 1) / kSlab;
-  const std::size_t n = std::size_t(size[0]) * size[1];
-  std::vector<std::unique_ptr<Leaf>> leaves(std::size_t(n_rows) * n_in_row);
-  std::vector<Value> values(leaves.size());  // of those that have one value
-  tbb::parallel_for(0, n_rows, [&](int row) {
-    const int low_j = row * kSlab, n_j = std::min(kSlab, size[1] - low_j);
-    for (int place = 0; place < n_in_row; ++place) {
-      const int low_i = place * kSlab, n_i = std::min(kSlab, size[0] - low_i);
-      const openvdb::Coord origin(low_i, low_j, first);
-      auto leaf = std::make_unique<Leaf>(openvdb::PartialCreate(), origin, Value(0), false);
-      leaf->allocate();
-      Value* out = leaf->buffer().data();
-      const bool is_full = n_i == kSlab && n_j == kSlab && depth == kSlab;
-      if (!is_full) std::fill(out, out + Leaf::SIZE, Value(0));
-      const auto value0 = static_cast<Value>(slab[std::size_t(low_j) * size[0] + low_i]);
-      bool is_same = is_full || value0 == Value(0);
-      for (int k = 0; k < depth; ++k)
-        for (int j = 0; j < n_j; ++j) {
-          const float* from = slab.data() + k * n + std::size_t(low_j + j) * size[0] + low_i;
-          for (int i = 0; i < n_i; ++i) {
-            const auto value = static_cast<Value>(from[i]);
-            is_same &= value == value0;
-            out[(i * kSlab + j) * kSlab + k] = value;
-          }
-        }
-      const std::size_t at = std::size_t(row) * n_in_row + place;
-      if (is_same)
-        values[at] = value0;
-      else
-        leaves[at] = std::move(leaf);
-    }
-  });
-  for (std::size_t at = 0; at < leaves.size(); ++at) {
-    if (leaves[at])
-      grid.tree().addLeaf(leaves[at].release());
-    else if (values[at] != Value(0))
-      grid.tree().addTile(
-          1, openvdb::Coord(int(at % n_in_row) * kSlab, int(at / n_in_row) * kSlab, first),
-          values[at], false);
-  }
-}
-
-/// OpenVDB takes matrices with entries that are far from 1 for singular.
-openvdb::math::Transform::Ptr transform_of(const Eigen::Affine3d& affine, const std::string& path) {
-  try {
-    return openvdb::math::Transform::createLinearTransform(to_openvdb(affine));
-  } catch (const openvdb::ArithmeticError&) {
-    const Eigen::Vector3d spacing = affine.linear().colwise().norm();
-    throw InputError(fmt::format(
-        "{}: voxels of {:.3g} x {:.3g} x {:.3g} mm are too small or too thin; scale the lengths",
-        path, spacing[0], spacing[1], spacing[2]));
-  }
-}
-
-}  // namespace
-
-namespace {
 
 bool is_stored_order(const AxisOrder& order) {
   return order.axes == std::array{0, 1, 2} && order.are_reversed == std::array{false, false, false};
-}
-
-/// Where the grid has a voxel.
-openvdb::Coord stored_index(const Volume::Impl& impl, const std::array<int, 3>& index) {
-  openvdb::Coord out;
-  for (int n = 0; n < 3; ++n)
-    out[impl.order.axes[n]] = impl.order.are_reversed[n] ? impl.size[n] - 1 - index[n] : index[n];
-  return out;
-}
-
-/// Voxels lower <= index < upper of the volume, i fastest.
-void copy_inner_box(const Volume::Impl& impl, const std::array<int, 3>& lower,
-                    const std::array<int, 3>& upper, float* out) {
-  const openvdb::Coord first = stored_index(impl, lower),
-                       last = stored_index(impl, {upper[0] - 1, upper[1] - 1, upper[2] - 1});
-  const openvdb::CoordBBox box(openvdb::Coord::minComponent(first, last),
-                               openvdb::Coord::maxComponent(first, last));
-  const auto copy_to = [&](float* values) {
-    Dense dense(box, values);
-    std::visit(
-        [&](const auto& grid) { openvdb::tools::copyToDense(*grid, dense, /*serial=*/true); },
-        impl.grid);
-  };
-  if (is_stored_order(impl.order)) return copy_to(out);
-  std::vector<float> stored(box.volume());
-  copy_to(stored.data());
-  const openvdb::Coord size = box.dim(), from = first - box.min();
-  const std::array<std::ptrdiff_t, 3> strides = {1, size[0], std::ptrdiff_t(size[0]) * size[1]};
-  std::array<std::ptrdiff_t, 3> steps;
-  for (int n = 0; n < 3; ++n)
-    steps[n] = strides[impl.order.axes[n]] * (impl.order.are_reversed[n] ? -1 : 1);
-  const float* start = stored.data() + from[0] + from[1] * strides[1] + from[2] * strides[2];
-  for (int k = 0; k < upper[2] - lower[2]; ++k)
-    for (int j = 0; j < upper[1] - lower[1]; ++j) {
-      const float* row = start + k * steps[2] + j * steps[1];
-      for (int i = 0; i < upper[0] - lower[0]; ++i) *out++ = row[i * steps[0]];
-    }
 }
 
 /// The place of voxel (0, 0, 0) by 2^-10 of a voxel's size: the floats in files' affines tell less.
@@ -207,23 +100,58 @@ Eigen::Affine3d with_rounded_origin(Eigen::Affine3d affine) {
 
 }  // namespace
 
-void initialize_openvdb() {
-  static std::once_flag once;
-  std::call_once(once, [] { openvdb::initialize(); });
+struct Volume::Impl {
+  std::array<int, 3> size;
+  Eigen::Affine3d index_to_world;
+  Eigen::Affine3d world_to_index;
+  Source source;
+  std::shared_ptr<const DicomOrigin> dicom = {};
+  std::array<float, 2> range;
+  /// The voxels as they were read, at (i, j, k) of the index in that order of the axes.
+  std::shared_ptr<VoxelGrid> grid;
+  /// Index axis n runs along axis order.axes[n] of the grid, or against it.
+  AxisOrder order = {};
+
+  std::array<int, 3> stored_index(const std::array<int, 3>& index) const;
+  void copy_inner_box(const std::array<int, 3>& lower, const std::array<int, 3>& upper,
+                      float* out) const;
+  void store_slab(std::span<const float> slab, int n_slices);
+};
+
+/// Where the grid has a voxel.
+std::array<int, 3> Volume::Impl::stored_index(const std::array<int, 3>& index) const {
+  std::array<int, 3> out;
+  for (int n = 0; n < 3; ++n)
+    out[order.axes[n]] = order.are_reversed[n] ? size[n] - 1 - index[n] : index[n];
+  return out;
 }
 
-openvdb::math::Mat4d to_openvdb(const Eigen::Affine3d& affine) {
-  openvdb::math::Mat4d result;
-  for (int row = 0; row < 4; ++row)
-    for (int column = 0; column < 4; ++column) result[row][column] = affine.matrix()(column, row);
-  return result;
-}
-
-Eigen::Affine3d from_openvdb(const openvdb::math::Mat4d& matrix) {
-  Eigen::Affine3d result;
-  for (int row = 0; row < 4; ++row)
-    for (int column = 0; column < 4; ++column) result.matrix()(column, row) = matrix[row][column];
-  return result;
+/// Voxels lower <= index < upper of the volume, i fastest.
+void Volume::Impl::copy_inner_box(const std::array<int, 3>& lower, const std::array<int, 3>& upper,
+                                  float* out) const {
+  if (is_stored_order(order)) return grid->copy_box(lower, upper, out);
+  const std::array<int, 3> from = stored_index(lower),
+                           last = stored_index({upper[0] - 1, upper[1] - 1, upper[2] - 1});
+  std::array<int, 3> box_lower, box_upper;
+  std::array<std::ptrdiff_t, 4> strides = {1};  // of the box as it is stored, and its voxels
+  for (int axis = 0; axis < 3; ++axis) {
+    box_lower[axis] = std::min(from[axis], last[axis]);
+    box_upper[axis] = std::max(from[axis], last[axis]) + 1;
+    strides[axis + 1] = strides[axis] * (box_upper[axis] - box_lower[axis]);
+  }
+  std::vector<float> stored(static_cast<std::size_t>(strides[3]));
+  grid->copy_box(box_lower, box_upper, stored.data());
+  const float* start = stored.data();
+  std::array<std::ptrdiff_t, 3> steps;
+  for (int n = 0; n < 3; ++n) {
+    start += (from[n] - box_lower[n]) * strides[n];
+    steps[n] = strides[order.axes[n]] * (order.are_reversed[n] ? -1 : 1);
+  }
+  for (int k = 0; k < upper[2] - lower[2]; ++k)
+    for (int j = 0; j < upper[1] - lower[1]; ++j) {
+      const float* row = start + k * steps[2] + j * steps[1];
+      for (int i = 0; i < upper[0] - lower[0]; ++i) *out++ = row[i * steps[0]];
+    }
 }
 
 Volume::Volume(std::shared_ptr<const Impl> impl) : impl_(std::move(impl)) {}
@@ -252,7 +180,7 @@ double Volume::voxel_size() const {
 const Source& Volume::source() const { return impl_->source; }
 const std::shared_ptr<const DicomOrigin>& Volume::dicom() const { return impl_->dicom; }
 std::array<float, 2> Volume::range() const { return impl_->range; }
-int Volume::bytes_per_voxel() const { return 1 << impl_->grid.index(); }
+int Volume::bytes_per_voxel() const { return impl_->grid->bytes_per_voxel(); }
 
 Volume Volume::in_ras_order() const {
   const AxisOrder order = ras_order(impl_->index_to_world);
@@ -274,9 +202,7 @@ Volume Volume::in_ras_order() const {
 }
 
 float Volume::value(int i, int j, int k) const {
-  const openvdb::Coord index = stored_index(*impl_, {i, j, k});
-  return std::visit([&](const auto& grid) { return float(grid->tree().getValue(index)); },
-                    impl_->grid);
+  return impl_->grid->value(impl_->stored_index({i, j, k}));
 }
 
 void Volume::copy_box(const std::array<int, 3>& lower, const std::array<int, 3>& upper,
@@ -289,13 +215,13 @@ void Volume::copy_box(const std::array<int, 3>& lower, const std::array<int, 3>&
     is_inside &= inner_lower[axis] == lower[axis] && inner_upper[axis] == upper[axis];
   }
   if (is_inside) {
-    copy_inner_box(*impl_, inner_lower, inner_upper, out);
+    impl_->copy_inner_box(inner_lower, inner_upper, out);
     return;
   }
   std::size_t n_inner = 1;
   for (int axis = 0; axis < 3; ++axis) n_inner *= inner_upper[axis] - inner_lower[axis];
   std::vector<float> inner(n_inner);
-  copy_inner_box(*impl_, inner_lower, inner_upper, inner.data());
+  impl_->copy_inner_box(inner_lower, inner_upper, inner.data());
   const std::size_t stride_j = inner_upper[0] - inner_lower[0];
   const std::size_t stride_k = stride_j * (inner_upper[1] - inner_lower[1]);
   for (int k = lower[2]; k < upper[2]; ++k)
@@ -307,41 +233,28 @@ void Volume::copy_box(const std::array<int, 3>& lower, const std::array<int, 3>&
                   (std::clamp(i, inner_lower[0], inner_upper[0] - 1) - inner_lower[0])];
 }
 
-namespace {
-
-[[noreturn]] void throw_unusable(const Volume::Impl& impl, std::span<const float> slice, int k) {
-  const auto at = std::size_t(
-      std::find_if_not(slice.begin(), slice.end(), [](float v) { return is_usable_value(v); }) -
-      slice.begin());
-  throw InputError(fmt::format("{}: voxel ({}, {}, {}) is {}", impl.source.path, at % impl.size[0],
-                               at / impl.size[0], k, fault_of_value(slice[at])));
-}
-
 /// The slices that end before n_slices.
-void store_slab(Volume::Impl& impl, std::span<const float> slab, int n_slices) {
-  const std::size_t n = std::size_t(impl.size[0]) * impl.size[1];
+void Volume::Impl::store_slab(std::span<const float> slab, int n_slices) {
+  const std::size_t n = std::size_t(size[0]) * size[1];
   const int depth = static_cast<int>(slab.size() / n), first = n_slices - depth;
   std::array<SliceValues, kSlab> all;
   tbb::parallel_for(0, depth, [&](int k) { all[k] = values_of(slab.subspan(k * n, n)); });
-  std::size_t kind = impl.grid.index();
+  const int old = grid->bytes_per_voxel();
+  int needed = old;
   for (int k = 0; k < depth; ++k) {
-    if (!all[k].are_usable) throw_unusable(impl, slab.subspan(k * n, n), first + k);
-    impl.range[0] = std::min(impl.range[0], all[k].lowest);
-    impl.range[1] = std::max(impl.range[1], all[k].highest);
-    kind = std::max(kind, all[k].kind);
+    if (!all[k].are_usable) throw_unusable(slab.subspan(k * n, n), size, first + k, source.path);
+    range[0] = std::min(range[0], all[k].lowest);
+    range[1] = std::max(range[1], all[k].highest);
+    needed = std::max(needed, all[k].bytes_per_voxel);
   }
-  if (const std::size_t old = impl.grid.index(); kind > old) {
+  if (needed > old) {
     // The old and the new grid are there together.
-    check_memory(
-        double(1 << kind) * double(n) * impl.size[2] + double(1 << old) * double(n) * n_slices,
-        kind == 1 ? " as 16-bit integers" : " as 32-bit floats", impl.size, impl.source.path);
-    widen(impl.grid, kind);
+    check_memory(double(needed) * double(n) * size[2] + double(old) * double(n) * n_slices,
+                 needed == 2 ? " as 16-bit integers" : " as 32-bit floats", size, source.path);
+    grid->widen(needed);
   }
-  std::visit([&](const auto& grid) { store_leaves(*grid, slab, impl.size, first, depth); },
-             impl.grid);
+  grid->store_slab(slab, first);
 }
-
-}  // namespace
 
 struct Volume::Builder::Storing {
   tbb::task_group task;
@@ -352,16 +265,14 @@ Volume::Builder::Builder(const std::array<int, 3>& size, const Eigen::Matrix4d& 
                          Source source) {
   check_size(size, source.path);
   storing_ = std::make_unique<Storing>();
-  initialize_openvdb();
   impl_ = std::make_shared<Impl>();
   impl_->size = size;
   impl_->index_to_world = checked_affine<3>(index_to_world, source.path, "voxel");
   impl_->world_to_index = impl_->index_to_world.inverse();
   impl_->source = std::move(source);
   impl_->range = {std::numeric_limits<float>::max(), std::numeric_limits<float>::lowest()};
-  const auto grid = GridOf<std::uint8_t>::create(0);
-  grid->setTransform(transform_of(impl_->index_to_world, impl_->source.path));
-  impl_->grid = grid;
+  check_voxel_size(impl_->index_to_world, impl_->source.path);
+  impl_->grid = SURF_LATE(surf_vdb, surf_make_voxel_grid)(size);
 }
 
 Volume::Builder::~Builder() {
@@ -386,7 +297,7 @@ void Volume::Builder::append_slice(std::span<const float> values) {
   storing_->slab.swap(slab_);
   slab_.clear();
   storing_->task.run([storing = storing_.get(), impl = impl_.get(), n_slices = n_slices_] {
-    store_slab(*impl, storing->slab, n_slices);
+    impl->store_slab(storing->slab, n_slices);
   });
 }
 

@@ -1,4 +1,4 @@
-// A scalar volume in the world frame, held as an OpenVDB grid.
+// A scalar volume in the world frame.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -34,7 +34,6 @@ struct Source {
 class Volume {
  public:
   class Builder;
-  struct Impl;
 
   /// From dense values, i fastest.
   /// @throws InputError  see Builder
@@ -69,10 +68,8 @@ class Volume {
   /// floats, give the same volume, to the bit. Shares the voxels with this one.
   Volume in_ras_order() const;
 
-  /// The grid and what is private to volume/*.cpp (openvdb_grid.h shows it).
-  const Impl& impl() const { return *impl_; }
-
  private:
+  struct Impl;
   explicit Volume(std::shared_ptr<const Impl> impl);
   std::shared_ptr<const Impl> impl_;
 };

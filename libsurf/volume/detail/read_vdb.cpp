@@ -8,7 +8,6 @@
 
 #include "libsurf/base/error.h"
 #include "libsurf/base/memory.h"
-#include "libsurf/volume/detail/openvdb_grid.h"
 #include "libsurf/volume/detail/raw_scalars.h"
 #include "libsurf/volume/detail/vdb_grid.h"
 
@@ -102,14 +101,17 @@ Source source_of(const std::string& path, const VdbGrid& grid) {
   return out;
 }
 
-}  // namespace
-
 Volume read_vdb(const std::string& path, const ReadOptions& options) {
   check_frame(path, options.frame_index, 1);
-  initialize_openvdb();
   const VdbGrid grid = read_vdb_grid(path);
   return std::visit(
       [&](const auto& typed) { return volume_of(*typed, grid, source_of(path, grid)); }, grid.grid);
+}
+
+}  // namespace
+
+extern "C" {
+Volume (*const surf_read_vdb)(const std::string&, const ReadOptions&) = read_vdb;
 }
 
 }  // namespace surf::volume

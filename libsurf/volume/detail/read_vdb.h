@@ -1,4 +1,4 @@
-// OpenVDB: .vdb.
+// OpenVDB: .vdb; in the library surf_vdb.
 #pragma once
 
 #include <string>
@@ -7,8 +7,10 @@
 
 namespace surf::volume {
 
+extern "C" {
 /// See read_volume.
 /// @throws InputError
-Volume read_vdb(const std::string& path, const ReadOptions& options);
+extern Volume (*const surf_read_vdb)(const std::string& path, const ReadOptions& options);
+}
 
 }  // namespace surf::volume

@@ -76,6 +76,21 @@ TEST(Volume, NamesTheFirstVoxelThatIsNoNumber) {
   }
 }
 
+TEST(Volume, RefusesVoxelsOfNanometres) {
+  const std::vector<float> values(8, 1.0f);
+  for (const double size : {1e-4, 1e-6}) {
+    const Eigen::Affine3d affine(Eigen::Scaling(size));
+    try {
+      Volume({2, 2, 2}, affine, values);
+      EXPECT_GT(size, 1e-5);
+    } catch (const InputError& error) {
+      EXPECT_LT(size, 1e-5);
+      EXPECT_NE(std::string(error.what()).find("1e-06 x 1e-06 x 1e-06 mm"), std::string::npos)
+          << error.what();
+    }
+  }
+}
+
 TEST(Volume, KeepsTheLimitsOfItsIntegers) {
   for (const auto& [value, n_bytes] : {std::pair(255.0f, 1),
                                        {256.0f, 2},
