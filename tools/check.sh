@@ -10,7 +10,8 @@
 # --programs: only these test programs in asan and tsan, such as surf_base_tests,surf_flow_tests.
 # A run that was ended goes on: what passed is remembered in build/check until code or a test
 # changes, or --again. All cores are used, at a low priority. Exit code 1 if anything was found;
-# what, is in build/check/PART.log.
+# what, is in build/check/PART.log, and in build/tsan/report.PID for each process that tsan found
+# something in, whoever started it.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -66,6 +67,7 @@ sanitize() {
   local preset=$1 targets=all passed=$state/$1.passed log=$state/$1.log
   [[ -z $programs ]] || targets=${programs//,/ }
   cmake --preset "$preset" >/dev/null
+  rm -f "build/$preset"/report.*
   [[ $preset != tsan ]] || tools/tsan-tbb.sh
   # shellcheck disable=SC2086
   nice -n 15 cmake --build --preset "$preset" -j "$(nproc)" --target $targets >"$log.build" 2>&1 || {

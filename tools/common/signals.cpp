@@ -1,16 +1,23 @@
 #include "tools/common/signals.h"
 
+#include <atomic>
 #include <csignal>
 #include <mutex>
 
 namespace surfseg {
 namespace {
 
-volatile std::sig_atomic_t received = 0;
+std::atomic<int> received = 0;  // read by the studio's threads, too
+static_assert(std::atomic<int>::is_always_lock_free);
 
-void remember(int signal) {
-  received = signal;
-  std::signal(signal, SIG_DFL);
+void remember(int signal) { received = signal; }
+
+/// The second one of a kind ends the program at once.
+void remember_first(int signal) {
+  struct sigaction action = {};
+  action.sa_handler = remember;
+  action.sa_flags = SA_RESTART | static_cast<int>(SA_RESETHAND);
+  ::sigaction(signal, &action, nullptr);
 }
 
 }  // namespace
@@ -18,8 +25,8 @@ void remember(int signal) {
 void catch_signals() {
   static std::once_flag is_set;
   std::call_once(is_set, [] {
-    std::signal(SIGINT, remember);
-    std::signal(SIGTERM, remember);
+    remember_first(SIGINT);
+    remember_first(SIGTERM);
   });
 }
 
