@@ -1,6 +1,7 @@
 #include "tools/common/signals.h"
 
 #include <atomic>
+#include <cerrno>
 #include <csignal>
 #include <mutex>
 
@@ -10,14 +11,12 @@ namespace {
 std::atomic<int> received = 0;  // read by the studio's threads, too
 static_assert(std::atomic<int>::is_always_lock_free);
 
-void remember(int signal) { received = signal; }
-
 /// The second one of a kind ends the program at once.
-void remember_first(int signal) {
-  struct sigaction action = {};
-  action.sa_handler = remember;
-  action.sa_flags = SA_RESTART | static_cast<int>(SA_RESETHAND);
-  ::sigaction(signal, &action, nullptr);
+void remember(int signal) {
+  const int error = errno;  // of what was interrupted
+  received = signal;
+  std::signal(signal, SIG_DFL);
+  errno = error;
 }
 
 }  // namespace
@@ -25,8 +24,8 @@ void remember_first(int signal) {
 void catch_signals() {
   static std::once_flag is_set;
   std::call_once(is_set, [] {
-    remember_first(SIGINT);
-    remember_first(SIGTERM);
+    std::signal(SIGINT, remember);
+    std::signal(SIGTERM, remember);
   });
 }
 
