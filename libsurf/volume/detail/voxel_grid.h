@@ -1,5 +1,5 @@
 // The voxels of a Volume in leaves and tiles of OpenVDB; in the library surf_vdb, for OpenVDB's
-// start costs 12 ms, which a program that reads no volume does not pay.
+// start costs more than the rest of a program's (docs/performance.md).
 #pragma once
 
 #include <array>
