@@ -37,7 +37,7 @@ for argument in "$@"; do
     --demo-data) packages+=(mricron-data) ;;
     --docs) packages+=(doxygen) ;;
     --package) packages+=(lintian mmdebstrap zsh) ;;
-    --fuzz) packages+=(clang clang-tidy llvm libclang-rt-14-dev) ;;
+    --fuzz) packages+=(clang clang-tidy dpkg-dev llvm libclang-rt-14-dev) ;;
     --cluster) packages+=(slurm-wlm slurm-wlm-basic-plugins munge snakemake) ;;
     -h | --help)
       sed -n '2,10s/^# \{0,1\}//p' "$0"
