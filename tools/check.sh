@@ -11,7 +11,7 @@
 # A run that was ended goes on: what passed is remembered in build/check until code or a test
 # changes, or --again. All cores are used, at a low priority. Exit code 1 if anything was found;
 # what, is in build/check/PART.log, and in build/tsan/report.PID for each process that tsan found
-# something in, whoever started it.
+# something in, whoever started it: a program that a test ends may have told nobody else.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -45,7 +45,7 @@ version=$({
   git diff "${code[@]}"
 } | sha1sum | cut -c1-40)
 if [[ -n $again || $(cat "$state/version" 2>/dev/null) != "$version" ]]; then
-  rm -f "$state"/*.passed "$state"/*.log
+  rm -f "$state"/*.passed "$state"/*.log build/tsan/report.*
   echo "$version" >"$state/version"
 fi
 found=0
@@ -67,7 +67,6 @@ sanitize() {
   local preset=$1 targets=all passed=$state/$1.passed log=$state/$1.log
   [[ -z $programs ]] || targets=${programs//,/ }
   cmake --preset "$preset" >/dev/null
-  rm -f "build/$preset"/report.*
   [[ $preset != tsan ]] || tools/tsan-tbb.sh
   # shellcheck disable=SC2086
   nice -n 15 cmake --build --preset "$preset" -j "$(nproc)" --target $targets >"$log.build" 2>&1 || {
@@ -76,7 +75,7 @@ sanitize() {
     return
   }
   touch "$passed"
-  local numbers=() number name failed
+  local numbers=() number name failed reports
   while read -r number name; do
     grep -qxF "$name" "$passed" || numbers+=("$number")
   done < <(tests_of "$preset")
@@ -89,6 +88,11 @@ sanitize() {
   fi
   failed=$(grep -E '^ *[0-9]+/[0-9]+ Test' "$log" | grep -cvE 'Passed|\*\*\*Skipped' || true)
   report "$preset" tests "$(wc -l <"$passed")" "$failed"
+  reports=$(find "build/$preset" -maxdepth 1 -name 'report.*' | wc -l)
+  ((reports == 0)) || {
+    echo "$preset: $reports processes with reports; see build/$preset/report.*"
+    found=1
+  }
 }
 
 tidy() {

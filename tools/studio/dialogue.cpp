@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <exception>
 
 #include "libsurf/base/error.h"
 #include "libsurf/base/file.h"
@@ -101,6 +102,7 @@ void Dialogue::work() {
 /// @param while_opening  may end what is being opened
 void Dialogue::do_now(const Act& act, bool while_opening) {
   std::promise<void> done;
+  std::exception_ptr failure;  // the caller's alone once it is told: the worker holds it no more
   {
     std::lock_guard lock(mutex_);
     if (is_ending_) throw surf::UsageError("the studio is ending");
@@ -109,15 +111,16 @@ void Dialogue::do_now(const Act& act, bool while_opening) {
     acts_.push_back([&] {
       try {
         act();
-        done.set_value();
       } catch (...) {
-        done.set_exception(std::current_exception());
+        failure = std::current_exception();
       }
+      done.set_value();
     });
     stop_.request_stop();
   }
   wake_.notify_all();
   done.get_future().get();
+  if (failure) std::rethrow_exception(failure);
 }
 
 surf::segment::Segmentation<3>& Dialogue::segmentation() {
