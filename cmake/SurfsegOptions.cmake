@@ -54,6 +54,10 @@ if(SURFSEG_SANITIZE)
       target_link_options(surfseg_compile INTERFACE -shared-libasan -Wl,-rpath,${asan_folder})
     endif()
   endif()
+  if(SURFSEG_SANITIZE MATCHES "thread")
+    # tools/tsan-tbb.sh's TBB, for our programs and what they load alone: as an environment it would reach Python's modules.
+    target_link_options(surfseg_compile INTERFACE -Wl,--disable-new-dtags,-rpath,${PROJECT_SOURCE_DIR}/build/tsan-tbb/lib)
+  endif()
 endif()
 
 add_library(surfseg_warnings INTERFACE)
