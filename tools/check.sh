@@ -96,19 +96,16 @@ sanitize() {
 }
 
 tidy() {
-  local passed=$state/tidy.passed log=$state/tidy.log failed=0 source
+  local passed=$state/tidy.passed log=$state/tidy.log sources
   cmake --preset tidy >/dev/null
   touch "$passed"
-  while read -r source; do
-    grep -qxF "$source" "$passed" && continue
-    if nice -n 15 clang-tidy --quiet -p build/tidy "$source" >"$log.one" 2>/dev/null; then
-      echo "$source" >>"$passed"
-    else
-      cat "$log.one" >>"$log"
-      failed=$((failed + 1))
-    fi
-  done < <(git ls-files 'libsurf/*.cpp' 'libcurve/*.cpp' 'tools/*.cpp')
-  report tidy files "$(wc -l <"$passed")" "$failed"
+  : >"$log"
+  sources=$(git ls-files 'libsurf/*.cpp' 'libcurve/*.cpp' 'tools/*.cpp' | grep -vxFf "$passed" || true)
+  # shellcheck disable=SC2016 # the arguments are those of the shell that xargs starts
+  [[ -z $sources ]] || xargs -d '\n' -n 1 -P "$(nproc)" nice -n 15 bash -c '
+    if said=$(clang-tidy --quiet -p build/tidy "$2" 2>/dev/null); then echo "$2" >>"$0"
+    else printf "%s\n" "$said" >>"$1"; fi' "$passed" "$log" <<<"$sources"
+  report tidy files "$(wc -l <"$passed")" "$(grep -vxFf "$passed" <<<"$sources" | grep -c . || true)"
 }
 
 fuzz() {

@@ -34,8 +34,9 @@ def main():
     for page in [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]:
         with tempfile.TemporaryDirectory() as folder:
             for line, commands, expected in blocks_of(page):
-                if shutil.which("xvfb-run") is None:
-                    commands = re.sub(r"^xvfb-run .*$", "", commands, flags=re.M)
+                # Under the address sanitizer: a display's driver leaks, and is unloaded before leaks are looked for.
+                draws = "ASAN_OPTIONS=detect_leaks=0 xvfb-run" if shutil.which("xvfb-run") else "true"
+                commands = re.sub(r"^xvfb-run\b", draws, commands, flags=re.M)
                 ended = subprocess.run(["bash", "-e", "-c", commands], cwd=folder, env=environment, text=True,
                                        stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
                 n_run += 1
