@@ -6,6 +6,7 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <string_view>
 
 #include "libcurve/image/detail/raster.h"
 #include "libsurf/base/error.h"
@@ -17,12 +18,10 @@ namespace {
 enum class Format { kNone, kPng, kJpeg, kTiff };
 
 Format format_of(const std::string& bytes) {
-  const auto begins = [&](const char* magic, std::size_t n) {
-    return bytes.size() >= n && bytes.compare(0, n, magic, n) == 0;
-  };
-  if (begins("\x89PNG\r\n\x1a\n", 8)) return Format::kPng;
-  if (begins("\xff\xd8\xff", 3)) return Format::kJpeg;
-  if (begins("II*\0", 4) || begins("MM\0*", 4)) return Format::kTiff;
+  using namespace std::string_view_literals;  // which may hold zeros
+  if (bytes.starts_with("\x89PNG\r\n\x1a\n"sv)) return Format::kPng;
+  if (bytes.starts_with("\xff\xd8\xff"sv)) return Format::kJpeg;
+  if (bytes.starts_with("II*\0"sv) || bytes.starts_with("MM\0*"sv)) return Format::kTiff;
   return Format::kNone;
 }
 

@@ -35,7 +35,8 @@ bool may_remove(const CurveMesh& curves, int i, const AdaptivityOptions& options
 
 /// Distance of node i from the line through its neighbours.
 double height(const CurveMesh& curves, int i) {
-  const Vector<2> a = curves.point(curves.prev(i)), b = curves.point(curves.next(i));
+  const Vector<2>& a = curves.point(curves.prev(i));
+  const Vector<2>& b = curves.point(curves.next(i));
   const double length = (b - a).norm();
   return length > 0 ? std::abs(cross(b - a, curves.point(i) - a)) / length
                     : (curves.point(i) - a).norm();

@@ -215,7 +215,7 @@ struct SparseCholesky::Impl {
   Impl(const Impl&) = delete;
   Impl& operator=(const Impl&) = delete;
 
-  const cholmod_factor* L() const { return factor->L; }
+  const cholmod_factor* lower() const { return factor->L; }
   cholmod_common* common() const { return factor->common.get(); }
 
   std::shared_ptr<const CholeskyPattern::Impl> pattern;
@@ -238,7 +238,7 @@ SparseCholesky& SparseCholesky::operator=(SparseCholesky&&) noexcept = default;
 SparseCholesky::~SparseCholesky() = default;
 
 bool SparseCholesky::is_definite() const {
-  return impl_->common()->status == CHOLMOD_OK && impl_->L()->minor == impl_->L()->n;
+  return impl_->common()->status == CHOLMOD_OK && impl_->lower()->minor == impl_->lower()->n;
 }
 
 Eigen::MatrixXd SparseCholesky::solve(const Eigen::MatrixXd& rhs) const {
@@ -255,8 +255,8 @@ Eigen::MatrixXd SparseCholesky::solve(const Eigen::MatrixXd& rhs) const {
 
 Eigen::VectorXd SparseCholesky::inverse_diagonal() const {
   if (!is_definite()) throw std::logic_error("SparseCholesky: the matrix is not positive definite");
-  const Eigen::VectorXd permuted = InverseOnPattern(*impl_->L()).diagonal();
-  const auto* order = static_cast<const int*>(impl_->L()->Perm);
+  const Eigen::VectorXd permuted = InverseOnPattern(*impl_->lower()).diagonal();
+  const auto* order = static_cast<const int*>(impl_->lower()->Perm);
   Eigen::VectorXd out(permuted.size());
   for (Eigen::Index k = 0; k < out.size(); ++k) out[order[k]] = permuted[k];
   return out;

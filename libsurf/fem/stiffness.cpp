@@ -21,6 +21,7 @@ SparseMatrix stiffness(const Geometry<Dim>& shape) {
 }
 
 template <int Dim>
+// NOLINTNEXTLINE(performance-unnecessary-value-param): A is written through its iterators
 SparseMatrix normal_stiffness(const Geometry<Dim>& shape, SparseMatrix A) {
   const Points<Dim>& normals = shape.directions();
   for (Eigen::Index i = 0; i < A.outerSize(); ++i)

@@ -109,12 +109,12 @@ std::string dicom_bytes(const std::string& path, const Triangles& surface,
 
 /// NAME.shape.gii of NAME.surf.gii or NAME.gii: programs that read surfaces want just the two
 /// arrays of one in a file.
-std::string shape_path(std::string stem) {
-  if (extension(stem) == ".surf") stem.resize(stem.size() - std::strlen(".surf"));
-  return stem + ".shape.gii";
+std::string shape_path(const std::string& stem) {
+  const bool is_of_surf = extension(stem) == ".surf";
+  return stem.substr(0, stem.size() - (is_of_surf ? std::strlen(".surf") : 0)) + ".shape.gii";
 }
 
-std::string mtl_path(std::string stem) { return stem + ".mtl"; }
+std::string mtl_path(const std::string& stem) { return stem + ".mtl"; }
 
 /// What stands in a file beside the surface; "" if nothing.
 std::string shape_content(const WriteOptions& options) {
@@ -125,7 +125,7 @@ std::string mtl_content(const WriteOptions& options) {
 }
 
 struct Beside {
-  std::string (*path)(std::string stem) = nullptr;
+  std::string (*path)(const std::string& stem) = nullptr;
   std::string (*content)(const WriteOptions&) = nullptr;
   const char* own = "";  ///< what a file of ours has among its first bytes
 };

@@ -66,10 +66,9 @@ std::vector<std::string> preset_folders() {
     for (std::string folder; std::getline(stream, folder, ':');)
       if (!folder.empty()) out.push_back(folder);
   }
-  if (auto folder = folder_beside(own_file()))
-    out.push_back(*folder);
-  else if (folder = folder_beside("/proc/self/exe"); folder)
-    out.push_back(*folder);
+  std::optional<std::string> beside = folder_beside(own_file());
+  if (!beside) beside = folder_beside("/proc/self/exe");
+  if (beside) out.push_back(*beside);
   return out;
 }
 

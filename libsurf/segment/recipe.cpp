@@ -16,7 +16,7 @@ using Json = nlohmann::ordered_json;
 
 template <int Dim>
 void check_image(const RecipeContent<Dim>& recipe, const Setting<Dim>& setting) {
-  const std::string hash = setting.content_hash();
+  const std::string& hash = setting.content_hash();
   if (recipe.image_content != hash)
     throw InputError(
         fmt::format("recipe: belongs to another image: '{}' with content {}; this one has {}",

@@ -267,7 +267,9 @@ SearchedRegions<Dim> search_rungs(const SearchGrid<Dim>& grid, std::span<const V
     out.found.push_back(*rung);
   for (Rung<Dim>& rung : settled) {
     const double boundary = boundary_score(rung);
-    if (boundary > 0) out.settled.push_back({std::move(rung), rung.score / boundary});
+    if (!(boundary > 0)) continue;
+    const double besides = rung.score / boundary;
+    out.settled.push_back({std::move(rung), besides});
   }
   std::stable_sort(out.settled.begin(), out.settled.end(),
                    [](const auto& a, const auto& b) { return a.rung.score > b.rung.score; });

@@ -55,7 +55,9 @@ inline std::array<int, 2> cells_of(const std::array<double, 2>& range) {
 template <class Visit>
 void for_cells_along(Piece piece, int axis, int first, int last, const Visit& visit) {
   if (piece.n < 3) return;
-  auto [cell, end] = cells_of(piece.range(axis));
+  const std::array<int, 2> cells = cells_of(piece.range(axis));
+  int cell = cells[0];
+  const int end = cells[1];
   Piece below, above;
   const auto cut_off = [&](int at) {
     split(piece, axis, at, below, above);

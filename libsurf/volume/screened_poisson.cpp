@@ -168,15 +168,15 @@ class Equations {
  public:
   Equations(const DomainCells& cells, const Eigen::Matrix3d& index_to_world, double mu,
             std::span<const double> I)
-      : multigrid_(cells, index_to_world, mu), b_(A().box().n_values(), 0) {
-    const Values at_nodes = padded(I, A().box());
+      : multigrid_(cells, index_to_world, mu), b_(matrix().box().n_values(), 0) {
+    const Values at_nodes = padded(I, matrix().box());
     const CutMatrix K(cells, index_to_world, 0, mu);
     K.multiply(at_nodes, b_);
     constant_ = dot(K, at_nodes, b_) / 2;
-    for_active(K, [&](std::size_t n) { b_[n] = A().is_active(n) ? -b_[n] : 0; });
+    for_active(K, [&](std::size_t n) { b_[n] = matrix().is_active(n) ? -b_[n] : 0; });
   }
 
-  const CutMatrix& A() const { return multigrid_.matrix(); }
+  const CutMatrix& matrix() const { return multigrid_.matrix(); }
 
   /// From e on.
   Solved solve(const ScreenedPoissonOptions& options, Values& e) {
@@ -185,7 +185,7 @@ class Equations {
 
   double energy(const Values& e) const {
     return constant_ -
-           sum_over_active(A(), [&](std::size_t n) { return (b_[n] + r_[n]) * e[n]; }) / 2;
+           sum_over_active(matrix(), [&](std::size_t n) { return (b_[n] + r_[n]) * e[n]; }) / 2;
   }
 
  private:
@@ -226,8 +226,8 @@ ScreenedPoisson::ScreenedPoisson(const DomainCells& cells, const Grid& grid, dou
   Equations equations(blended(cells, options.blend), grid.index_to_world.linear(), mu, I);
   impl_->e.assign(impl_->box.n_values(), 0);
   impl_->is_active.assign(impl_->box.n_values(), 0);
-  for_active(equations.A(),
-             [&](std::size_t n) { impl_->is_active[n] = equations.A().is_active(n); });
+  for_active(equations.matrix(),
+             [&](std::size_t n) { impl_->is_active[n] = equations.matrix().is_active(n); });
   if (start) impl_->start_from(*start->impl_, shift);
   impl_->solved = equations.solve(options, impl_->e);
   warn_unless_converged(impl_->solved, options);

@@ -5,6 +5,7 @@
 #include <tbb/task_group.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -12,6 +13,7 @@
 #include "libsurf/base/affine.h"
 #include "libsurf/base/detail/late_library.h"
 #include "libsurf/base/error.h"
+#include "libsurf/base/index_box.h"
 #include "libsurf/base/memory.h"
 #include "libsurf/base/values.h"
 #include "libsurf/volume/detail/voxel_grid.h"
@@ -50,18 +52,30 @@ struct SliceValues {
   int bytes_per_voxel = 1;  ///< the fewest of a VoxelGrid that holds them
 };
 
+/// None is the negative zero, either; all are within what an int holds.
+bool are_whole(const Eigen::Map<const Eigen::ArrayXf>& values) {
+  constexpr float kNegativeZero = -0.0f;
+  const Eigen::Map<const Eigen::ArrayXi> bits(reinterpret_cast<const int*>(values.data()),
+                                              values.size());
+  return (values - values.cast<int>().cast<float>()).abs().maxCoeff() == 0 &&
+         bits.minCoeff() != std::bit_cast<int>(kNegativeZero);
+}
+
 SliceValues values_of(std::span<const float> values) {
+  constexpr std::size_t kBlock = 4096;  // that a cache holds while it is looked at thrice
   SliceValues out;
-  bool are_whole = true;
-  for (const float value : values) {
-    out.are_usable &= is_usable_value(value);
-    out.lowest = std::min(out.lowest, value);
-    out.highest = std::max(out.highest, value);
-    const bool is_short = value >= -32768 && value <= 32767;
-    const int whole = is_short ? int(value) : 0;
-    are_whole &= is_short && float(whole) == value && !(whole == 0 && std::signbit(value));
+  bool is_whole = true;
+  for (std::size_t at = 0; at < values.size(); at += kBlock) {
+    const Eigen::Map<const Eigen::ArrayXf> block(
+        values.data() + at, Eigen::Index(std::min(kBlock, values.size() - at)));
+    const float lowest = block.minCoeff<Eigen::PropagateNaN>(),
+                highest = block.maxCoeff<Eigen::PropagateNaN>();
+    out.are_usable &= is_usable_value(lowest) && is_usable_value(highest);
+    out.lowest = std::min(out.lowest, lowest);
+    out.highest = std::max(out.highest, highest);
+    is_whole = is_whole && lowest >= -32768 && highest <= 32767 && are_whole(block);
   }
-  if (!are_whole)
+  if (!is_whole)
     out.bytes_per_voxel = 4;
   else if (out.lowest < 0 || out.highest > 255)
     out.bytes_per_voxel = 2;
@@ -222,15 +236,21 @@ void Volume::copy_box(const std::array<int, 3>& lower, const std::array<int, 3>&
   for (int axis = 0; axis < 3; ++axis) n_inner *= inner_upper[axis] - inner_lower[axis];
   std::vector<float> inner(n_inner);
   impl_->copy_inner_box(inner_lower, inner_upper, inner.data());
-  const std::size_t stride_j = inner_upper[0] - inner_lower[0];
-  const std::size_t stride_k = stride_j * (inner_upper[1] - inner_lower[1]);
+  const auto inner_box = IndexBox<3>::between(inner_lower, inner_upper);
+  const auto within = [&](int index, int axis) {
+    return std::clamp(index, inner_lower[axis], inner_upper[axis] - 1);
+  };
+  // Of a row those before the inner part, in it, and after it.
+  const int n_before = std::clamp(inner_lower[0] - lower[0], 0, upper[0] - lower[0] - 1),
+            n_after = std::clamp(upper[0] - inner_upper[0], 0, upper[0] - lower[0] - 1),
+            n_within = upper[0] - lower[0] - n_before - n_after;
   for (int k = lower[2]; k < upper[2]; ++k)
-    for (int j = lower[1]; j < upper[1]; ++j)
-      for (int i = lower[0]; i < upper[0]; ++i)
-        *out++ =
-            inner[(std::clamp(k, inner_lower[2], inner_upper[2] - 1) - inner_lower[2]) * stride_k +
-                  (std::clamp(j, inner_lower[1], inner_upper[1] - 1) - inner_lower[1]) * stride_j +
-                  (std::clamp(i, inner_lower[0], inner_upper[0] - 1) - inner_lower[0])];
+    for (int j = lower[1]; j < upper[1]; ++j) {
+      const float* row = &inner[inner_box.at({inner_lower[0], within(j, 1), within(k, 2)})];
+      out = std::fill_n(out, n_before, row[0]);
+      out = std::copy_n(row, n_within, out);
+      out = std::fill_n(out, n_after, row[inner_box.size[0] - 1]);
+    }
 }
 
 /// The slices that end before n_slices.

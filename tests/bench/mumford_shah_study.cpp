@@ -240,9 +240,7 @@ void newton(const Arguments& a) {
   if (a.has_image()) return study_newton({subject_of(a)});
   study_newton(
       {phantom_subject("blob", {.kind = PhantomKind::kBlob, .noise = 0.1}, start_round_all()),
-       phantom_subject("bay", {.kind = PhantomKind::kBay, .noise = 0.1}, start_round_all()),
-       phantom_subject("discs12", {.kind = PhantomKind::kDiscs12, .noise = 0.1},
-                       seeds_on_a_grid())});
+       phantom_subject("bay", {.kind = PhantomKind::kBay, .noise = 0.1}, start_round_all())});
 }
 
 void noise(const Arguments& a) {

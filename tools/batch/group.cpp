@@ -81,7 +81,7 @@ ordered_json data_of(const std::vector<Entry>& entries) {
                        {"about", metric.description},
                        {"judged", metric.is_for_outliers}});
   for (const Entry& entry : entries) {
-    ordered_json x = ordered_json::array(), z = x;
+    ordered_json x = ordered_json::array(), z = ordered_json::array();
     for (std::size_t m = 0; m < kNMetrics; ++m) {
       x.push_back(json_of(entry.values[m], 6));
       z.push_back(json_of(entry.z[m], 3));

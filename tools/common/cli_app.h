@@ -3,7 +3,7 @@
 // CLI/App.hpp; 0.2 s without).
 #pragma once
 
-namespace CLI {
+namespace CLI {  // NOLINT(readability-identifier-naming): its own
 class App;
 class Option;
 }  // namespace CLI

@@ -1,5 +1,7 @@
 #include "tools/common/command_line.h"
 
+#include <fmt/format.h>
+
 #include <CLI/App.hpp>
 #include <algorithm>
 #include <map>
@@ -35,7 +37,7 @@ std::string command_line(const std::string& program, const CLI::App& command,
     else if (option->get_items_expected_max() == 0)
       out += " --" + name;
     else
-      out += " " + quoted("--" + name + "=" + value);
+      out += " " + quoted(fmt::format("--{}={}", name, value));
   }
   return out;
 }

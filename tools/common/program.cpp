@@ -136,7 +136,7 @@ int run_program(const Program& program, int argc, char** argv) {
 int run_guarded(CLI::App& app, const std::function<ExitCode()>& work,
                 const std::function<std::string(const std::string&)>& reworded) {
   take_file_limits_as_errors();
-  const std::string name = app.get_name();
+  const std::string& name = app.get_name();
   const auto fail = [&](const Failure& failure) -> int {
     fmt::print(stderr, "{}: error: {}\n", name,
                reworded ? reworded(failure.message) : failure.message);

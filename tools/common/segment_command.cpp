@@ -228,7 +228,8 @@ void SegmentCommand<Dim>::note_result(const Result& result, const std::string& n
   const std::string whose = name.empty() ? "" : name + ": ";
   if (result.chosen < result.proposals.size())
     progress_.note(fmt::format("found: {}{}", whose, to_string(result.proposals[result.chosen])));
-  for (const std::string& note : result.notes) progress_.note("note: " + whose + note);
+  for (const std::string& note : result.notes)
+    progress_.note(fmt::format("note: {}{}", whose, note));
   if (result.border_share > 0)
     progress_.note(
         fmt::format("note: {}the {} ends at the border of the {} with {:.1f} % of its {}", whose,

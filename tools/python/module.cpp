@@ -107,6 +107,7 @@ void add_exceptions(py::module_& module) {
   module.attr("OutputError") = output;
   module.attr("NoObject") = no_object;
   module.attr("InvalidMesh") = invalid;
+  // NOLINTNEXTLINE(performance-unnecessary-value-param): as pybind11 asks for it
   py::register_exception_translator([](std::exception_ptr pointer) {
     const auto raise = [](const py::object& kind, const std::exception& what) {
       PyErr_SetString(kind.ptr(), with_option_names(what.what(), "surfseg").c_str());

@@ -98,12 +98,12 @@ void add_surface(py::module_& module) {
   using surf::segment::Certainty;
   add_found<Surface>(module, "Surface", "vertices", "faces", "volume_mm3", "area_mm2")
       .def_property_readonly("deviation_mm",
-                             [](py::object self) {
+                             [](const py::object& self) {
                                return certainty_array(self.cast<const Surface&>(), self,
                                                       &Certainty<3>::deviation_mm);
                              })
       .def_property_readonly("edge_strength",
-                             [](py::object self) {
+                             [](const py::object& self) {
                                return certainty_array(self.cast<const Surface&>(), self,
                                                       &Certainty<3>::edge_strength);
                              })

@@ -29,7 +29,7 @@ std::string text_of_file(const std::filesystem::path& path) {
 std::string note_on_keeping(const std::filesystem::path& recipe,
                             const std::filesystem::path& beside) {
   if (recipe == beside) return "";
-  const std::string note =
+  std::string note =
       fmt::format("what is done is kept in {}, which was opened", recipe.filename().string());
   if (!std::filesystem::exists(beside)) return note;
   return fmt::format("{}; {} stays as it is", note, beside.filename().string());

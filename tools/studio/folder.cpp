@@ -102,7 +102,7 @@ fs::path output_path(const fs::path& folder, const std::string& name) {
   if (!is_plain)
     throw surf::UsageError(fmt::format(
         "'{}': expected the name of a file, without a folder and not hidden", name.substr(0, 80)));
-  const fs::path out = folder / name;
+  fs::path out = folder / name;
   std::error_code error;
   const fs::file_status status = fs::symlink_status(out, error);
   if (fs::exists(status) && !fs::is_regular_file(status))

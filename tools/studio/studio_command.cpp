@@ -1,5 +1,6 @@
 // surfseg studio: click in a browser, see the surface, mend it, take it home.
 #include <fcntl.h>
+#include <fmt/format.h>
 #include <malloc.h>
 #include <spawn.h>
 #include <sys/wait.h>
@@ -19,8 +20,6 @@
 #include "tools/studio/folder.h"
 #include "tools/studio/server.h"
 #include "tools/surfseg/commands.h"
-
-extern char** environ;
 
 namespace surfseg {
 namespace {

@@ -64,7 +64,7 @@ void add_report_options(CLI::App& command, SurfaceFiles& files, const std::strin
 
 surf::volume::Volume SurfaceFiles::read(const std::string& path,
                                         const std::string& series_uid) const {
-  const surf::volume::Volume scan = which.or_series(series_uid).read(path);
+  surf::volume::Volume scan = which.or_series(series_uid).read(path);
   surf::volume::check_dicom_output(output, scan);
   surf::volume::check_dicom_output(mask, scan);
   return scan;

@@ -290,7 +290,7 @@ EdgesAlong edges_along(Fields<Dim>& fields, const Options<Dim>& options,
                        const Simplices<Dim>& shape, double reach_mm) {
   const ImageExtent<Dim>& extent = fields.setting().extent();
   const fem::Geometry<Dim> geometry(shape.points, shape.elements);
-  const Points<Dim> all = geometry.nodal_normals();
+  const Points<Dim>& all = geometry.nodal_normals();
   const double thickness_mm = Dim * std::abs(geometry.enclosed()) / geometry.measure();
   const Eigen::Index stride = 1 + shape.points.rows() / kMostProfiles;
   const Eigen::Index n = (shape.points.rows() + stride - 1) / stride;

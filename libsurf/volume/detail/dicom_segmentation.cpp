@@ -22,6 +22,8 @@
 #include "libsurf/base/error.h"
 #include "libsurf/volume/detail/dicom_object.h"
 
+// DCMTK's strings are those of C++ in some builds of it, Debian's among them.
+// NOLINTBEGIN(readability-redundant-string-cstr)
 namespace surf::volume {
 namespace {
 
@@ -158,7 +160,7 @@ class Writer {
     check(owned->setRecommendedDisplayCIELabValue(whole(L), whole(a), whole(b)), "a colour");
     Uint16 number = 0;
     check(segmentation_->addSegment(owned.get(), number), "a segment");
-    owned.release();
+    static_cast<void>(owned.release());  // addSegment() has taken it
     std::vector<Uint8> mask(slice(0).size());
     for (const auto& [k, place] : place_) {
       if (!is_in(k, label.label)) continue;
@@ -255,3 +257,4 @@ std::string (*const surf_dicom_segmentation)(const std::string&, const std::arra
 }
 
 }  // namespace surf::volume
+// NOLINTEND(readability-redundant-string-cstr)

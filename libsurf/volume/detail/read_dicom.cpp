@@ -138,7 +138,7 @@ std::vector<double> frame_decimals(const DataSet& data, int frame, const Tag& gr
   for (const DataSet* groups : candidates)
     if (groups)
       if (const DataSet* macro = item(*groups, group, 1))
-        if (const auto result = decimals(*macro, tag, n); !result.empty()) return result;
+        if (auto result = decimals(*macro, tag, n); !result.empty()) return result;
   return decimals(data, tag, n);
 }
 
@@ -213,9 +213,9 @@ FileHeader header_of(const DataSet& data, const std::string& file) {
 /// makes room for all of it.
 void check_pixels(const DataSet& data, const DicomFile& stored, const std::string& file) {
   const auto frames = decimals(data, kFrames, 1);
+  const int n_sample_bytes = (unsigned_short(data, kBitsAllocated) + 7) / 8;
   const double n_promised = double(unsigned_short(data, kRows)) * unsigned_short(data, kColumns) *
-                            std::max(1, unsigned_short(data, kSamplesPerPixel)) *
-                            ((unsigned_short(data, kBitsAllocated) + 7) / 8) *
+                            std::max(1, unsigned_short(data, kSamplesPerPixel)) * n_sample_bytes *
                             (frames.empty() ? 1 : std::max(1.0, frames[0]));
   const auto n_stored = double(stored.n_pixel_bytes);
   if (stored.is_compressed ? is_borne_out(n_promised, n_stored) : n_promised <= n_stored) return;

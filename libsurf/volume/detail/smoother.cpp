@@ -1,7 +1,9 @@
 #include "libsurf/volume/detail/smoother.h"
 
+#include <Eigen/Core>
 #include <cmath>
 #include <cstddef>
+#include <span>
 
 namespace surf::volume {
 namespace {
@@ -12,6 +14,7 @@ constexpr double kSplineVariance = 1.0 / 3;  // of the cubic B-spline, in spacin
 // Of axes with no more than kLong voxels, where few nodes would all be near a border.
 constexpr int kLong = 512, kMostVoxelsOfShort = 4;
 constexpr int kTile = 16;  // nodes per tile and axis
+constexpr int kLayer = 8;  // voxels, as a leaf of the volume has
 // Nodes beyond the grid that are made: a spline asks for two, H for three; further ones are as the
 // last of them.
 constexpr int kBeyond = 3;
@@ -54,11 +57,25 @@ Kernel discrete_gaussian_kernel(double variance) {
   return half;
 }
 
+/// N values that lie side by side. Of differences, so that constants stay the same to the bit.
+template <int N>
+void convolve(const float* centre, std::ptrdiff_t step, std::span<const float> half, float* out) {
+  using Block = Eigen::Array<float, N, 1>;
+  const Block here = Eigen::Map<const Block>(centre);
+  Block sum = Block::Zero();
+  for (std::ptrdiff_t d = 1; d < std::ssize(half); ++d)
+    sum += half[std::size_t(d)] * ((Eigen::Map<const Block>(centre - d * step) - here) +
+                                   (Eigen::Map<const Block>(centre + d * step) - here));
+  Eigen::Map<Block> result(out);
+  result = here + sum;
+}
+
 /// Convolves along one axis with a symmetric kernel and keeps every `factor`-th value, those at
 /// lower <= index < upper of the coarser grid; `in` covers what they need.
 ValueBox convolved(const ValueBox& in, int axis, const Kernel& half, int factor, int lower,
                    int upper) {
-  const int radius = static_cast<int>(half.size()) - 1;
+  constexpr int kBlock = 16;
+  const std::vector<float> weights(half.begin(), half.end());
   Index3 out_lower = in.lower, out_upper = in.upper();
   out_lower[axis] = lower;
   out_upper[axis] = upper;
@@ -67,17 +84,18 @@ ValueBox convolved(const ValueBox& in, int axis, const Kernel& half, int factor,
   const float* first = in.values.data() + (factor * lower - in.lower[axis]) * step;
   const std::ptrdiff_t along = axis == 0 ? factor : 1;  // from one value of a row to the next
   const auto across = [&](int other) { return in.stride(other) * (other == axis ? factor : 1); };
-  std::size_t to = 0;
-  std::vector<double> sums(out.size[0]);
+  float* to = out.values.data();
   for (int k = 0; k < out.size[2]; ++k)
-    for (int j = 0; j < out.size[1]; ++j) {
+    for (int j = 0; j < out.size[1]; ++j, to += out.size[0]) {
       const float* centre = first + k * across(2) + j * across(1);
-      for (int i = 0; i < out.size[0]; ++i) sums[i] = half[0] * centre[i * along];
-      for (int d = 1; d <= radius; ++d)
-        for (int i = 0; i < out.size[0]; ++i)
-          sums[i] +=
-              half[d] * (double(centre[i * along - d * step]) + centre[i * along + d * step]);
-      for (int i = 0; i < out.size[0]; ++i) out.values[to++] = static_cast<float>(sums[i]);
+      const bool has_blocks = along == 1 && out.size[0] >= kBlock;
+      for (int i = 0; i < out.size[0]; i += has_blocks ? kBlock : 1)
+        if (has_blocks) {  // the last one may have a part of that before it once more
+          i = std::min(i, out.size[0] - kBlock);
+          convolve<kBlock>(centre + i, step, weights, to + i);
+        } else {
+          convolve<1>(centre + i * along, step, weights, to + i);
+        }
     }
   return out;
 }
@@ -94,24 +112,27 @@ void continue_lines(ValueBox& box, int axis, int size, int n) {
   if (n < 2) return;
   const double mean = (n - 1) / 2.0, squares = n * (double(n) * n - 1) / 12;
   const std::ptrdiff_t step = std::ptrdiff_t(box.stride(axis));
-  const auto continue_row = [&](float* first) {  // first: the value at `lower`
-    for (int index = lower; index < upper; ++index) {
-      if (index >= 0 && index < size) continue;
-      const bool is_before = index < 0;
-      const std::ptrdiff_t inwards = is_before ? step : -step;
-      const float* end = first + ((is_before ? 0 : size - 1) - lower) * step;
-      const double beyond = is_before ? -index : index - (size - 1);
-      double sum = 0;  // of differences, so that constants stay the same to the bit
-      for (int k = 1; k < n; ++k)
-        sum +=
-            (1.0 / n - (k - mean) * (beyond + mean) / squares) * (double(end[k * inwards]) - *end);
-      first[(index - lower) * step] = static_cast<float>(*end + sum);
+  const int inner = axis == 0 ? 1 : 0, outer = 3 - axis - inner;
+  const std::ptrdiff_t across = std::ptrdiff_t(box.stride(inner));
+  const int n_across = box.size[inner];
+  std::vector<float> sums(n_across);  // of differences, so that constants stay the same to the bit
+  const auto continue_to = [&](int index, int end, std::ptrdiff_t inwards) {
+    for (int i = 0; i < box.size[outer]; ++i) {
+      float* first = box.values.data() + i * box.stride(outer);
+      const float* from = first + (end - lower) * step;
+      std::fill(sums.begin(), sums.end(), 0.0f);
+      for (int k = 1; k < n; ++k) {
+        const float weight = float(1.0 / n - (k - mean) * (std::abs(index - end) + mean) / squares);
+        const float* other = from + k * inwards;
+        for (int j = 0; j < n_across; ++j)
+          sums[j] += weight * (other[j * across] - from[j * across]);
+      }
+      float* to = first + (index - lower) * step;
+      for (int j = 0; j < n_across; ++j) to[j * across] = from[j * across] + sums[j];
     }
   };
-  const int a = (axis + 1) % 3, b = (axis + 2) % 3;
-  for (int i = 0; i < box.size[a]; ++i)
-    for (int j = 0; j < box.size[b]; ++j)
-      continue_row(box.values.data() + i * box.stride(a) + j * box.stride(b));
+  for (int index = lower; index < 0; ++index) continue_to(index, 0, step);
+  for (int index = size; index < upper; ++index) continue_to(index, size - 1, -step);
 }
 
 }  // namespace
@@ -210,17 +231,28 @@ ValueBox Smoother::smoothed(const Index3& lower, const Index3& upper) const {
     first[axis] = std::min(factor_[axis] * lower[axis] - radius[axis], size - n_of_lines[axis]);
     end[axis] = std::max(factor_[axis] * (upper[axis] - 1) + radius[axis] + 1, n_of_lines[axis]);
   }
-  ValueBox values = selected(first, end);
-  for (int axis = 0; axis < 3; ++axis)
-    continue_lines(values, axis, volume_.size()[axis], n_of_lines[axis]);
-  if (is_constant(values)) {  // background, masked air, clean phantoms: nothing to smooth
-    ValueBox same(lower, upper);
-    std::fill(same.values.begin(), same.values.end(), values.values.front());
+  const auto along = [&](const ValueBox& in, int axis) {
+    if (!is_constant(in))
+      return convolved(in, axis, kernel_[axis], factor_[axis], lower[axis], upper[axis]);
+    ValueBox same = in;  // background, masked air, clean phantoms: nothing to smooth
+    same.lower[axis] = lower[axis];
+    same.size[axis] = upper[axis] - lower[axis];
+    same.values.resize(same.n(), in.values.front());
     return same;
+  };
+  // Layer by layer of leaves, which stays in the cache until two of its axes are done.
+  ValueBox values({lower[0], lower[1], first[2]}, {upper[0], upper[1], end[2]});
+  auto to = values.values.begin();
+  for (int k = first[2], next = 0; k < end[2]; k = next) {
+    next = std::min(end[2], k < 0 ? 0 : (k / kLayer + 1) * kLayer);
+    ValueBox layer = selected({first[0], first[1], k}, {end[0], end[1], next});
+    for (int axis = 0; axis < 2; ++axis)
+      continue_lines(layer, axis, volume_.size()[axis], n_of_lines[axis]);
+    layer = along(along(layer, 1), 0);
+    to = std::copy(layer.values.begin(), layer.values.end(), to);
   }
-  for (int axis = 2; axis >= 0; --axis)
-    values = convolved(values, axis, kernel_[axis], factor_[axis], lower[axis], upper[axis]);
-  return values;
+  continue_lines(values, 2, volume_.size()[2], n_of_lines[2]);
+  return along(values, 2);
 }
 
 ValueBox Smoother::selected(const Index3& lower, const Index3& upper) const {

@@ -45,7 +45,7 @@ struct SplineSums {
              const RowAt& row_at) {
     const SplineRow x0 = row_of(weights[0].value);
     Rows rows = plane(weights[1], order, [&](int j) { return row_at(j, 0); });
-    SplineRow z = SplineRow::Zero(), yz = z, zz = z;
+    SplineRow z = SplineRow::Zero(), yz = SplineRow::Zero(), zz = SplineRow::Zero();
     if constexpr (Dim == 3) {
       Rows sum = times(rows, weights[2].value[0]);
       if (order != Derivatives::kNone) z = weights[2].first[0] * rows.value;

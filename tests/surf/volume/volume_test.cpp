@@ -2,12 +2,16 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
+#include <random>
 #include <string>
 #include <vector>
 
 #include "libsurf/base/error.h"
+#include "libsurf/base/index_box.h"
+
 namespace surf::volume {
 namespace {
 
@@ -59,6 +63,42 @@ TEST(Volume, KeepsBlocksOfOneValue) {
     });
     expect_holds(volume_of(values), values);
   }
+}
+
+// Where rows begin and end within blocks of 8^3 voxels, in blocks of one value, and beyond the
+// volume, where the nearest voxel's value goes on.
+TEST(Volume, CopiesAnyBox) {
+  std::mt19937 random(3);
+  std::uniform_int_distribution<int> place(-12, 24), size(1, 20);
+  for (const float scale : {1.0f, -100.0f, 0.3f}) {
+    const Volume volume = volume_of(values_of([&](int i, int j, int k) {
+      return k >= 8 && k < 16 ? 5 * scale : scale * float((7 * i + 5 * j + 3 * k) % 256);
+    }));
+    for (int n = 0; n < 200; ++n) {
+      IndexBox<3> box;
+      for (int axis = 0; axis < 3; ++axis) {
+        box.lower[axis] = place(random);
+        box.size[axis] = size(random);
+      }
+      std::vector<float> copied(box.n());
+      volume.copy_box(box.lower, box.upper(), copied.data());
+      for (std::size_t at = 0; at < box.n(); ++at) {
+        const auto index = box.node(at);
+        ASSERT_EQ(copied[at], volume.value(std::clamp(index[0], 0, kSize[0] - 1),
+                                           std::clamp(index[1], 0, kSize[1] - 1),
+                                           std::clamp(index[2], 0, kSize[2] - 1)))
+            << index[0] << " " << index[1] << " " << index[2];
+      }
+    }
+  }
+}
+
+TEST(Volume, KeepsTheSignOfZero) {
+  std::vector<float> values = values_of([](int, int, int) { return 0; });
+  values[700] = -0.0f;
+  const Volume volume = volume_of(values);
+  EXPECT_EQ(volume.bytes_per_voxel(), 4);
+  EXPECT_TRUE(std::signbit(volume.value(700 % 11, 700 / 11 % 9, 700 / 99)));
 }
 
 TEST(Volume, NamesTheFirstVoxelThatIsNoNumber) {
