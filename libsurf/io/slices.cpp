@@ -153,8 +153,8 @@ Picture draw_sheet(const Triangles& surface, const volume::Volume& volume,
   const View& view = kViews[static_cast<int>(options.plane)];
   Vector<3> center = mesh::centroid(surface);
   const Box box = shown_box(surface, options.marks, volume, center);
-  const double mm_per_pixel =
-      box.sizes()[view.across] / ((options.width + kGap) / options.columns - kGap);
+  const int n_pixels = (options.width + kGap) / options.columns - kGap;  // of one slice
+  const double mm_per_pixel = box.sizes()[view.across] / n_pixels;
   const int n_slices = options.n_slices, rows = (n_slices + options.columns - 1) / options.columns;
   const Box whole = box_of(volume);
   const double lower =

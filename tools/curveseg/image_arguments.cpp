@@ -40,7 +40,7 @@ struct PlaneChoice {
 
 PlaneChoice parse_plane(const std::string& text) {
   const auto n = parse_numbers("--plane", text, 6, "a point and a normal X,Y,Z,NX,NY,NZ in RAS mm");
-  const PlaneChoice out{{n[0], n[1], n[2]}, {n[3], n[4], n[5]}};
+  PlaneChoice out{{n[0], n[1], n[2]}, {n[3], n[4], n[5]}};
   if (!(out.normal.norm() > 0)) throw UsageError("--plane: the normal is 0");
   return out;
 }

@@ -35,7 +35,7 @@ ordered_json certainty_json(const surf::segment::Certainty<3>& certainty,
   std::string has_edge;
   for (const int vertex : nearest) {
     deviations.push_back(certainty.deviation_mm[vertex]);
-    has_edge += certainty.has_edge[vertex] ? 1 : 0;
+    has_edge += certainty.has_edge[vertex] ? '\1' : '\0';
   }
   std::vector<double> sorted = deviations;
   const auto at = sorted.begin() + std::ptrdiff_t(0.98 * double(sorted.size() - 1));

@@ -123,7 +123,7 @@ void ItkSnapSession::reset() {
 std::string ItkSnapSessions::start() {
   std::lock_guard lock(mutex_);
   if (sessions_.size() == kMostSessions) sessions_.erase(sessions_.begin());
-  const std::string name = random_token();
+  std::string name = random_token();
   sessions_[++n_started_] = {name, std::make_shared<ItkSnapSession>()};
   return name;
 }

@@ -62,7 +62,7 @@ ObjectOption plain(std::string key, std::string label, std::string group, std::s
 /// Of an enum whose values are 0, 1, ... in the order of the choices.
 template <class At>
 ObjectOption choice(std::string key, std::string label, std::string group, std::string help,
-                    std::vector<std::string> choices, At at) {
+                    const std::vector<std::string>& choices, At at) {
   ObjectOption out;
   out.key = std::move(key);
   out.label = std::move(label);

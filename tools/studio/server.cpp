@@ -287,7 +287,7 @@ struct Server::Impl {
       if (number < 1) throw Refusal{400, "number: expected 1 or more"};
       dialogue.choose(object(), std::size_t(number - 1));
     } else if (action == "set_options") {
-      const ordered_json changes = request.at("options");
+      const ordered_json& changes = request.at("options");
       dialogue.set_options(object(),
                            [&](Options<3>& options) { change_options(options, changes); });
     } else if (action == "preset") {

@@ -1,4 +1,6 @@
 // surfseg evaluate: a surface against a reference mesh or label map, and its own quality.
+#include <fmt/format.h>
+
 #include <CLI/App.hpp>
 #include <memory>
 #include <optional>

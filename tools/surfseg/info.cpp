@@ -1,4 +1,6 @@
 // surfseg info: what a volume is and where it lies.
+#include <fmt/format.h>
+
 #include <CLI/App.hpp>
 #include <memory>
 

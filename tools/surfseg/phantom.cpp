@@ -1,6 +1,8 @@
 // surfseg phantom: test volumes whose surface is known exactly.
 #include "libsurf/volume/phantom.h"
 
+#include <fmt/format.h>
+
 #include <CLI/App.hpp>
 
 #include "libsurf/base/error.h"
