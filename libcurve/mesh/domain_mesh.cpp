@@ -55,12 +55,13 @@ constexpr double kGap = 0.1;  // mean elements of the curves: how wide is too na
 /// too small.
 class Criteria : public CGAL::Delaunay_mesh_size_criteria_2<Cdt> {
  public:
-  Criteria(const SizeField& sizes, double gap)
-      : CGAL::Delaunay_mesh_size_criteria_2<Cdt>(kSquaredSine, 0), sizes_(&sizes), gap_(gap) {}
+  Criteria(const Cdt& cdt, const SizeField& sizes, double gap)
+      : CGAL::Delaunay_mesh_size_criteria_2<Cdt>(kSquaredSine, 0), is_bad_(cdt, sizes, gap) {}
 
   class Is_bad {  // NOLINT(readability-identifier-naming): as CGAL asks for it
    public:
-    Is_bad(const SizeField& sizes, double gap) : sizes_(&sizes), gap_(gap) {}
+    Is_bad(const Cdt& cdt, const SizeField& sizes, double gap)
+        : cdt_(&cdt), sizes_(&sizes), gap_(gap) {}
 
     CGAL::Mesh_2::Face_badness operator()(const Quality& q) const {
       if (q.size() > 1) return CGAL::Mesh_2::IMPERATIVELY_BAD;
@@ -77,24 +78,31 @@ class Criteria : public CGAL::Delaunay_mesh_size_criteria_2<Cdt> {
       const Vector<2> a = p[1] - p[0], b = p[2] - p[0];
       const double twice_area = cross(a, b);
       q.second = squares[2] / (size * size);
-      bool is_in_gap = false;
+      bool is_thin = false;
       for (int i = 0; i < 3; ++i)
-        is_in_gap |=
+        is_thin |=
             face->is_constrained(i) && twice_area < gap_ * (p[(i + 1) % 3] - p[(i + 2) % 3]).norm();
+      const bool is_in_gap = is_thin && is_from_curve_to_curve(face);
       const bool may_be_thin = q.second > 1 || is_in_gap;
       q.first = may_be_thin ? 1 : twice_area * twice_area / (squares[2] * squares[1]);
       return (*this)(q);
     }
 
    private:
+    bool is_from_curve_to_curve(const Cdt::Face_handle& face) const {
+      return cdt_->are_there_incident_constraints(face->vertex(0)) &&
+             cdt_->are_there_incident_constraints(face->vertex(1)) &&
+             cdt_->are_there_incident_constraints(face->vertex(2));
+    }
+
+    const Cdt* cdt_;
     const SizeField* sizes_;
     double gap_;
   };
-  Is_bad is_bad_object() const { return Is_bad(*sizes_, gap_); }
+  Is_bad is_bad_object() const { return is_bad_; }
 
  private:
-  const SizeField* sizes_;
-  double gap_;
+  Is_bad is_bad_;
 };
 
 double mean_length(const Segments& curves) {
@@ -136,7 +144,7 @@ class Mesher {
   }
 
   DomainMesh refined(const SizeField& sizes) {
-    CGAL::Delaunay_mesher_2<Cdt, Criteria> mesher(cdt_, Criteria(sizes, gap_));
+    CGAL::Delaunay_mesher_2<Cdt, Criteria> mesher(cdt_, Criteria(cdt_, sizes, gap_));
     mesher.refine_mesh();
     number_nodes();
     copy_points();
