@@ -17,7 +17,6 @@
 #include <cmath>
 #include <numbers>
 #include <numeric>
-#include <optional>
 #include <stdexcept>
 
 #include "libcurve/mesh/distance.h"
@@ -47,21 +46,15 @@ using Point = Kernel::Point_2;
 
 constexpr double kSquaredSine = 0.125;  // of 20.7 degrees, for which refinement is known to end
 
-constexpr double kTouching = 1e-6;    // gaps: CGAL's constructions are rounded
-constexpr double kRightAngle = 1e-6;  // the cosine of an obtuse angle is less than minus that
-constexpr double kGap = 0.1;  // mean elements of the curves: how wide is too narrow for good angles
-
-/// A triangle is bad if an edge is longer than the size at its centroid, or, but in a gap, an angle
-/// too small.
+/// A triangle is bad if an edge is longer than the size at its centroid, or an angle too small.
 class Criteria : public CGAL::Delaunay_mesh_size_criteria_2<Cdt> {
  public:
-  Criteria(const Cdt& cdt, const SizeField& sizes, double gap)
-      : CGAL::Delaunay_mesh_size_criteria_2<Cdt>(kSquaredSine, 0), is_bad_(cdt, sizes, gap) {}
+  explicit Criteria(const SizeField& sizes)
+      : CGAL::Delaunay_mesh_size_criteria_2<Cdt>(kSquaredSine, 0), sizes_(&sizes) {}
 
   class Is_bad {  // NOLINT(readability-identifier-naming): as CGAL asks for it
    public:
-    Is_bad(const Cdt& cdt, const SizeField& sizes, double gap)
-        : cdt_(&cdt), sizes_(&sizes), gap_(gap) {}
+    explicit Is_bad(const SizeField& sizes) : sizes_(&sizes) {}
 
     CGAL::Mesh_2::Face_badness operator()(const Quality& q) const {
       if (q.size() > 1) return CGAL::Mesh_2::IMPERATIVELY_BAD;
@@ -78,44 +71,22 @@ class Criteria : public CGAL::Delaunay_mesh_size_criteria_2<Cdt> {
       const Vector<2> a = p[1] - p[0], b = p[2] - p[0];
       const double twice_area = cross(a, b);
       q.second = squares[2] / (size * size);
-      bool is_thin = false;
-      for (int i = 0; i < 3; ++i)
-        is_thin |=
-            face->is_constrained(i) && twice_area < gap_ * (p[(i + 1) % 3] - p[(i + 2) % 3]).norm();
-      const bool is_in_gap = is_thin && is_from_curve_to_curve(face);
-      const bool may_be_thin = q.second > 1 || is_in_gap;
-      q.first = may_be_thin ? 1 : twice_area * twice_area / (squares[2] * squares[1]);
+      q.first = q.second > 1 ? 1 : twice_area * twice_area / (squares[2] * squares[1]);
       return (*this)(q);
     }
 
    private:
-    bool is_from_curve_to_curve(const Cdt::Face_handle& face) const {
-      return cdt_->are_there_incident_constraints(face->vertex(0)) &&
-             cdt_->are_there_incident_constraints(face->vertex(1)) &&
-             cdt_->are_there_incident_constraints(face->vertex(2));
-    }
-
-    const Cdt* cdt_;
     const SizeField* sizes_;
-    double gap_;
   };
-  Is_bad is_bad_object() const { return is_bad_; }
+  Is_bad is_bad_object() const { return Is_bad(*sizes_); }
 
  private:
-  Is_bad is_bad_;
+  const SizeField* sizes_;
 };
-
-double mean_length(const Segments& curves) {
-  double sum = 0;
-  for (const auto e : curves.elements.rowwise())
-    sum += (curves.points.row(e[1]) - curves.points.row(e[0])).norm();
-  return sum / double(std::max<Eigen::Index>(1, curves.elements.rows()));
-}
 
 class Mesher {
  public:
-  Mesher(const Segments& curves, const Points<2>& outer)
-      : curves_(curves), gap_(kGap * mean_length(curves)) {
+  Mesher(const Segments& curves, const Points<2>& outer) : curves_(curves) {
     for (Eigen::Index i = 0; i < curves.points.rows(); ++i) {
       nodes_.push_back(insert(curves.points.row(i)));
       nodes_.back()->info().index = int(i);
@@ -129,11 +100,12 @@ class Mesher {
         cdt_.insert_constraint(nodes_[e[0]], nodes_[e[1]]);
       for (std::size_t i = 0; i < corners_.size(); ++i)
         cdt_.insert_constraint(corners_[i], corners_[(i + 1) % corners_.size()]);
-      if (has_crossings()) throw_meeting();
-      face_across_gaps();
     } catch (const Cdt::Intersection_of_constraints_exception&) {
-      throw_meeting();
+      throw InvalidMesh("domain mesh: curves meet one another or the border of the box");
     }
+    for (const auto v : cdt_.finite_vertex_handles())
+      if (v->info().index < 0 && !is_corner(v))
+        throw InvalidMesh("domain mesh: curves meet one another or the border of the box");
   }
 
   void keep(const Points<2>& points) {
@@ -144,7 +116,7 @@ class Mesher {
   }
 
   DomainMesh refined(const SizeField& sizes) {
-    CGAL::Delaunay_mesher_2<Cdt, Criteria> mesher(cdt_, Criteria(cdt_, sizes, gap_));
+    CGAL::Delaunay_mesher_2<Cdt, Criteria> mesher(cdt_, Criteria(sizes));
     mesher.refine_mesh();
     number_nodes();
     copy_points();
@@ -163,60 +135,6 @@ class Mesher {
   }
   bool is_corner(Cdt::Vertex_handle v) const {
     return std::find(corners_.begin(), corners_.end(), v) != corners_.end();
-  }
-
-  /// Nodes that came by crossing constraints.
-  bool has_crossings() const {
-    const auto nodes = cdt_.finite_vertex_handles();
-    return std::any_of(nodes.begin(), nodes.end(),
-                       [&](Cdt::Vertex_handle v) { return v->info().index < 0 && !is_corner(v); });
-  }
-  [[noreturn]] static void throw_meeting() {
-    throw InvalidMesh("domain mesh: curves meet one another or the border of the box");
-  }
-
-  /// Splits elements along narrow gaps at the feet of the nodes on the other side, so that no node
-  /// lies in the circle over an element. Refinement, which halves such elements, would go on until
-  /// they are as short as the gap is narrow: from 12,000 nodes to 900,000 for a gap of 1e-6
-  /// elements. Where it halves what faces each other here, the halves face each other too.
-  void face_across_gaps() {
-    std::vector<std::array<Cdt::Vertex_handle, 2>> edges;
-    for (const auto e : curves_.elements.rowwise()) edges.push_back({nodes_[e[0]], nodes_[e[1]]});
-    while (!edges.empty()) {
-      const auto [a, b] = edges.back();
-      edges.pop_back();
-      Cdt::Face_handle face;
-      int side = 0;
-      if (!cdt_.is_edge(a, b, face, side)) continue;
-      const auto apex = face->vertex(side), mirrored = cdt_.mirror_vertex(face, side);
-      for (const auto v : {apex, mirrored}) {
-        const std::optional<Point> foot = foot_across(v, a, b);
-        if (!foot) continue;
-        cdt_.remove_constrained_edge(face, side);
-        const auto middle = cdt_.insert(*foot, face);
-        cdt_.insert_constraint(a, middle);
-        cdt_.insert_constraint(middle, b);
-        edges.push_back({a, middle});
-        edges.push_back({middle, b});
-        break;
-      }
-    }
-  }
-
-  /// Of a node in the circle over an edge, and across a gap from it.
-  std::optional<Point> foot_across(Cdt::Vertex_handle v, Cdt::Vertex_handle a,
-                                   Cdt::Vertex_handle b) const {
-    if (cdt_.is_infinite(v)) return std::nullopt;
-    const Vector<2> from(a->point().x(), a->point().y()), to(b->point().x(), b->point().y()),
-        here(v->point().x(), v->point().y()), along = to - from;
-    const double height = std::abs(cross(along, here - from)) / along.norm();
-    // Its own foot is at a right angle, to rounding.
-    const double obtuseness = -(from - here).dot(to - here);
-    if (height >= gap_ || obtuseness <= kRightAngle * (from - here).norm() * (to - here).norm())
-      return std::nullopt;
-    if (height < kTouching * gap_) throw_meeting();
-    const Vector<2> foot = from + along * (along.dot(here - from) / along.squaredNorm());
-    return Point(foot[0], foot[1]);
   }
 
   void number_nodes() {
@@ -329,7 +247,6 @@ class Mesher {
   }
 
   const Segments& curves_;
-  double gap_;  // [mm]
   Cdt cdt_;
   Cdt::Vertex_handle last_;
   std::vector<Cdt::Vertex_handle> nodes_, corners_;

@@ -199,12 +199,14 @@ Point prism_error(const volume::Volume& image, const Triangles& reference,
   const Point point{double(surface.elements.rows()), distance.mean_mm / voxel,
                     distance.max_mm / voxel};
   const bool is_adaptive = resolution.coarseness > 1;
-  fmt::print("| {} | {} | {} | {} | {:.4f} / {:.3f} | {} / {} | {:.2f} |\n",
+  fmt::print("| {} | {} | {} | {} | {:.4f} / {:.3f} | {} | {:.2f} |\n",
              is_adaptive ? "adaptive" : "uniform", resolution.edge,
              is_adaptive ? fmt::format("{}", resolution.tolerance) : "-", surface.elements.rows(),
              point.mean, point.max,
-             is_adaptive ? share_of_uniform(uniform, &Point::mean, point) : "",
-             is_adaptive ? share_of_uniform(uniform, &Point::max, point) : "", seconds);
+             is_adaptive ? fmt::format("{} / {}", share_of_uniform(uniform, &Point::mean, point),
+                                       share_of_uniform(uniform, &Point::max, point))
+                         : "",
+             seconds);
   std::fflush(stdout);
   return point;
 }

@@ -67,31 +67,6 @@ TEST(DomainMesh, TraceCoversEveryElementFromStartToEnd) {
   EXPECT_EQ(mesh.points.topRows(curves.points.rows()), curves.points);
 }
 
-// Two rectangles side by side, whose elements do not face each other, and two circles.
-TEST(DomainMesh, NarrowGapsAreNotFilledWithTriangles) {
-  constexpr double kEdge = 0.1;
-  const auto rectangle = [](double low, double high, double edge) {
-    return polygon((Points<2>(4, 2) << low, -1, high, -1, high, 1.03, low, 1.03).finished(), edge);
-  };
-  for (const bool is_round : {false, true}) {
-    std::size_t n_wide = 0;
-    for (const double gap : {0.2, 1e-2, 1e-4, 1e-6}) {  // elements
-      const Segments curves =
-          is_round
-              ? joined({circle({-0.5, 0}, 0.5, kEdge), circle({0.5 + gap * kEdge, 0}, 0.5, kEdge)})
-              : joined({rectangle(-1, 0, kEdge), rectangle(gap * kEdge, 1, 0.87 * kEdge)});
-      const DomainMesh mesh = mesh_domain(curves, square(2), SizeField(square(2), 0.4, 0.1));
-      EXPECT_NEAR(area(mesh, true), enclosed(curves), 1e-12);
-      EXPECT_NEAR(area(mesh, false), 16 - enclosed(curves), 1e-12);
-      const auto n = std::size_t(mesh.points.rows());
-      if (n_wide == 0) n_wide = n;
-      EXPECT_LT(n, 1.5 * n_wide) << gap;
-    }
-  }
-  const Segments touching = joined({rectangle(-1, 0, kEdge), rectangle(1e-9, 1, 0.87 * kEdge)});
-  EXPECT_THROW(mesh_domain(touching, square(2), SizeField(square(2), 0.4, 0.1)), InvalidMesh);
-}
-
 TEST(DomainMesh, AnglesAndSizesObeyTheirBounds) {
   SizeField sizes(square(2), 0.5, 0.25);
   sizes.limit({1.6, 1.6}, 0.1);
