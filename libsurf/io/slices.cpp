@@ -18,7 +18,6 @@ namespace {
 
 using detail::kBackground;
 using detail::kViews;
-using detail::MarkStyle;
 using detail::SliceView;
 using detail::View;
 using Box = Eigen::AlignedBox3d;

@@ -135,7 +135,7 @@ ClickSearchPointer<Dim> first_stroke(const SearchGrid<Dim>& grid, const Click<Di
                                      const SearchProgress<Dim>& progress,
                                      const std::stop_token& stop) {
   const Click<Dim> point{stroke.point_mm, stroke.side};
-  const auto first = first_search<Dim>(grid, point, options, progress, stop);
+  auto first = first_search<Dim>(grid, point, options, progress, stop);
   if (!first || stroke.stroke_mm.empty()) return first;
   const auto whole = further_search<Dim>(grid, first, stroke, options, stop);
   if (!whole) return nullptr;

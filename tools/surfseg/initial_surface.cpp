@@ -58,7 +58,7 @@ Round parse_ellipsoid(const std::string& text) {
 
 std::array<Vector3d, 2> parse_box(const std::string& text) {
   const auto parts = split(kBox, text, 6, "two corners X,Y,Z,X,Y,Z, such as 0,-40,20,25,-10,50");
-  const std::array<Vector3d, 2> corners = {point_at(kBox, parts, 0), point_at(kBox, parts, 3)};
+  std::array<Vector3d, 2> corners = {point_at(kBox, parts, 0), point_at(kBox, parts, 3)};
   if ((corners[0] - corners[1]).cwiseAbs().minCoeff() == 0)
     throw surf::UsageError(
         fmt::format("{}: the corners must differ in all three numbers; got '{}'", kBox, text));

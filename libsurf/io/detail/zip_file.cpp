@@ -78,7 +78,7 @@ std::string zip_file(const std::vector<ZipMember>& members) {
     append4(directory, out.size());
     directory += member.name;
     append4(out, kLocal);
-    out += about + member.name + packed;
+    out.append(about).append(member.name).append(packed);
     if (out.size() > kMost) throw OutputError("a ZIP archive holds at most 4 GB");
   }
   const std::size_t begin = out.size();

@@ -41,6 +41,7 @@ class ProfileCost {
 
   ProfileCost(const std::vector<Bin>& bins, const ProfileOptions& options)
       : bins_(bins), options_(options) {}
+  // NOLINTNEXTLINE(readability-identifier-naming): as Ceres asks for it
   int NumResiduals() const { return int(bins_.size()) + 2; }
 
   /// Column-major J, (residuals, 4).
