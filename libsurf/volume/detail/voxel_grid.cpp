@@ -4,8 +4,8 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
-#include <cstring>
 #include <type_traits>
 #include <variant>
 #include <vector>
@@ -35,10 +35,10 @@ void make_kind(AnyTree& tree) {
 /// The last index of a leaf lies densest in memory, as i does in a slice.
 openvdb::Coord place_of(int i, int j, int k) { return {k, j, i}; }
 
-/// Of the bits: zeros have signs.
+/// Zeros have signs.
 template <class T>
 bool is_identical(T a, T b) {
-  return std::memcmp(&a, &b, sizeof(T)) == 0;
+  return a == b && std::signbit(double(a)) == std::signbit(double(b));
 }
 
 /// Slices first <= k < first + depth into the tree, a leaf at a time; leaves of one value become
