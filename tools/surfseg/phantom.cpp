@@ -14,7 +14,6 @@
 namespace surfseg {
 namespace {
 
-using surf::volume::PhantomKind;
 using surf::volume::PhantomOptions;
 
 constexpr const char* kFooter =
