@@ -123,7 +123,7 @@ void copy_leaves(const Tree& tree, const std::array<int, 3>& lower, const std::a
       leaves.clear();
       for (int i = lower[0]; i < upper[0]; i = end_of_leaf(i, 0)) {
         leaves.push_back(accessor.probeConstLeaf(place_of(i, j0, k0)));
-        prefetch(leaves.back(), sizeof(Leaf));
+        if (leaves.back()) prefetch(leaves.back(), sizeof(Leaf));
       }
       values.clear();
       for (const Leaf* leaf : leaves) {
