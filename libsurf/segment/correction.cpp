@@ -34,6 +34,11 @@ struct CutGrowth {
 };
 constexpr CutGrowth kCutGrowth{0.35, 0.15, 1.4}, kCutGrowthInBox{0.6, 0.2, 1.7};
 constexpr std::array kObjectWeights = {0.0, 0.5};
+// Times what a node costs in a cut between clicks, where that settles: what the clicks have shown
+// is not given up for a stronger edge beyond it (a spleen leaked to the outside of the chest's wall
+// again, a bladder to that of its own). Each cut settles without it, too: a layer that nobody has
+// clicked, as a bone's cortex round its marrow, is found by its edges alone.
+constexpr double kShown = 2;
 constexpr double kLeastDepth = 0.55, kDepth = 2;
 // Before it settles: 23 structures end at the same regions after each of nine clicks without it.
 constexpr double kLeastDepthOfPiece = 0.3;
@@ -54,6 +59,7 @@ struct Candidate {
   NodeSet<Dim> after;
   Family family = Family::kBall;
   bool is_whole = false;
+  bool is_as_shown = false;  // settles by what clicks have shown as well
   double growth = 1;
   double score = 0;  // without the agreement
   NodeSet<Dim> change = {};
@@ -167,12 +173,17 @@ class Corrector {
     return share < kLeastDepthOfPiece ? 0 : share;
   }
 
-  /// Cuts between all clicks, one of them near the object.
-  std::vector<Candidate<Dim>> cuts() const {
+  /// Cuts between all clicks, one of them near the object; each twice, as it settles.
+  std::vector<Candidate<Dim>> cuts() {
     const double growth =
         (scene_.grid.has_outside_faces() ? kCutGrowthInBox : kCutGrowth)(scene_.clicks.size());
+    ClickCuts<Dim> found = click_cuts(scene_, kObjectWeights);
+    for (float& cost : found.costs) cost *= float(kShown);
+    shown_ = std::move(found.costs);
     std::vector<Candidate<Dim>> out;
-    for (NodeSet<Dim>& after : click_cuts(scene_, kObjectWeights)) {
+    for (NodeSet<Dim>& after : found.inside) {
+      out.emplace_back(after, Family::kCut, false, growth);
+      out.back().is_as_shown = true;
       out.emplace_back(std::move(after), Family::kCut, false, growth);
     }
     return out;
@@ -210,9 +221,11 @@ class Corrector {
     fixed.for_each([&](std::size_t at) {
       if (held[at] == Held::kFree) held[at] = is_inside[at] ? Held::kInside : Held::kOutside;
     });
+    const bool has_costs = candidate.is_as_shown && !shown_.empty();
     const NodeSet<Dim> settled_part(
         part,
-        settled(part, is_inside, cropped(box_, scene_.grid.intensity(), part), held, scene_.noise));
+        settled(part, is_inside, cropped(box_, scene_.grid.intensity(), part), held, scene_.noise,
+                has_costs ? cropped(box_, shown_, part) : std::vector<float>()));
     after ^= (inside ^ settled_part).in(box_);
     keep_clicked(after);
     candidate.kept = dice_of_changes(unsettled, after ^ scene_.before);
@@ -349,6 +362,7 @@ class Corrector {
   std::vector<Held> held_;
   NodeSet<Dim> loose_;  // of the object, connected with no inside click
   NodeSet<Dim> edge_;
+  std::vector<float> shown_;  // costs of nodes, by what clicks have shown
 };
 
 }  // namespace

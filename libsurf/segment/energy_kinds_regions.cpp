@@ -62,7 +62,7 @@ EnergyKind<Dim> local_means_kind() {
   using Context = KindContext<Dim>;
   EnergyKind<Dim> kind{
       "local-means",
-      ("int_Omega f dx from the initial shape on, f = -tanh(q - 8 max(v, 0)^3) + 2 z u + 3/2 z^9, "
+      ("int_Omega f dx from the initial shape on, f = -tanh(q - 8 max(v, 0)^3) + 8 z u + 3/2 z^9, "
        "q = (2 I - m_1 - m_2) c / m, v = (I - m_1) c / m, c = m_1 - m_2, m = c^2 + (2 noise)^2, "
        "z = d / reach, u = (4 noise)^4 / (c^4 + (4 noise)^4)"),
       ("Local means m_1, m_2 of both sides of an initial shape, and the distance d to it: for what "

@@ -136,7 +136,7 @@ std::vector<Rung<Dim>> cuts(const SeedView<Dim>& view) {
   for (const double nearness : kNearness) {
     ClickCutOptions of_cut;
     of_cut.nearness = nearness;
-    for (const NodeSet<Dim>& inside : click_cuts<Dim>(scene, std::array{0.0}, of_cut)) {
+    for (const NodeSet<Dim>& inside : click_cuts<Dim>(scene, std::array{0.0}, of_cut).inside) {
       Rung<Dim> rung;
       rung.family = Family::kCut;
       rung.inside = inside.in(inside.bounds(kMargin));

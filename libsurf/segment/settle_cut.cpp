@@ -126,7 +126,8 @@ class Cut {
 
 template <int Dim>
 Flags settled(const NodeBox<Dim>& box, const Flags& inside, const std::vector<float>& intensity,
-              const std::vector<Held>& held, double noise, const SettleOptions& options) {
+              const std::vector<Held>& held, double noise, const std::vector<float>& costs,
+              const SettleOptions& options) {
   const std::vector<float> depth =
       signed_distance(box, inside, std::max(options.width, options.shell) + 1);
   const auto [lowest, highest] = std::minmax_element(intensity.begin(), intensity.end());
@@ -154,7 +155,8 @@ Flags settled(const NodeBox<Dim>& box, const Flags& inside, const std::vector<fl
                  contrast = std::max(std::abs(m_in - m_out), least_step),
                  fit = 2 * ((I - m_out) * (I - m_out) - (I - m_in) * (I - m_in)) /
                        (contrast * contrast);
-    cut.add_cost(at, std::clamp(fit, -options.clip, options.clip) + options.hold * depth[at]);
+    cut.add_cost(at, std::clamp(fit, -options.clip, options.clip) + options.hold * depth[at] +
+                         (costs.empty() ? 0 : double(costs[at])));
   }
   const double step = edge_step(box, inside, intensity, least_step);
   for (int axis = 0; axis < Dim; ++axis)
@@ -169,7 +171,8 @@ Flags settled(const NodeBox<Dim>& box, const Flags& inside, const std::vector<fl
 
 #define SURF_INSTANTIATE(Dim)                                                               \
   template Flags settled<Dim>(const NodeBox<Dim>&, const Flags&, const std::vector<float>&, \
-                              const std::vector<Held>&, double, const SettleOptions&);
+                              const std::vector<Held>&, double, const std::vector<float>&,  \
+                              const SettleOptions&);
 SURF_INSTANTIATE(2)
 SURF_INSTANTIATE(3)
 #undef SURF_INSTANTIATE

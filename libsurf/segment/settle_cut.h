@@ -36,9 +36,11 @@ enum class Held : std::uint8_t { kFree, kInside, kOutside };
 /// @param intensity  at the nodes of the box
 /// @param held       at each node, or empty; nodes off the band stay what they are
 /// @param noise      [intensity]
+/// @param costs      of each node outside in place of inside, besides; empty: none
 /// @return  flags; may fall apart
 template <int Dim>
 Flags settled(const NodeBox<Dim>& box, const Flags& inside, const std::vector<float>& intensity,
-              const std::vector<Held>& held, double noise, const SettleOptions& options = {});
+              const std::vector<Held>& held, double noise, const std::vector<float>& costs = {},
+              const SettleOptions& options = {});
 
 }  // namespace surf::segment

@@ -57,13 +57,15 @@ class ClickCut {
     sample();
   }
 
-  std::vector<NodeSet<Dim>> run(std::span<const double> object) {
-    std::vector<NodeSet<Dim>> out(object.size(), scene_.before);
+  ClickCuts<Dim> run(std::span<const double> object) {
+    ClickCuts<Dim> out{std::vector<NodeSet<Dim>>(object.size(), scene_.before), {}};
     if (!(high_ > low_)) return out;
     paint();
     estimate_steps();
     weigh();
-    tbb::parallel_for(std::size_t(0), out.size(), [&](std::size_t n) { out[n] = cut(object[n]); });
+    tbb::parallel_for(std::size_t(0), object.size(),
+                      [&](std::size_t n) { out.inside[n] = cut(object[n]); });
+    out.costs = costs_at_scene();
     return out;
   }
 
@@ -298,14 +300,31 @@ class ClickCut {
     return out;
   }
 
-  NodeSet<Dim> at_scene(const NodeSet<Dim>& cut) const {
-    NodeSet<Dim> out(scene_.box());
+  /// Of each node of the scene that is in the box, and the cut's own that stands for it.
+  template <class Visit>
+  void for_nodes(const Visit& visit) const {
     for (std::size_t n = 0; n < box_.n(); ++n) {
       const auto there = box_.node(n);
       auto node = there;
       for (int axis = 0; axis < Dim; ++axis) node[axis] = (node[axis] - box_.lower[axis]) / step_;
-      if (cut.contains(node)) out.insert(there);
+      visit(there, node);
     }
+  }
+
+  NodeSet<Dim> at_scene(const NodeSet<Dim>& cut) const {
+    NodeSet<Dim> out(scene_.box());
+    for_nodes([&](const auto& there, const auto& node) {
+      if (cut.contains(node)) out.insert(there);
+    });
+    return out;
+  }
+
+  std::vector<float> costs_at_scene() const {
+    std::vector<float> out(scene_.box().n(), 0);
+    for_nodes([&](const auto& there, const auto& node) {
+      const std::size_t at = grid_.at(node);
+      out[scene_.box().at(there)] = as_outside_[at] - as_inside_[at];
+    });
     return out;
   }
 
@@ -325,14 +344,14 @@ class ClickCut {
 }  // namespace
 
 template <int Dim>
-std::vector<NodeSet<Dim>> click_cuts(const ClickScene<Dim>& scene, std::span<const double> object,
-                                     const ClickCutOptions& options) {
+ClickCuts<Dim> click_cuts(const ClickScene<Dim>& scene, std::span<const double> object,
+                          const ClickCutOptions& options) {
   return ClickCut<Dim>(scene, options).run(object);
 }
 
-template std::vector<NodeSet<2>> click_cuts<2>(const ClickScene<2>&, std::span<const double>,
-                                               const ClickCutOptions&);
-template std::vector<NodeSet<3>> click_cuts<3>(const ClickScene<3>&, std::span<const double>,
-                                               const ClickCutOptions&);
+template ClickCuts<2> click_cuts<2>(const ClickScene<2>&, std::span<const double>,
+                                    const ClickCutOptions&);
+template ClickCuts<3> click_cuts<3>(const ClickScene<3>&, std::span<const double>,
+                                    const ClickCutOptions&);
 
 }  // namespace surf::segment

@@ -18,6 +18,14 @@ struct ClickCutOptions {
   double most_nodes = 4e5;  ///< a larger box is looked at with steps of two nodes
 };
 
+template <int Dim>
+struct ClickCuts {
+  std::vector<NodeSet<Dim>> inside;  ///< one for each weight, at the nodes of the scene's box
+  /// Of each node what it costs outside less what it costs inside, without the object; 0 beyond the
+  /// box of the cut. Empty where all is of one intensity.
+  std::vector<float> costs;
+};
+
 /// The part with the inside clicks of the nodes that a least cut (Boykov and Jolly 2001, with
 /// geodesic distances as Price et al. 2010) leaves inside: the least sum over nodes of
 ///
@@ -30,9 +38,8 @@ struct ClickCutOptions {
 /// faces). Intensities between their 0.5 and 99.5 percentiles count from 0 to 1.
 ///
 /// @param object  weights of what the object was so far
-/// @return  one for each weight, at the nodes of the scene's box
 template <int Dim>
-std::vector<NodeSet<Dim>> click_cuts(const ClickScene<Dim>& scene, std::span<const double> object,
-                                     const ClickCutOptions& options = {});
+ClickCuts<Dim> click_cuts(const ClickScene<Dim>& scene, std::span<const double> object,
+                          const ClickCutOptions& options = {});
 
 }  // namespace surf::segment

@@ -20,8 +20,10 @@ constexpr double kShell = 0.4;
 constexpr double kLeastShare = 1e-4;  // of a mean over all, where nothing of a side is near
 constexpr double kOver = 8;           // beyond the inner mean by 0.7 of the contrast f is 0 again
 // Where the means differ by less than about kSure times the noise the start decides, by kHold at
-// the reach.
-constexpr double kHold = 2, kSure = 4;
+// the reach. Eight structures in boxes, mean Dice after 1, 3 and 5 clicks of a dialogue: with 2
+// 0.830, 0.866, 0.866, with 6 0.830, 0.875, 0.869, with 16 0.831, 0.874, 0.878 (a spleen beside the
+// chest's wall 0.90, 0.92, 0.93; a vertebra loses 0.01).
+constexpr double kHold = 8, kSure = 4;
 constexpr double kPull = 1.5;  // f of a shape at the reach: more than intensities have
 // Times the median contrast along the start: where a thin layer lies between the object and
 // something of another intensity by far (muscle and air), the outer mean is that of the latter, and

@@ -20,7 +20,7 @@ struct LocalMeansOptions {
 
 /// f with int_Omega f dx the region term of local means, dimensionless:
 ///
-///   f = -tanh(q - 8 max(v, 0)^3) + 2 z u + 3/2 z^9,
+///   f = -tanh(q - 8 max(v, 0)^3) + 8 z u + 3/2 z^9,
 ///   q = (2 I - m_1 - m_2) c / m, v = (I - m_1) c / m, c = m_1 - m_2, m = c^2 + (2 noise)^2,
 ///   z = d / reach, u = (4 noise)^4 / (c^4 + (4 noise)^4)
 ///

@@ -56,12 +56,24 @@ TYPED_TEST(SettleCut, FindsTheEdgeFromBothSides) {
         << start;
 }
 
+// A stronger edge beyond is left alone where the nodes before it are known to be outside.
+TYPED_TEST(SettleCut, HeedsWhatNodesCostBesides) {
+  constexpr int Dim = TypeParam::value;
+  const std::vector<float> image = this->image(11);
+  std::vector<float> costs(image.size());
+  for (std::size_t at = 0; at < costs.size(); ++at) costs[at] = this->radius(at) < 9 ? 4 : -8;
+  const Flags start = this->ball(9), beyond = this->ball(11);
+  EXPECT_EQ(this->n_different(settled<Dim>(this->box(), start, image, {}, kNoise), beyond), 0u);
+  EXPECT_LT(this->n_different(settled<Dim>(this->box(), start, image, {}, kNoise, costs), start),
+            this->n_different(start, beyond) / 20);
+}
+
 TYPED_TEST(SettleCut, MovesNoFurtherThanTheBand) {
   constexpr int Dim = TypeParam::value;
   SettleOptions options;
   options.width = 2;
   const Flags start = this->ball(5),
-              found = settled<Dim>(this->box(), start, this->image(11), {}, kNoise, options);
+              found = settled<Dim>(this->box(), start, this->image(11), {}, kNoise, {}, options);
   for (std::size_t at = 0; at < found.size(); ++at) {
     if (this->radius(at) < 2.5) {
       EXPECT_TRUE(found[at]);
