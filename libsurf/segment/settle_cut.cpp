@@ -4,7 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <maxflow/graph.cpp>
+#include <maxflow/graph.cpp>  // NOLINT(bugprone-suspicious-include): its templates
 #include <memory>
 
 #include "libsurf/segment/detail/node_field.h"

@@ -7,7 +7,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <maxflow/graph.cpp>
+#include <maxflow/graph.cpp>  // NOLINT(bugprone-suspicious-include): its templates
 #include <numbers>
 
 #include "libsurf/segment/detail/arrival.h"
