@@ -36,7 +36,7 @@ constexpr CutGrowth kCutGrowth{0.35, 0.15, 1.4}, kCutGrowthInBox{0.6, 0.2, 1.7};
 constexpr std::array kObjectWeights = {0.0, 0.5};
 // Times what a node costs in a cut between clicks, where that settles: what the clicks have shown
 // is not given up for a stronger edge beyond it (a spleen leaked to the outside of the chest's wall
-// again, a bladder to that of its own). Each cut settles without it, too: a layer that nobody has
+// again). Each cut settles without it, too: a layer that nobody has
 // clicked, as a bone's cortex round its marrow, is found by its edges alone.
 constexpr double kShown = 2;
 constexpr double kLeastDepth = 0.55, kDepth = 2;
