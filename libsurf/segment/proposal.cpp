@@ -105,7 +105,7 @@ SearchGrid<Dim> search_grid(const Setting<Dim>& setting, FieldOptions options,
   if (box_mm) cells = cells_of_box(setting.extent(), *box_mm);
   const SearchLattice<Dim> lattice(setting.extent(), max_nodes, cells);
   options.smoothing.sigma_mm = sigma_mm.value_or(lattice.sigma_mm);
-  return {*setting.make_model(options)->intensity(), setting.extent(), lattice, stop};
+  return {*setting.rough_intensity(options), setting.extent(), lattice, stop};
 }
 
 template <int Dim>

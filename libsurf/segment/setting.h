@@ -38,6 +38,10 @@ class Setting {
   virtual std::vector<float> values(const std::array<int, Dim>& lower,
                                     const std::array<int, Dim>& upper) const = 0;
   virtual std::unique_ptr<EnergyModel<Dim>> make_model(const FieldOptions& options) const = 0;
+  /// Smoothed intensities for the search, which need not be as exact as those of a model.
+  virtual std::shared_ptr<const Field<Dim>> rough_intensity(const FieldOptions& options) const {
+    return make_model(options)->intensity();
+  }
   virtual std::unique_ptr<mesh::MovingMesh<Dim>> make_shape(
       const Simplices<Dim>& start, const mesh::MovingShapeOptions<Dim>& options) const = 0;
 

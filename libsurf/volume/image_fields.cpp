@@ -67,6 +67,19 @@ std::shared_ptr<const TiledField> intensity_field(const Volume& volume,
       });
 }
 
+std::shared_ptr<const TiledField> rough_intensity_field(const Volume& volume,
+                                                        const SmoothingOptions& smoothing) {
+  const std::optional<Volume> blocks = volume.coarser();
+  if (!blocks || smoothing.selective_sigma_mm > 0) return intensity_field(volume, smoothing);
+  // Both the mean over an interval and the spline between such means have their variance.
+  constexpr double kVariance = 1.0 / 12 + 1.0 / 3;
+  const Eigen::Array3d of_voxels = volume.spacing(), of_blocks = blocks->spacing();
+  const double variance = smoothing.sigma_mm * smoothing.sigma_mm -
+                          kVariance * (of_blocks.square() - of_voxels.square()).maxCoeff();
+  if (!(variance >= 0)) return intensity_field(volume, smoothing);
+  return intensity_field(*blocks, {.sigma_mm = std::sqrt(variance)});
+}
+
 Grid field_grid(const Volume& volume, const SmoothingOptions& smoothing) {
   if (const std::string error = smoothing.error(); !error.empty()) throw UsageError(error);
   return Smoother(volume, smoothing).grid();

@@ -23,10 +23,10 @@ enum class Interpolation {
 
 struct SmoothingOptions {
   /// Standard deviation of the Gaussian [mm]; 0 = none. Truncated at 3 sigma and normalised.
-  /// The fields' grid has its nodes at every n-th voxel, n <= 4 (7 where more than 512 voxels
-  /// lie along it), along an axis where sigma is at least 0.7 n voxels: as fine, compared with the
-  /// blur, as the voxels are by default, and an eighth of the tiles at n = 2. The Gaussian is
-  /// narrowed by what the wider spline adds, so that the intensities' blur is the same.
+  /// The fields' grid has its nodes at every n-th voxel, n <= 4, along an axis where sigma is at
+  /// least 0.7 n voxels: as fine, compared with the blur, as the voxels are by default, and an
+  /// eighth of the tiles at n = 2. The Gaussian is narrowed by what the wider spline adds, so that
+  /// the intensities' blur is the same.
   double sigma_mm = 0;
   /// Selective Gaussian blur before it (thesis 5.1.2): each voxel becomes the Gaussian mean,
   /// radius 2 sigma, of those neighbours that differ from it by at most the threshold.
@@ -51,6 +51,12 @@ struct FieldOptions {
 /// Smoothed intensities of a volume as a C^2 field, computed on demand.
 std::shared_ptr<const TiledField> intensity_field(const Volume& volume,
                                                   const SmoothingOptions& smoothing);
+
+/// The same of the volume's blocks, Volume::coarser(), where those are so fine that the blur by
+/// them, and by a spline between them, is no wider than asked for; along axes of long voxels it may
+/// be narrower. Edges lie where they are to a few hundredths of a block.
+std::shared_ptr<const TiledField> rough_intensity_field(const Volume& volume,
+                                                        const SmoothingOptions& smoothing);
 
 /// The nodes of the fields' grid: the voxels, or every n-th one where sigma is wide.
 Grid field_grid(const Volume& volume, const SmoothingOptions& smoothing);

@@ -16,6 +16,7 @@
 #include "libsurf/base/index_box.h"
 #include "libsurf/base/memory.h"
 #include "libsurf/base/values.h"
+#include "libsurf/volume/detail/block_means.h"
 #include "libsurf/volume/detail/voxel_grid.h"
 #include "libsurf/volume/orientation.h"
 
@@ -125,6 +126,7 @@ struct Volume::Impl {
   std::shared_ptr<VoxelGrid> grid;
   /// Index axis n runs along axis order.axes[n] of the grid, or against it.
   AxisOrder order = {};
+  std::shared_ptr<const Impl> coarser = {};
 
   std::array<int, 3> stored_index(const std::array<int, 3>& index) const;
   void copy_inner_box(const std::array<int, 3>& lower, const std::array<int, 3>& upper,
@@ -195,6 +197,10 @@ const Source& Volume::source() const { return impl_->source; }
 const std::shared_ptr<const DicomOrigin>& Volume::dicom() const { return impl_->dicom; }
 std::array<float, 2> Volume::range() const { return impl_->range; }
 int Volume::bytes_per_voxel() const { return impl_->grid->bytes_per_voxel(); }
+std::optional<Volume> Volume::coarser() const {
+  if (!impl_->coarser) return std::nullopt;
+  return Volume(impl_->coarser);
+}
 
 Volume Volume::in_ras_order() const {
   const AxisOrder order = ras_order(impl_->index_to_world);
@@ -212,6 +218,7 @@ Volume Volume::in_ras_order() const {
   if (!is_stored_order(order)) out->dicom = nullptr;
   out->index_to_world = with_rounded_origin(impl_->index_to_world * to_old);
   out->world_to_index = out->index_to_world.inverse();
+  if (impl_->coarser) out->coarser = Volume(impl_->coarser).in_ras_order().impl_;
   return Volume(std::move(out));
 }
 
@@ -279,7 +286,19 @@ void Volume::Impl::store_slab(std::span<const float> slab, int n_slices) {
 struct Volume::Builder::Storing {
   tbb::task_group task;
   std::vector<float> slab;
+  std::optional<BlockMeans> means = {};
+
+  void store(Impl& volume, int n_slices);
 };
+
+void Volume::Builder::Storing::store(Impl& volume, int n_slices) {
+  volume.store_slab(slab, n_slices);
+  const int first = n_slices - int(slab.size() / (std::size_t(volume.size[0]) * volume.size[1]));
+  if (first == 0)
+    if (const auto block = block_size(volume.size, volume.index_to_world))
+      means.emplace(volume.size, volume.index_to_world, *block, volume.source);
+  if (means) means->add(slab, first);
+}
 
 Volume::Builder::Builder(const std::array<int, 3>& size, const Eigen::Matrix4d& index_to_world,
                          Source source) {
@@ -317,7 +336,7 @@ void Volume::Builder::append_slice(std::span<const float> values) {
   storing_->slab.swap(slab_);
   slab_.clear();
   storing_->task.run([storing = storing_.get(), impl = impl_.get(), n_slices = n_slices_] {
-    impl->store_slab(storing->slab, n_slices);
+    storing->store(*impl, n_slices);
   });
 }
 
@@ -330,6 +349,7 @@ Volume Volume::Builder::finish() {
   if (n_slices_ != impl_->size[2])
     throw InputError(
         fmt::format("{}: {} of {} slices", impl_->source.path, n_slices_, impl_->size[2]));
+  if (storing_->means) impl_->coarser = storing_->means->finish().impl_;
   return Volume(std::move(impl_));
 }
 

@@ -5,6 +5,7 @@
 #include <array>
 #include <cstddef>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -56,6 +57,11 @@ class Volume {
   std::array<float, 2> range() const;
   /// Of a voxel as it is held: 1, 2 or 4.
   int bytes_per_voxel() const;
+
+  /// Means over blocks of voxels, taken while it was built, about 2^22 cubes or a few times as
+  /// many: for what looks at all of a large volume, but not closely. Nothing where blocks would be
+  /// of fewer than 16 voxels. Floats.
+  std::optional<Volume> coarser() const;
 
   float value(int i, int j, int k) const;
   /// Copies the voxels lower <= (i, j, k) < upper, i fastest, into out; indices outside

@@ -68,6 +68,10 @@ std::unique_ptr<EnergyModel<3>> SurfaceSetting::make_model(const FieldOptions& o
   return std::make_unique<ImageModel>(volume_, options.smoothing, options.filter);
 }
 
+std::shared_ptr<const Field<3>> SurfaceSetting::rough_intensity(const FieldOptions& options) const {
+  return volume::rough_intensity_field(volume_, options.smoothing);
+}
+
 std::unique_ptr<mesh::MovingMesh<3>> SurfaceSetting::make_shape(
     const Triangles& start, const mesh::MovingShapeOptions<3>& options) const {
   mesh::MovingShapeOptions<3> in_volume = options;

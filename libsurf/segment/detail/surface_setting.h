@@ -16,6 +16,7 @@ class SurfaceSetting : public Setting<3> {
   std::vector<float> values(const std::array<int, 3>& lower,
                             const std::array<int, 3>& upper) const override;
   std::unique_ptr<EnergyModel<3>> make_model(const FieldOptions& options) const override;
+  std::shared_ptr<const Field<3>> rough_intensity(const FieldOptions& options) const override;
   std::unique_ptr<mesh::MovingMesh<3>> make_shape(
       const Triangles& start, const mesh::MovingShapeOptions<3>& options) const override;
   Triangles ball(const Vector<3>& center, double radius, double edge_length) const override;

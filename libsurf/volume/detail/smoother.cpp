@@ -9,12 +9,10 @@ namespace surf::volume {
 namespace {
 
 constexpr double kSigmaPerNode = 0.7;        // of the Gaussian, in spacings of the field's grid
-constexpr int kMostVoxels = 7;               // per node and axis: a tile reads the cube of it
+constexpr int kMostVoxels = 4;               // per node and axis: a tile reads the cube of it
 constexpr double kSplineVariance = 1.0 / 3;  // of the cubic B-spline, in spacings squared
-// Of axes with no more than kLong voxels, where few nodes would all be near a border.
-constexpr int kLong = 512, kMostVoxelsOfShort = 4;
-constexpr int kTile = 16;  // nodes per tile and axis
-constexpr int kLayer = 8;  // voxels, as a leaf of the volume has
+constexpr int kTile = 16;                    // nodes per tile and axis
+constexpr int kLayer = 8;                    // voxels, as a leaf of the volume has
 // Nodes beyond the grid that are made: a spline asks for two, H for three; further ones are as the
 // last of them.
 constexpr int kBeyond = 3;
@@ -30,31 +28,6 @@ std::array<double, 3> sigma_in_voxels(const Volume& volume, double sigma_mm) {
   for (int axis = 0; axis < 3; ++axis)
     sigma[axis] = sigma_mm * volume.world_to_index().linear().row(axis).norm();
   return sigma;
-}
-
-/// A triangle as wide as two distances of nodes: of a step it makes a blur whose variance does not
-/// depend on where it lies between them. What it leaves of a Gaussian of 0.7 nodes is no less than
-/// 0 up to 7 voxels.
-Kernel triangle_kernel(int factor) {
-  Kernel half(factor);
-  for (int d = 0; d < factor; ++d) half[d] = double(factor - d) / (double(factor) * factor);
-  return half;
-}
-
-/// Lindeberg's discrete Gaussian e^-t I_d(t), t its variance [nodes^2], to 3 sigma and a node more:
-/// of this variance however narrow, where a sampled Gaussian is not (T. Lindeberg, Scale-space for
-/// discrete signals, IEEE PAMI 12, 1990). From 2 nodes on both are the same to 1e-3.
-Kernel discrete_gaussian_kernel(double variance) {
-  if (variance <= 0) return {1.0};
-  if (variance > 4) return gaussian_kernel(std::sqrt(variance));
-  Kernel half(2 + static_cast<std::size_t>(std::ceil(3 * std::sqrt(variance))));
-  double sum = 0;
-  for (std::size_t d = 0; d < half.size(); ++d) {
-    half[d] = std::exp(-variance) * std::cyl_bessel_i(double(d), variance);
-    sum += d == 0 ? half[d] : 2 * half[d];
-  }
-  for (double& weight : half) weight /= sum;
-  return half;
 }
 
 /// N values that lie side by side. Of differences, so that constants stay the same to the bit.
@@ -146,19 +119,12 @@ Smoother::Smoother(const Volume& volume, const SmoothingOptions& options)
   for (int axis = 0; axis < 3; ++axis) {
     const int last = volume_.size()[axis] - 1;
     factor_[axis] = std::clamp(static_cast<int>(sigma[axis] / kSigmaPerNode + 1e-9), 1,
-                               std::min(last, last >= kLong ? kMostVoxels : kMostVoxelsOfShort));
+                               std::min(last, kMostVoxels));
     grid_.size[axis] = (last + factor_[axis] - 1) / factor_[axis] + 1;
     scale[axis] = factor_[axis];
     // The wider spline takes over a part of the Gaussian's variance.
-    const int n = factor_[axis];
-    const double variance = sigma[axis] * sigma[axis] - (n * n - 1) * kSplineVariance;
-    if (n <= kMostVoxelsOfShort) {
-      kernel_[axis] = gaussian_kernel(std::sqrt(variance));
-      node_kernel_[axis] = {1.0};
-    } else {
-      kernel_[axis] = triangle_kernel(n);
-      node_kernel_[axis] = discrete_gaussian_kernel(variance / (n * n) - (1 - 1.0 / (n * n)) / 6);
-    }
+    kernel_[axis] = gaussian_kernel(std::sqrt(
+        sigma[axis] * sigma[axis] - (factor_[axis] * factor_[axis] - 1) * kSplineVariance));
     selective_[axis] = selective_kernel(selective[axis]);
     n_tiles_[axis] = grid_.size[axis] / kTile + 3;  // one before it
     n_tiles *= std::size_t(n_tiles_[axis]);
@@ -171,15 +137,6 @@ Smoother::Smoother(const Volume& volume, const SmoothingOptions& options)
 Smoother::~Smoother() = default;
 
 ValueBox Smoother::box(const Index3& lower, const Index3& upper) const {
-  const Index3 radius = radii(node_kernel_);
-  ValueBox out = nodes(widened(lower, radius, -1), widened(upper, radius, 1));
-  for (int axis = 2; axis >= 0; --axis)
-    if (radius[axis] > 0)
-      out = convolved(out, axis, node_kernel_[axis], 1, lower[axis], upper[axis]);
-  return out;
-}
-
-ValueBox Smoother::nodes(const Index3& lower, const Index3& upper) const {
   if (!tiles_) return smoothed(lower, upper);
   ValueBox out(lower, upper);
   const auto within = [&](int node, int axis) {  // counted from the first tile on

@@ -34,9 +34,7 @@ inline bool is_constant(const ValueBox& box) {
 
 /// On any box of the grid, which is that of the voxels or, where the Gaussian is wide, one of every
 /// factor-th voxel along an axis. There the nodes are kept in tiles of their own, so that boxes
-/// which overlap, as splines' tiles do, smooth the voxels between them once; where they are more
-/// than 4 voxels apart the voxels are averaged by a triangle, and what the Gaussian has left to do
-/// is done on the nodes.
+/// which overlap, as splines' tiles do, smooth the voxels between them once.
 class Smoother {
  public:
   Smoother(const Volume& volume, const SmoothingOptions& options);
@@ -47,8 +45,6 @@ class Smoother {
   ValueBox box(const Index3& lower, const Index3& upper) const;
 
  private:
-  /// By the first kernels.
-  ValueBox nodes(const Index3& lower, const Index3& upper) const;
   const float* tile(const Index3& at) const;
   ValueBox smoothed(const Index3& lower, const Index3& upper) const;
   /// Intensities after the selective Gaussian blur; beyond the volume as at its nearest voxel.
@@ -58,7 +54,6 @@ class Smoother {
   Volume volume_;
   float threshold_;
   std::array<Kernel, 3> kernel_, selective_;  // [voxels]
-  std::array<Kernel, 3> node_kernel_;         // [nodes] after kernel_
   Index3 factor_, n_tiles_;
   Grid grid_;
   std::unique_ptr<TileStore> tiles_;  // none where each voxel is a node
