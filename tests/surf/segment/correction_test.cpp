@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "tests/surf/segment/click_scenes.h"
 
 namespace surf::segment {
@@ -60,6 +62,20 @@ TYPED_TEST(Corrections, EarlierClicksStayDeep) {
     ASSERT_FALSE(found.empty());
     EXPECT_GT(this->image.covered(this->ball(34), this->after(this->both, found.front())), 0.5);
   }
+}
+
+// A cut between all clicks would mend the dent as well, which nobody has clicked.
+TYPED_TEST(Corrections, ACutMayChangeNothingButWhatIsClicked) {
+  const auto ball = this->ball(14);
+  const auto dented = ball - this->ball(2);
+  ASSERT_LT(dented.count(), ball.count());
+  const auto found = this->correct(dented, {this->inside(14), this->inside(34)});
+  EXPECT_TRUE(std::any_of(found.begin(), found.end(), [&](const auto& correction) {
+    const auto after = this->after(dented, correction);
+    return correction.family == Family::kCut && (after & (ball - dented)).is_empty() &&
+           this->image.covered(dented, after) > 0.98 &&
+           this->image.covered(this->ball(34), after) > 0.6;
+  }));
 }
 
 // What nothing in the image supports is held where it was clicked, and nowhere else.
