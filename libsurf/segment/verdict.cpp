@@ -29,19 +29,19 @@ struct Term {
 // with a first region speaks for it as often as against it; what competes with a correction does
 // not.
 const std::array kTerms = {
-    Term{[](const F& f) { return f.separation * f.contest.consent; }, 1.753, 0.727,
+    Term{[](const F& f) { return f.separation * f.contest.consent; }, 1.644, 0.726,
          "another region fits nearly as well"},
-    Term{[](const F& f) { return f.separation; }, 4.906, 0.805,
+    Term{[](const F& f) { return f.separation; }, 5.042, 0.802,
          "what lies inside and outside of its boundary looks much alike"},
     Term{[](const F& f) { return std::log(double(std::max<std::size_t>(f.n_nodes, 1))) / 3; },
-         1.077, 3.360, "it is small: little more or less would change much of it"},
-    Term{[](const F& f) { return f.n_clicks > 1 ? kUsuallyKept : f.kept; }, 12.304, 0.937,
+         1.029, 3.357, "it is small: little more or less would change much of it"},
+    Term{[](const F& f) { return f.n_clicks > 1 ? kUsuallyKept : f.kept; }, 12.711, 0.937,
          "the edges near by are not where its intensities end"},
-    Term{[](const F& f) { return f.n_clicks > 1 ? -std::min(f.contest.rival, 1.0) : 0.0; }, 2.516,
-         -0.144, "another correction fits nearly as well"},
-    Term{[](const F& f) { return std::log(f.n_clicks); }, 1.573, 0.659, nullptr},
-    Term{[](const F& f) { return f.has_box ? 1.0 : 0.0; }, 0.430, 0.532, nullptr}};
-constexpr double kConstant = -19.402;
+    Term{[](const F& f) { return f.n_clicks > 1 ? -std::min(f.contest.rival, 1.0) : 0.0; }, 2.183,
+         -0.143, "another correction fits nearly as well"},
+    Term{[](const F& f) { return std::log(f.n_clicks); }, 1.440, 0.659, nullptr},
+    Term{[](const F& f) { return f.has_box ? 1.0 : 0.0; }, 0.469, 0.532, nullptr}};
+constexpr double kConstant = -19.660;
 constexpr double kTrusted = 0.8, kDoubtful = 0.6;
 // What the volume cuts off over more of its boundary is not trusted: where it would go on nobody
 // can see.
@@ -50,7 +50,7 @@ struct Cases {
   int n_right, n;
 };
 // Each case judged by a fit without its scan.
-constexpr Cases kOfTrusted{117, 124}, kOfCheck{49, 76}, kOfDoubtful{52, 131};
+constexpr Cases kOfTrusted{116, 124}, kOfCheck{50, 78}, kOfDoubtful{54, 129};
 
 // Nodes from the region: where another one goes on far beyond, it is there that it leaves this one.
 constexpr double kNearRegion = 5;
