@@ -102,7 +102,7 @@ class Segmentation {
   /// round the inside clicks, without an energy from what is proposed or, where there is no inside
   /// click, from options.initial. After a click that was heeded has been taken back it begins anew,
   /// too. What has come to rest and obeys all clicks that were added since then stays as it is;
-  /// what does not obey them evolves again where they change the region, and stays elsewhere
+  /// what does not obey them evolves again, a large shape only where they change the region
   /// (amend.h). What was stopped or came to a limit goes on with the energy that it had, unless
   /// options that the energy depends on have changed.
   /// @throws UsageError  there is nothing to start from, or an inside click is in a cell with that

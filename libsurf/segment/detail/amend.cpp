@@ -9,6 +9,9 @@
 namespace surf::segment {
 namespace {
 
+// A kidney of 2,400 triangles or a spleen of 4,100 evolves anew in little more time.
+template <int Dim>
+constexpr Eigen::Index kLarge = Dim == 3 ? 8000 : 1000;  // triangles, segments
 // Of the larger region: beyond, all of the shape evolves anew.
 constexpr double kMostChange = 0.5;
 constexpr double kBeyondReach = 1.5;  // nodes: by which shells overlap the shape further
@@ -36,6 +39,11 @@ void add_points(const Simplices<Dim>& shape, mesh::Neighbourhood<Dim>& region) {
 }
 
 }  // namespace
+
+template <int Dim>
+bool is_amended(const Simplices<Dim>& settled) {
+  return settled.elements.rows() >= kLarge<Dim>;
+}
 
 template <int Dim>
 std::optional<Amended<Dim>> amended(const Setting<Dim>& setting, const SearchGrid<Dim>& grid,
@@ -75,6 +83,8 @@ std::optional<Amended<Dim>> amended(const Setting<Dim>& setting, const SearchGri
   return out;
 }
 
+template bool is_amended<2>(const Segments&);
+template bool is_amended<3>(const Triangles&);
 template std::optional<Amended<2>> amended<2>(const Setting<2>&, const SearchGrid<2>&,
                                               const Amendment<2>&, mesh::MovingShapeOptions<2>);
 template std::optional<Amended<3>> amended<3>(const Setting<3>&, const SearchGrid<3>&,

@@ -20,8 +20,8 @@ double parameter_of(const std::vector<EnergyTerm>& terms, const std::string& nam
   return 0;
 }
 
-/// Where clicks have changed the region of a shape that had come to rest, and nowhere else, the
-/// shape is to evolve again, with the energy that it has; anew if the change is large.
+/// Where clicks have changed the region of a large shape that had come to rest, and nowhere else,
+/// the shape is to evolve again, with the energy that it has; anew if the change is large.
 template <int Dim>
 class Amend : public Stage<Dim> {
  public:
@@ -40,7 +40,7 @@ class Amend : public Stage<Dim> {
  private:
   static std::optional<Amended<Dim>> amend(Work<Dim>& work) {
     const Result<Dim>& settled = *work.settled;
-    if (!work.search || work.search->found.empty() ||
+    if (!is_amended<Dim>(settled.shape) || !work.search || work.search->found.empty() ||
         work.options.topology == mesh::Topology::kFixed)
       return std::nullopt;
     const SearchGrid<Dim>& grid = work.fields.search_grid(

@@ -1,6 +1,7 @@
 #include <algorithm>
 
 #include "libsurf/segment/clicks.h"
+#include "libsurf/segment/detail/amend.h"
 #include "libsurf/segment/object_box.h"
 #include "libsurf/segment/result.h"
 #include "libsurf/segment/stages/stages.h"
@@ -61,23 +62,26 @@ class Propose : public Stage<Dim> {
     return out;
   }
 
-  /// What earlier clicks have found, and what an evolution has made of it.
-  static ClickSearchPointer<Dim> known(const Work<Dim>& work, const SearchGrid<Dim>& grid) {
-    if (!work.settled) return before_evolutions<Dim>(work.search);
-    if (!work.search || work.search != work.settled->search || work.search->found.empty())
-      return work.search;
+  /// What earlier clicks have found.
+  static ClickSearchPointer<Dim> known(const Work<Dim>& work) {
+    return work.settled ? work.search : before_evolutions<Dim>(work.search);
+  }
+
+  /// And what an evolution has made of it; null if none has.
+  static ClickSearchPointer<Dim> known_evolved(const Work<Dim>& work, const SearchGrid<Dim>& grid) {
+    if (!work.settled || !work.search || work.search != work.settled->search ||
+        work.search->found.empty())
+      return nullptr;
     const NodeSet<Dim> inside(
         grid.box(),
         work.setting().rasterized(work.settled->shape, grid.box().size, grid.node_to_world()));
-    return inside.is_empty() ? work.search : with_evolved<Dim>(work.search, inside);
+    return inside.is_empty() ? nullptr : with_evolved<Dim>(work.search, inside);
   }
 
   /// Those that an evolution has heeded first, whatever clicks of other objects came since.
-  static std::vector<Click<Dim>> in_order_of(const ClickSearchPointer<Dim>& known,
+  static std::vector<Click<Dim>> in_order_of(const ClickSearchPointer<Dim>& known, bool is_evolved,
                                              std::vector<Click<Dim>> clicks) {
-    if (!known || before_evolutions<Dim>(known) == known ||
-        !contains_all<Dim>(clicks, known->clicks))
-      return clicks;
+    if (!known || !is_evolved || !contains_all<Dim>(clicks, known->clicks)) return clicks;
     std::vector<Click<Dim>> out = known->clicks;
     for (Click<Dim>& click : clicks)
       if (std::find(known->clicks.begin(), known->clicks.end(), click) == known->clicks.end())
@@ -98,21 +102,29 @@ class Propose : public Stage<Dim> {
     work.chosen = 0;
     work.proposals.clear();
     if (!grid.is_whole()) return;
-    const ClickSearchPointer<Dim> before = known(work, grid);
-    const ClickSearchPointer<Dim> found = search_clicks<Dim>(
-        grid, in_order_of(before, clicks_of(work)), before, {},
-        [&](int n, const Rung<Dim>* seen) {
-          n_done = n;
-          flow::StepRecord record;
-          record.k = n;
-          return work.tell("propose", record, [&] {
-            // What nearly fills the image is a leak, and slow to draw.
-            const bool is_shown =
-                seen && double(seen->n_nodes) < kMostShown * double(grid.box().n());
-            return is_shown ? preview<Dim>(work.setting(), grid, *seen) : work.shape;
-          });
-        },
-        work.stop);
+    const SearchProgress<Dim> told = [&](int n, const Rung<Dim>* seen) {
+      n_done = n;
+      flow::StepRecord record;
+      record.k = n;
+      return work.tell("propose", record, [&] {
+        // What nearly fills the image is a leak, and slow to draw.
+        const bool is_shown = seen && double(seen->n_nodes) < kMostShown * double(grid.box().n());
+        return is_shown ? preview<Dim>(work.setting(), grid, *seen) : work.shape;
+      });
+    };
+    const auto found_after = [&](const ClickSearchPointer<Dim>& before) {
+      return search_clicks<Dim>(grid, in_order_of(before, work.settled != nullptr, clicks_of(work)),
+                                before, {}, told, work.stop);
+    };
+    ClickSearchPointer<Dim> before = known(work);
+    if (work.settled && is_amended<Dim>(work.settled->shape))
+      if (const ClickSearchPointer<Dim> evolved = known_evolved(work, grid)) before = evolved;
+    ClickSearchPointer<Dim> found = found_after(before);
+    // Clicks that the region has on their side already speak of what became of it.
+    if (found && before && !before->has_evolved && found->clicks.size() > before->clicks.size() &&
+        found->inside() == before->inside())
+      if (const ClickSearchPointer<Dim> evolved = known_evolved(work, grid))
+        found = found_after(evolved);
     if (!found) return;
     work.search = found;
     work.verdict = verdict(grid, *found);

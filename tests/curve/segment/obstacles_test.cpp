@@ -127,9 +127,13 @@ TEST(CurveObstacles, AClickThatCannotBeObeyedIsNoted) {
 }
 
 // What moves of the curve is a part with two ends.
-TEST(CurveObstacles, AFurtherClickOfADialogueMovesAPartOfTheCurve) {
+TEST(CurveObstacles, AFurtherClickOfADialogueMovesAPartOfALargeCurve) {
   segment::Segmentation<2> dialogue(make_setting(disc()));
   const int object = dialogue.add_object();
+  segment::Options<2> fine;
+  fine.edge_length_mm = 0.022;
+  fine.coarseness = 1;
+  dialogue.set_options(object, fine);
   dialogue.add_click(object, {kCentre, Side::kInside});
   const Segments before = dialogue.evolve(object).shape;
   const Click<2> outside{kCentre + Vector<2>(kRadius - 3, 0), Side::kOutside};

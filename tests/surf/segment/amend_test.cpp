@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <optional>
 #include <set>
 
 #include "libsurf/segment/segment.h"
@@ -27,9 +28,18 @@ bool has_stage(const Result<3>& result, const std::string& name) {
                      [&](const StageReport& stage) { return stage.name == name; });
 }
 
-TEST(Amend, AFurtherClickLeavesTheRestAsItIs) {
+/// So that a ball of the phantom has more triangles than evolve anew.
+Options<3> fine() {
+  Options<3> out;
+  out.edge_length_mm = 0.016;
+  out.coarseness = 1;
+  return out;
+}
+
+TEST(Amend, AFurtherClickLeavesTheRestOfALargeSurfaceAsItIs) {
   Segmentation<3> s(make_setting(phantom(volume::PhantomKind::kSeparateBalls, 0.05)));
   const int object = s.add_object();
+  s.set_options(object, fine());
   const double ball_volume = 4 * std::numbers::pi / 3 * std::pow(0.3, 3);
   s.add_click(object, inside(-0.5));
   const Triangles one = s.evolve(object).shape;
@@ -51,14 +61,29 @@ TEST(Amend, WhatAClickAmendsEndsWhereAllOfItWould) {
   const volume::Volume volume = phantom(volume::PhantomKind::kSeparateBalls, 0.05);
   Segmentation<3> dialogue(make_setting(volume));
   const int object = dialogue.add_object();
+  dialogue.set_options(object, fine());
   dialogue.add_click(object, inside(-0.5));
   dialogue.evolve(object);
   dialogue.add_click(object, inside(0.5));
-  dialogue.evolve(object);
-  SegmentOptions at_once;
+  EXPECT_TRUE(has_stage(dialogue.evolve(object), "amend"));
+  SegmentOptions at_once = fine();
   at_once.seeds_mm = {{-0.5, 0, 0}, {0.5, 0, 0}};
   const double whole = make_setting(volume)->measures(segment(volume, at_once).shape).content;
   EXPECT_NEAR(dialogue.measures(object).content, whole, 0.01 * whole);
+}
+
+TEST(Amend, OfASmallSurfaceEndsAsAllClicksAtOnce) {
+  const volume::Volume volume = phantom(volume::PhantomKind::kSeparateBalls, 0.05);
+  Segmentation<3> dialogue(make_setting(volume)), at_once(make_setting(volume));
+  const int object = dialogue.add_object(), other = at_once.add_object();
+  dialogue.add_click(object, inside(-0.5));
+  dialogue.evolve(object);
+  dialogue.add_click(object, inside(0.5));
+  at_once.add_click(other, inside(-0.5));
+  at_once.add_click(other, inside(0.5));
+  const Result<3>&one = dialogue.evolve(object), &two = at_once.evolve(other);
+  EXPECT_EQ(one.shape.points, two.shape.points);
+  EXPECT_EQ(one.shape.elements, two.shape.elements);
 }
 
 TEST(Amend, IsTheSameAfterProposalsWereLookedAt) {
@@ -76,19 +101,52 @@ TEST(Amend, IsTheSameAfterProposalsWereLookedAt) {
   EXPECT_EQ(ends[0].elements, ends[1].elements);
 }
 
-// A click of another object comes before the new one: what has evolved is corrected all the same.
-TEST(Amend, GoesOnFromTheShapeWhateverAnotherObjectWasGiven) {
+/// Whether `search` goes on from one that holds for `is_it`.
+template <class IsIt>
+bool goes_on_from(ClickSearchPointer<3> search, const IsIt& is_it) {
+  for (; search; search = search->before)
+    if (is_it(search)) return true;
+  return false;
+}
+
+// A click of another object comes before the new one: what was found is corrected all the same.
+TEST(Amend, GoesOnFromWhatWasFoundWhateverAnotherObjectWasGiven) {
   Segmentation<3> s(make_setting(phantom(volume::PhantomKind::kSeparateBalls, 0.05)));
   const int one = s.add_object(), other = s.add_object();
   s.add_click(one, inside(-0.5));
-  s.evolve(one);
+  const ClickSearchPointer<3> found = s.evolve(one).search;
   s.add_click(other, inside(0.5));
   s.add_click(one, {{-0.5, 0.9, 0}, Side::kInside});
   const Result<3>& result = s.evolve(one);
-  bool is_from_shape = false;
-  for (auto at = result.search; at; at = at->before) is_from_shape |= at->has_evolved;
-  EXPECT_TRUE(is_from_shape);
+  EXPECT_TRUE(goes_on_from(result.search, [&](const auto& search) { return search == found; }));
   EXPECT_EQ(result.search->clicks.size(), 3u);
+}
+
+TEST(Amend, AClickThatTheRegionHasOnItsSideSpeaksOfTheShape) {
+  Segmentation<3> s(make_setting(phantom(volume::PhantomKind::kSeparateBalls, 0.1)));
+  const int object = s.add_object();
+  s.add_click(object, inside(-0.5));
+  const Result<3>& first = s.evolve(object);
+  const NodeSet<3> region = first.search->inside();
+  const ImageExtent<3>& extent = s.setting().extent();
+  ASSERT_EQ(region.box().size, extent.size);  // nodes are voxels
+  // Outside the region, but in the shape that has evolved from it.
+  std::optional<Vector<3>> wrong;
+  for (std::size_t n = 0; n < region.box().n() && !wrong; ++n) {
+    const auto node = region.box().node(n);
+    const Vector<3> point = extent.index_to_world * Vector<3>(node[0], node[1], node[2]);
+    if (!region.contains(node) &&
+        mesh::are_inside<3>(first.shape, Points<3>(point.transpose())).front() != 0)
+      wrong = point;
+  }
+  ASSERT_TRUE(wrong);
+  const auto has_evolved = [](const auto& search) { return search->has_evolved; };
+  s.add_click(object, {*wrong, Side::kOutside});
+  EXPECT_TRUE(goes_on_from(s.evolve(object).search, has_evolved));
+  s.take_back_click(object, 1);
+  s.evolve(object);
+  s.add_click(object, outside(-0.65));
+  EXPECT_FALSE(goes_on_from(s.evolve(object).search, has_evolved));
 }
 
 // Its options have changed since: nothing is kept.
