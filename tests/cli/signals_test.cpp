@@ -1,4 +1,4 @@
-// Ctrl-C and SIGTERM: the last good surface is written, and the exit code tells.
+// Ctrl-C, SIGTERM, a limit of CPU time: the last good surface is written, and the exit code tells.
 #include "tests/cli/program.h"
 
 namespace surfseg::test {
@@ -26,6 +26,9 @@ class Signals : public Program {
 TEST_F(Signals, InterruptLeavesTheLastGoodSurface) { expect_last_good_surface(SIGINT, 130); }
 
 TEST_F(Signals, TerminateLeavesTheLastGoodSurface) { expect_last_good_surface(SIGTERM, 143); }
+
+// As the kernel sends it: again with each second.
+TEST_F(Signals, ALimitOfCpuTimeLeavesTheLastGoodSurface) { expect_last_good_surface(SIGXCPU, 152); }
 
 TEST_F(Signals, InterruptOfTheAutomaticRunLeavesASurface) {
   must({"phantom", "ball", "--size", "96", "--spacing", "1", "-o", "v.nii"});

@@ -143,7 +143,7 @@ void add_batch_command(CLI::App& app, ExitCode& exit_code) {
       "same;\n"
       "one that failed is tried again, and stops no other.\n"
       "Exit codes: 0 done, 2 usage, 3 the list cannot be used (nothing was run), 4 output, 7 some\n"
-      "cases failed, 130/143 interrupted (cases under way are dropped; the next run goes on).");
+      "cases failed, 130/143/152 interrupted (cases under way are dropped; the next run goes on).");
   command->callback([typed, &exit_code] { exit_code = run(*typed); });
 }
 

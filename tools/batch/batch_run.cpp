@@ -112,7 +112,7 @@ void run_next(const std::vector<Case>& cases, const RunOptions& options, std::at
     if (n >= cases.size()) return;
     const Clock::time_point start = Clock::now();
     const CaseOutcome outcome = run_case(cases[n], options.folder);
-    if (outcome.exit_code == kInterrupted || outcome.exit_code == kTerminated) return;
+    if (is_of_signal(outcome.exit_code)) return;
     board.add(cases[n], outcome, seconds_since(start));
     ::malloc_trim(0);  // else what one case held stays in its thread's heap
   }

@@ -14,7 +14,11 @@ enum ExitCode {
   kBatchFailed = 7,     ///< some cases of a batch, or of several objects, failed
   kNoObject = 8,        ///< no object stands out round the clicks, or it vanished
   kInterrupted = 130,   ///< SIGINT; the last good surface was written
-  kTerminated = 143     ///< SIGTERM; the last good surface was written
+  kTerminated = 143,    ///< SIGTERM; the last good surface was written
+  kCpuLimit = 152       ///< SIGXCPU: ulimit -t; the last good surface was written
 };
+
+/// Whether a signal has ended the run.
+constexpr bool is_of_signal(ExitCode code) { return code >= kInterrupted; }
 
 }  // namespace surfseg

@@ -74,7 +74,8 @@ std::string exit_code_help(const std::string& result) {
       "  6         the {0} fails a guarantee and was not written\n"
       "  7         some cases of a batch, or of several objects, failed; the others were written\n"
       "  8         no object found, or it vanished; nothing was written\n"
-      "  130, 143  interrupted, terminated; the last good {0} was written",
+      "  130, 143  interrupted, terminated; the last good {0} was written\n"
+      "  152       the same at a limit of CPU time (ulimit -t)",
       result);
 }
 

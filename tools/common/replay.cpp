@@ -8,11 +8,13 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <stop_token>
 #include <vector>
 
 #include "libsurf/base/error.h"
 #include "libsurf/segment/recipe.h"
 #include "tools/common/option_group.h"
+#include "tools/common/signals.h"
 
 namespace surfseg {
 namespace {
@@ -67,6 +69,8 @@ std::vector<SegmentedObject<Dim>> replayed(
     const surf::segment::ProgressOf<Dim>& progress) {
   surf::segment::Segmentation<Dim> segmentation(setting);
   std::stop_source stop;
+  const SignalStop signal;
+  const std::stop_callback forwarded(signal.token(), [&] { stop.request_stop(); });
   try {
     surf::segment::replay<Dim>(
         recipe, segmentation,

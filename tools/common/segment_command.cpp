@@ -118,12 +118,13 @@ typename SegmentCommand<Dim>::Objects SegmentCommand<Dim>::segment(const Input& 
     for (const auto& stroke : object.strokes) segmentation.add_click(id, stroke);
   }
   checkpoint_.begin([&] { return surf::segment::to_recipe<Dim>(segmentation); });
+  const SignalStop stop;
   Objects out;
   for (const int id : segmentation.objects()) {
     segmentation.set_checkpointing(checkpoint_.of(out.size()));
     if (input.objects.size() > 1 && signal_exit_code() == kDone)
       progress_.note(fmt::format("{}:", segmentation.object(id).name));
-    if (signal_exit_code() == kDone) segmentation.evolve(id, on_step());
+    if (signal_exit_code() == kDone) segmentation.evolve(id, on_step(), stop.token());
     out.push_back({segmentation.object(id), {}});
     if (arguments_.candidates) out.back().candidates = segmentation.candidates(id);
   }

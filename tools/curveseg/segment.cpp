@@ -186,7 +186,7 @@ void add_segment_command(CLI::App& app, ExitCode& exit_code) {
        "  curveseg segment head.nii.gz --slice axial:80 --seed 90,110 -o ventricle.json\n"
        "Exit codes: 0 done, 2 usage, 3 input, 4 output, 5 stopped at the iteration limit (result\n"
        "written), 6 result fails a guarantee, 7 some of several objects not written, 8 no object\n"
-       "found (not written), 130/143 interrupted (last curves written)."},
+       "found (not written), 130/143/152 interrupted (last curves written)."},
       add_options);
 }
 

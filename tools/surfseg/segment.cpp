@@ -245,7 +245,7 @@ void add_segment_command(CLI::App& app, ExitCode& exit_code) {
        "          --seed 60,150,380 -o {object}.stl --mask labels.nii.gz --recipe organs.json\n"
        "Exit codes: 0 done, 2 usage, 3 input, 4 output, 5 stopped at the iteration limit (result\n"
        "written), 6 result fails a guarantee, 7 some of several objects not written, 8 no object\n"
-       "found (not written), 130/143 interrupted (last surface written)."},
+       "found (not written), 130/143/152 interrupted (last surface written)."},
       add_options);
 }
 

@@ -115,6 +115,7 @@ void limit_cpu_seconds(unsigned seconds) {
   rlimit limit = {};
   ::getrlimit(RLIMIT_CPU, &limit);
   limit.rlim_cur = std::min(limit.rlim_max, done + seconds);
+  std::signal(SIGXCPU, SIG_DFL);  // whatever the program that this is a child of does at it
   ::setrlimit(RLIMIT_CPU, &limit);
 }
 

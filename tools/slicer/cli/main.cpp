@@ -19,7 +19,8 @@ constexpr const char* kFooter =
     "Example:\n"
     "  surfseg-slicer head.nrrd --inside 28.5,28,29 --surface ventricles.vtp\n"
     "Exit codes: 0 done, 2 usage, 3 input, 4 output, 5 stopped at the iteration limit (result\n"
-    "written), 6 result fails a guarantee, 8 no object found (not written), 130/143 interrupted\n"
+    "written), 6 result fails a guarantee, 8 no object found (not written), 130/143/152 "
+    "interrupted\n"
     "(last surface written).";
 
 void add_description(CLI::App& app, const std::string& name, const std::vector<Group>& groups,
