@@ -200,8 +200,8 @@ class Corrector {
   /// The object with what `after` adds, or without what it takes away, where that holds the click;
   /// nothing if it does not.
   NodeSet<Dim> part_at_click(const NodeSet<Dim>& after) const {
-    const NodeSet<Dim> changed = adds() ? after - scene_.before : scene_.before - after,
-                       piece = changed.component(starts_in(changed)).in(box_);
+    const NodeSet<Dim> changed = adds() ? after - scene_.before : scene_.before - after;
+    NodeSet<Dim> piece = changed.component(starts_in(changed)).in(box_);
     if (piece.is_empty()) return piece;
     return adds() ? scene_.before | piece : scene_.before - piece;
   }
