@@ -1,5 +1,4 @@
-// Ctrl-C, SIGTERM and a limit of CPU time: the run ends at the next step with its last good
-// surface.
+// Ctrl-C, SIGTERM and a limit of CPU time: the run ends soon after with its last good surface.
 #pragma once
 
 #include <stop_token>

@@ -9,7 +9,7 @@
 namespace surf::segment {
 namespace {
 
-// A kidney of 2,400 triangles or a spleen of 4,100 evolves anew in little more time.
+// Evolving anew takes 1.4 times as long as a part at 4,000 triangles, 1.5 to 2 times at 10,000.
 template <int Dim>
 constexpr Eigen::Index kLarge = Dim == 3 ? 8000 : 1000;  // triangles, segments
 // Of the larger region: beyond, all of the shape evolves anew.

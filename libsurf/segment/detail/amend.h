@@ -32,7 +32,7 @@ struct Amendment {
 
 /// Whether further clicks correct this shape, which has come to rest, and amend it. Small ones they
 /// do not: there a click corrects the region that the shape came from, as it does where all clicks
-/// are given at once, and what comes of it evolves anew. That takes little longer and leaves no
+/// are given at once, and what comes of it evolves anew. That takes 1.4 times as long and leaves no
 /// seams, which in the end cost 0.01 in Dice (docs/clicks.md).
 template <int Dim>
 bool is_amended(const Simplices<Dim>& settled);
