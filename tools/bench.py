@@ -3,11 +3,13 @@
 Every program gets the same uncompressed volume. Times are from the volume in memory to the mesh,
 mask or level set (surfseg: to the verified mesh), medians over the runs with the least and the
 largest; memory is the process' largest resident set. Errors are distances of the surface from the
-phantom's, by area, in voxels. What takes longer than the limit is stopped and said to.
+phantom's, by area, in voxels. What takes longer than the limit is stopped and said to; a peer that
+by its time at the size before, times the voxels' ratio, would take longer is not begun.
 """
 import argparse
 import json
 import math
+import multiprocessing
 import os
 import pathlib
 import re
@@ -128,12 +130,16 @@ def read_off(path):
 def isosurface(values, level, spacing, origin):
     from skimage.measure import marching_cubes
 
+    if not values.min() < level < values.max():
+        return None
     points, triangles, _, _ = marching_cubes(values, level)
     return (origin + spacing * points[:, ::-1])[triangles]
 
 
 def errors(corners, distance, voxel, volume):
     """Mean and 95th percentile of the distance by area [voxels], and the volume's error [%]."""
+    if corners is None or len(corners) == 0:
+        return None
     a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
     cross = np.cross(b - a, c - a)
     area = np.linalg.norm(cross, axis=1) / 2
@@ -151,6 +157,21 @@ def errors(corners, distance, voxel, volume):
 
 class TooSlow(Exception):
     pass
+
+
+def apart(function):
+    """Its result, from a process of its own. Largest resident sets of children begin with that of
+    their parent: this one has to stay small."""
+    here, there = multiprocessing.Pipe(duplex=False)
+    process = multiprocessing.get_context("fork").Process(target=lambda: there.send(function()))
+    process.start()
+    there.close()
+    try:
+        result = here.recv()
+    except EOFError:
+        raise SystemExit("bench.py: a part that reads or makes data failed, see above")
+    process.join()
+    return result
 
 
 def run(command, limit):
@@ -185,7 +206,7 @@ class Surfseg:
         stages = json.loads(summary.read_text())["stages"]
         parts = [stages["segment"], stages["verify"]]
         return {"wall_s": sum(p["time_s"] for p in parts), "cpu_s": sum(p["cpu_s"] for p in parts),
-                "peak_mb": peak}, read_stl(stl)
+                "peak_mb": peak}, lambda: read_stl(stl)
 
 
 class Itk:
@@ -198,10 +219,14 @@ class Itk:
         return self.program.exists() and has_module("skimage")
 
     def run(self, scene, work, limit):
-        out, peak = run([self.program, scene["path"], work / "phi.raw"], limit)
+        out, peak = run([self.program, scene["path"], scene["seed"], work / "phi.raw"], limit)
         n = scene["n"]
-        phi = np.fromfile(work / "phi.raw", np.float32).reshape(n, n, n)
-        return {**json.loads(out), "peak_mb": peak}, isosurface(phi, 0, 2 / (n - 1), -1)
+
+        def corners():
+            phi = np.fromfile(work / "phi.raw", np.float32).reshape(n, n, n)
+            return isosurface(phi, 0, 2 / (n - 1), -1)
+
+        return {**json.loads(out), "peak_mb": peak}, corners
 
 
 class Cgal:
@@ -214,8 +239,8 @@ class Cgal:
         return self.program.exists()
 
     def run(self, scene, work, limit):
-        out, peak = run([self.program, scene["path"], 0.5, work / "s.off"], limit)
-        return {**json.loads(out), "peak_mb": peak}, read_off(work / "s.off")
+        out, peak = run([self.program, scene["path"], 0.5, scene["seed"], work / "s.off"], limit)
+        return {**json.loads(out), "peak_mb": peak}, lambda: read_off(work / "s.off")
 
 
 class PythonPeer:
@@ -229,11 +254,14 @@ class PythonPeer:
         if scene["n"] > self.largest:
             raise TooSlow
         out, peak = run([sys.executable, ROOT / "tests/bench/peers/python_peers.py", self.method,
-                         scene["path"], work / "s.npz"], limit)
-        result = np.load(work / "s.npz")
-        spacing = 2 / (scene["n"] - 1)
-        corners = (result["points"].astype(float)[result["triangles"]] if "points" in result
-                   else isosurface(result["mask"], 0.5, spacing, -1))
+                         scene["path"], scene["seed"], work / "s.npz"], limit)
+
+        def corners():
+            result = np.load(work / "s.npz")
+            if "points" in result:
+                return result["points"].astype(float)[result["triangles"]]
+            return isosurface(result["mask"], 0.5, 2 / (scene["n"] - 1), -1)
+
         return {**json.loads(out), "peak_mb": peak}, corners
 
 
@@ -251,8 +279,8 @@ def measure(program, scene, a, work):
     row = {key: statistics.median(r[key] for r in runs) for key in ("wall_s", "cpu_s", "peak_mb")}
     row["wall_range_s"] = [min(r["wall_s"] for r in runs), max(r["wall_s"] for r in runs)]
     row["runs"] = len(runs)
-    row.update(errors(corners, scene["distance"], scene["voxel"], scene["volume"]))
-    return row
+    found = apart(lambda: errors(corners(), scene["distance"], scene["voxel"], scene["volume"]))
+    return {**row, **found} if found else {**row, "failure": "ends at nothing"}
 
 
 def scenes(a, work):
@@ -268,7 +296,7 @@ def scenes(a, work):
     if not a.light:
         size, spacing = (512, 512, 300), (0.75, 0.75, 1.0)
         path = work / "v.nii"
-        make_trunk(path, size, spacing)
+        apart(lambda: make_trunk(path, size, spacing))
         _, axes, _ = TRUNK[-1]
         yield {"case": "like a CT, 512 x 512 x 300 of int16, an ellipsoid of 17 ml", "n": 512,
                "path": path, "seed": ",".join(map(str, TRUNK[-1][0])), "distance": trunk_distance,
@@ -351,15 +379,20 @@ def main():
     skipped = [peer.name for peer in peers if not peer.is_there()]
     for name in skipped:
         print(f"skipped, not installed: {name}", file=sys.stderr)
-    rows = []
+    rows, seconds_a_voxel = [], {}
     with tempfile.TemporaryDirectory(prefix="surfseg-bench.") as folder:
         work = pathlib.Path(folder)
         for scene in scenes(a, work):
             fitting = programs + [p for p in peers if p.name not in skipped]
             for program in fitting if scene["phantom"] else programs[:1]:
                 row = {"case": scene["case"], "n": scene["n"], "program": program.name}
+                expected = seconds_a_voxel.get((scene["case"], program.name), 0) * scene["n"]**3
                 try:
-                    row.update(measure(program, scene, a, work))
+                    if program in peers and expected > a.limit:
+                        row["failure"] = f"not begun: {expected:.0f} s by the size before"
+                    else:
+                        row.update(measure(program, scene, a, work))
+                        seconds_a_voxel[scene["case"], program.name] = row["wall_s"] / scene["n"]**3
                 except TooSlow:
                     if isinstance(program, PythonPeer) and scene["n"] > program.largest:
                         continue

@@ -35,6 +35,13 @@ GridClick<Dim> on_grid(const SearchGrid<Dim>& grid, const Click<Dim>& click) {
 }
 
 template <int Dim>
+bool is_on_its_side(const NodeSet<Dim>& inside, const GridClick<Dim>& click) {
+  return std::all_of(click.seed.nodes.begin(), click.seed.nodes.end(), [&](const auto& node) {
+    return inside.contains(node) == (click.side == Side::kInside);
+  });
+}
+
+template <int Dim>
 double dice(const NodeSet<Dim>& a, const NodeSet<Dim>& b) {
   const std::size_t sum = a.count() + b.count();
   return sum > 0 ? 2 * double(a.count_in_both(b)) / double(sum) : 1;
@@ -102,12 +109,8 @@ ClickSearchPointer<Dim> further_search(const SearchGrid<Dim>& grid,
   out->clicks.push_back(click);
   out->on_grid.push_back(on_grid(grid, click));
   if (before->found.empty()) return out;
-  const bool is_inside = click.side == Side::kInside;
-  const auto& nodes = out->on_grid.back().seed.nodes;
   const NodeSet<Dim> inside = before->inside();
-  if (std::all_of(nodes.begin(), nodes.end(),
-                  [&](const auto& node) { return inside.contains(node) == is_inside; }))
-    return out;
+  if (is_on_its_side(inside, out->on_grid.back())) return out;
   const auto corrected =
       corrections<Dim>(grid, inside, out->on_grid, *out->first, out->noise, stop);
   if (stop.stop_requested()) return nullptr;
@@ -196,7 +199,7 @@ ClickSearchPointer<Dim> search_clicks(const SearchGrid<Dim>& grid,
                                       std::span<const Click<Dim>> clicks,
                                       ClickSearchPointer<Dim> known, const SearchOptions& options,
                                       const SearchProgress<Dim>& progress,
-                                      const std::stop_token& stop) {
+                                      const std::stop_token& stop, const EvolvedOf<Dim>& evolved) {
   const std::vector<Click<Dim>> ordered = in_order<Dim>(clicks);
   if (ordered.empty()) return nullptr;
   const auto is_start = [&](const ClickSearch<Dim>& search) {
@@ -205,8 +208,13 @@ ClickSearchPointer<Dim> search_clicks(const SearchGrid<Dim>& grid,
   };
   while (known && !is_start(*known)) known = known->before;
   if (!known) known = first_stroke<Dim>(grid, ordered.front(), options, progress, stop);
-  while (known && known->clicks.size() < ordered.size())
-    known = next_search(grid, known, ordered[known->clicks.size()], options, progress, stop);
+  while (known && known->clicks.size() < ordered.size()) {
+    const Click<Dim>& next = ordered[known->clicks.size()];
+    if (evolved && !known->found.empty() && !known->has_evolved &&
+        is_on_its_side(known->inside(), on_grid(grid, next)))
+      if (ClickSearchPointer<Dim> seen = evolved(known, next)) known = std::move(seen);
+    known = next_search(grid, known, next, options, progress, stop);
+  }
   return known;
 }
 
@@ -249,7 +257,8 @@ std::vector<Region<Dim>> regions(const SearchGrid<Dim>& grid, const ClickSearch<
   template struct ClickSearch<Dim>;                                                        \
   template ClickSearchPointer<Dim> search_clicks<Dim>(                                     \
       const SearchGrid<Dim>&, std::span<const Click<Dim>>, ClickSearchPointer<Dim>,        \
-      const SearchOptions&, const SearchProgress<Dim>&, const std::stop_token&);           \
+      const SearchOptions&, const SearchProgress<Dim>&, const std::stop_token&,            \
+      const EvolvedOf<Dim>&);                                                              \
   template ClickSearchPointer<Dim> with_choice<Dim>(const ClickSearch<Dim>&, std::size_t); \
   template ClickSearchPointer<Dim> with_evolved<Dim>(const ClickSearchPointer<Dim>&,       \
                                                      const NodeSet<Dim>&);                 \

@@ -1,6 +1,7 @@
 // What clicks have found on a search grid, one after the other.
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <span>
 #include <stop_token>
@@ -47,6 +48,12 @@ struct ClickSearch {
 template <int Dim>
 using ClickSearchPointer = std::shared_ptr<const ClickSearch<Dim>>;
 
+/// Asked before a click that what was found has on its side already: who clicks there has seen what
+/// became of it. with_evolved() of what was found, or null: go on from that itself.
+template <int Dim>
+using EvolvedOf = std::function<ClickSearchPointer<Dim>(const ClickSearchPointer<Dim>& found,
+                                                        const Click<Dim>& next)>;
+
 /// Heeds the clicks in their order. The first inside one is looked for in the whole grid
 /// (region_search.h), each further one changes what has been found (correction.h); outside clicks
 /// that come before it are heeded after it. Where nothing is found round it the next inside one is
@@ -62,7 +69,8 @@ ClickSearchPointer<Dim> search_clicks(const SearchGrid<Dim>& grid,
                                       ClickSearchPointer<Dim> known = nullptr,
                                       const SearchOptions& options = {},
                                       const SearchProgress<Dim>& progress = {},
-                                      const std::stop_token& stop = {});
+                                      const std::stop_token& stop = {},
+                                      const EvolvedOf<Dim>& evolved = {});
 
 /// The same with another of those that were found; further clicks start from it.
 template <int Dim>

@@ -195,6 +195,7 @@ Work<Dim> Segmentation<Dim>::work_for(const Object<Dim>& object,
   std::vector<Click<Dim>> clicks = others;
   clicks.insert(clicks.end(), object.clicks.begin(), object.clicks.end());
   Work<Dim> out{{}, fields_, object.options, std::move(seeds), std::move(clicks), progress, stop};
+  out.n_others = others.size();
   out.search = object.result->search;
   return out;
 }

@@ -80,6 +80,7 @@ struct Work : Lengths {
   ProgressOf<Dim> progress;
   std::stop_token stop;
 
+  std::size_t n_others = 0;             ///< of the clicks, the first: inside ones of other objects
   ClickSearchPointer<Dim> search = {};  ///< what earlier clicks have found
   /// What an evolution with these options had come to rest at before further clicks; null if there
   /// is none.

@@ -2,6 +2,7 @@
 
 #include "libsurf/segment/clicks.h"
 #include "libsurf/segment/detail/amend.h"
+#include "libsurf/segment/detail/run_stages.h"
 #include "libsurf/segment/object_box.h"
 #include "libsurf/segment/result.h"
 #include "libsurf/segment/stages/stages.h"
@@ -10,6 +11,11 @@ namespace surf::segment {
 namespace {
 
 constexpr double kMostShown = 0.2;  // of the grid
+// Nodes from a region's boundary: what an evolution may make of it.
+constexpr double kReachNodes = 5;
+// Of a proposal that evolves before a click that may answer it; the evolution leaves 0.4 of them.
+template <int Dim>
+constexpr Eigen::Index kMostElements = Dim == 3 ? 20000 : 2500;
 
 template <int Dim>
 class Propose : public Stage<Dim> {
@@ -67,15 +73,73 @@ class Propose : public Stage<Dim> {
     return work.settled ? work.search : before_evolutions<Dim>(work.search);
   }
 
+  static ClickSearchPointer<Dim> with_inside(const Work<Dim>& work, const SearchGrid<Dim>& grid,
+                                             const ClickSearchPointer<Dim>& found,
+                                             const Simplices<Dim>& shape) {
+    const NodeSet<Dim> inside(
+        grid.box(), work.setting().rasterized(shape, grid.box().size, grid.node_to_world()));
+    return inside.is_empty() ? nullptr : with_evolved<Dim>(found, inside);
+  }
+
   /// And what an evolution has made of it; null if none has.
   static ClickSearchPointer<Dim> known_evolved(const Work<Dim>& work, const SearchGrid<Dim>& grid) {
     if (!work.settled || !work.search || work.search != work.settled->search ||
         work.search->found.empty())
       return nullptr;
-    const NodeSet<Dim> inside(
-        grid.box(),
-        work.setting().rasterized(work.settled->shape, grid.box().size, grid.node_to_world()));
-    return inside.is_empty() ? nullptr : with_evolved<Dim>(work.search, inside);
+    return with_inside(work, grid, work.search, work.settled->shape);
+  }
+
+  /// Whether an evolution may have left the click on the wrong side of a boundary that has it on
+  /// the right one, and whoever made it has seen that: a stroke may be painted before anything is,
+  /// and clicks of other objects say nothing of this one.
+  static bool may_answer_evolution(const Work<Dim>& work, const SearchGrid<Dim>& grid,
+                                   const ClickSearch<Dim>& found, const Click<Dim>& next) {
+    const auto end_of_others = work.clicks.begin() + std::ptrdiff_t(work.n_others);
+    if (!work.options.energies.empty() || !next.stroke_mm.empty() ||
+        std::find(work.clicks.begin(), end_of_others, next) != end_of_others)
+      return false;
+    const NodeSet<Dim> inside = found.inside();
+    const NodeSet<Dim> beyond = next.side == Side::kInside ? inside.complement() : inside;
+    const NodeSet<Dim> near = beyond.dilated(kReachNodes);
+    const SeedView<Dim> view(grid, std::array{next.point_mm});
+    const auto& nodes = view.seeds.front().nodes;
+    return std::any_of(nodes.begin(), nodes.end(),
+                       [&](const auto& node) { return near.contains(node); });
+  }
+
+  /// What comes of what was found where the next click is made after an evolution: that is made if
+  /// it has not been. Null if it is not worth its time, or has the click right.
+  static ClickSearchPointer<Dim> evolved(Work<Dim>& work, const SearchGrid<Dim>& grid,
+                                         const ClickSearchPointer<Dim>& found,
+                                         const Click<Dim>& next, int n_done) {
+    if (work.settled && found == work.settled->search) return known_evolved(work, grid);
+    if (!may_answer_evolution(work, grid, *found, next)) return nullptr;
+    Work<Dim> before{{},
+                     work.fields,
+                     work.options,
+                     points_on<Dim>(Side::kInside, found->clicks),
+                     found->clicks,
+                     [&](const std::string&, const flow::StepRecord&, const auto& shape) {
+                       flow::StepRecord record;
+                       record.k = n_done;
+                       return work.tell("propose", record, shape);
+                     },
+                     work.stop};
+    before.search = found;
+    before.proposals = proposals<Dim>(work.setting(), grid, *found);
+    const auto chosen =
+        std::find_if(before.proposals.begin(), before.proposals.end(),
+                     [&](const Proposal<Dim>& each) { return each.place == found->chosen; });
+    if (chosen == before.proposals.end() || chosen->shape.elements.rows() > kMostElements<Dim>)
+      return nullptr;
+    before.chosen = std::size_t(chosen - before.proposals.begin());
+    before.shape = chosen->shape;
+    before.start_is_given = true;
+    run_stages(before);
+    const Result<Dim> result = to_result(std::move(before));
+    if (work.is_stopped() || !has_shape(result.outcome) || heeds<Dim>(result.shape, {next}))
+      return nullptr;
+    return with_inside(work, grid, found, result.shape);
   }
 
   /// Those that an evolution has heeded first, whatever clicks of other objects came since.
@@ -112,19 +176,14 @@ class Propose : public Stage<Dim> {
         return is_shown ? preview<Dim>(work.setting(), grid, *seen) : work.shape;
       });
     };
-    const auto found_after = [&](const ClickSearchPointer<Dim>& before) {
-      return search_clicks<Dim>(grid, in_order_of(before, work.settled != nullptr, clicks_of(work)),
-                                before, {}, told, work.stop);
-    };
     ClickSearchPointer<Dim> before = known(work);
     if (work.settled && is_amended<Dim>(work.settled->shape))
       if (const ClickSearchPointer<Dim> evolved = known_evolved(work, grid)) before = evolved;
-    ClickSearchPointer<Dim> found = found_after(before);
-    // Clicks that the region has on their side already speak of what became of it.
-    if (found && before && !before->has_evolved && found->clicks.size() > before->clicks.size() &&
-        found->inside() == before->inside())
-      if (const ClickSearchPointer<Dim> evolved = known_evolved(work, grid))
-        found = found_after(evolved);
+    const ClickSearchPointer<Dim> found = search_clicks<Dim>(
+        grid, in_order_of(before, work.settled != nullptr, clicks_of(work)), before, {}, told,
+        work.stop, [&](const ClickSearchPointer<Dim>& so_far, const Click<Dim>& next) {
+          return evolved(work, grid, so_far, next, n_done);
+        });
     if (!found) return;
     work.search = found;
     work.verdict = verdict(grid, *found);

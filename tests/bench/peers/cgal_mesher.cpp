@@ -1,8 +1,8 @@
 // CGAL's surface mesher on the isosurface of the trilinear interpolation, which is told the value:
 //
-//   cgal_mesher VOLUME.nii VALUE SURFACE.off
+//   cgal_mesher VOLUME.nii VALUE X,Y,Z SURFACE.off
 //
-// Angles of at least 30 degrees, triangles of at most 2 voxels, a tenth of a voxel off.
+// It looks for the surface from the point. Angles of at least 30 degrees, triangles of at most 2 voxels, a tenth of a voxel off.
 #include <CGAL/Complex_2_in_triangulation_3.h>
 #include <CGAL/IO/Complex_2_in_triangulation_3_file_writer.h>
 #include <CGAL/Implicit_surface_3.h>
@@ -55,18 +55,19 @@ struct Interpolation {
 }  // namespace
 
 int main(int argc, char** argv) {
-  expect_arguments(argc, 3, "cgal_mesher VOLUME.nii VALUE SURFACE.off");
+  expect_arguments(argc, 4, "cgal_mesher VOLUME.nii VALUE X,Y,Z SURFACE.off");
   const RawVolume volume(argv[1]);
+  const std::array<double, 3> seed = point_of(argv[3]);
   const PeerClock clock;
   using Surface = CGAL::Implicit_surface_3<Triangulation::Geom_traits, Interpolation>;
-  const Surface surface(Interpolation{&volume, std::atof(argv[2])}, Sphere(Point(0, 0, 0), 4));
+  const Surface surface(Interpolation{&volume, std::atof(argv[2])}, Sphere(Point(seed[0], seed[1], seed[2]), 4));
   Triangulation triangulation;
   Complex complex(triangulation);
   const CGAL::Surface_mesh_default_criteria_3<Triangulation> criteria(30, 2 * volume.spacing,
                                                                       0.1 * volume.spacing);
   CGAL::make_surface_mesh(complex, surface, criteria, CGAL::Manifold_tag());
   clock.stop();
-  std::ofstream file(argv[3]);
+  std::ofstream file(argv[4]);
   CGAL::output_surface_facets_to_off(file, complex);
   return file ? 0 : 4;
 }

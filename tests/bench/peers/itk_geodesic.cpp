@@ -1,6 +1,7 @@
-// ITK's geodesic active contour from a ball of radius 0.15 inside, as its examples set it up:
+// ITK's geodesic active contour from a ball of radius 0.15 round a point inside, as its examples set
+// it up:
 //
-//   itk_geodesic VOLUME.nii LEVEL_SET.raw
+//   itk_geodesic VOLUME.nii X,Y,Z LEVEL_SET.raw
 //
 // Gradient magnitude under a recursive Gaussian of one voxel (0.03 mm at least), a sigmoid between
 // a tenth and a half of the largest slope, propagation 1, curvature 0.2, advection 2, 2 N
@@ -41,8 +42,9 @@ Image::Pointer make_image(const RawVolume& volume) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  expect_arguments(argc, 2, "itk_geodesic VOLUME.nii LEVEL_SET.raw");
+  expect_arguments(argc, 3, "itk_geodesic VOLUME.nii X,Y,Z LEVEL_SET.raw");
   const RawVolume volume(argv[1]);
+  const std::array<double, 3> seed = point_of(argv[2]);
   const auto image = make_image(volume), start = make_image(volume);
   std::copy(volume.values.begin(), volume.values.end(), image->GetBufferPointer());
   const PeerClock clock;
@@ -50,9 +52,10 @@ int main(int argc, char** argv) {
   for (int k = 0; k < volume.size[2]; ++k)
     for (int j = 0; j < volume.size[1]; ++j)
       for (int i = 0; i < volume.size[0]; ++i) {
-        const auto mm = [&](int n) { return volume.origin + n * volume.spacing; };
-        *phi++ = float((std::sqrt(mm(i) * mm(i) + mm(j) * mm(j) + mm(k) * mm(k)) - kStartRadius) /
-                       volume.spacing);
+        const auto mm = [&](int axis, int n) {
+          return volume.origin + n * volume.spacing - seed[std::size_t(axis)];
+        };
+        *phi++ = float((std::hypot(mm(0, i), mm(1, j), mm(2, k)) - kStartRadius) / volume.spacing);
       }
   const auto slope = itk::GradientMagnitudeRecursiveGaussianImageFilter<Image, Image>::New();
   slope->SetInput(image);
@@ -78,7 +81,7 @@ int main(int argc, char** argv) {
   contour->SetNumberOfIterations(2u * unsigned(volume.size[0]));
   contour->Update();
   clock.stop();
-  std::ofstream file(argv[2], std::ios::binary);
+  std::ofstream file(argv[3], std::ios::binary);
   file.write(reinterpret_cast<const char*>(contour->GetOutput()->GetBufferPointer()),
              std::streamsize(volume.values.size() * sizeof(float)));
   return file ? 0 : 4;

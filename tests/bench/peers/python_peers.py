@@ -1,10 +1,10 @@
 """Peers with a Python interface, for tools/bench.sh:
 
-  python_peers.py METHOD VOLUME.nii SURFACE.npz
+  python_peers.py METHOD VOLUME.nii X,Y,Z SURFACE.npz
 
 METHOD: flying-edges (VTK's isosurface at 0.5, which it is told), windowed-sinc (the same, smoothed),
 morphological-gac, morphological-chan-vese, random-walker (scikit-image, from a ball of radius 0.15
-inside; the last two told nothing else, the first balloons). Prints {"wall_s", "cpu_s"} from the
+round the point, which is inside; the last two told nothing else, the first balloons). Prints {"wall_s", "cpu_s"} from the
 array in memory to the mask or mesh.
 """
 import json
@@ -27,8 +27,8 @@ def read(path):
     return np.frombuffer(raw, "<f4", offset=offset).reshape(size[::-1]), spacing, origin
 
 
-def start_ball(values, spacing, origin):
-    axes = [origin + spacing * np.arange(n) for n in values.shape]
+def start_ball(values, spacing, origin, seed):
+    axes = [origin + spacing * np.arange(n) - s for n, s in zip(values.shape, seed[::-1])]
     z, y, x = np.meshgrid(*axes, indexing="ij", sparse=True)
     return x * x + y * y + z * z < START_RADIUS**2
 
@@ -57,24 +57,20 @@ def flying_edges(values, spacing, origin, is_smoothed):
     return vtk_to_numpy(mesh.GetPoints().GetData()).copy(), polygons.copy()
 
 
-def run(method, values, spacing, origin):
+def run(method, values, spacing, origin, seed):
     if method in ("flying-edges", "windowed-sinc"):
         return {"mesh": flying_edges(values, spacing, origin, method == "windowed-sinc")}
     from skimage import segmentation
 
-    start = start_ball(values, spacing, origin)
+    start = start_ball(values, spacing, origin, seed)
     if method == "morphological-gac":
         steepness = segmentation.inverse_gaussian_gradient(values, alpha=1000, sigma=2)
         mask = segmentation.morphological_geodesic_active_contour(
             steepness, values.shape[0], init_level_set=start, smoothing=1, balloon=1)
-        return {
-  "mask" : mask}
+        return {"mask": mask}
     if method == "morphological-chan-vese":
-        return {
-  "mask" : segmentation.morphological_chan_vese(values,
-                                                values.shape[0]  // 2,
-                                                init_level_set = start,
-                                                smoothing = 1)}
+        return {"mask": segmentation.morphological_chan_vese(values, values.shape[0] // 2,
+                                                             init_level_set=start, smoothing=1)}
     if method == "random-walker":
         labels = np.zeros(values.shape, np.int32)
         labels[start] = 1
@@ -86,14 +82,14 @@ def run(method, values, spacing, origin):
 
 
 def main():
-    method, volume, output = sys.argv[1:]
+    method, volume, seed, output = sys.argv[1:]
     values, spacing, origin = read(volume)
     if method not in ("flying-edges", "windowed-sinc"):
         from skimage import segmentation  # noqa: F401, not part of the time
     else:
         import vtk  # noqa: F401
     wall, usage = time.perf_counter(), resource.getrusage(resource.RUSAGE_SELF)
-    result = run(method, values, spacing, origin)
+    result = run(method, values, spacing, origin, [float(x) for x in seed.split(",")])
     now = resource.getrusage(resource.RUSAGE_SELF)
     print(json.dumps({"wall_s": time.perf_counter() - wall,
                       "cpu_s": now.ru_utime + now.ru_stime - usage.ru_utime - usage.ru_stime}))

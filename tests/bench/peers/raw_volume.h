@@ -50,6 +50,14 @@ inline void expect_arguments(int argc, int n, const char* usage) {
   std::exit(2);
 }
 
+/// "x,y,z" [mm].
+inline std::array<double, 3> point_of(const char* text) {
+  std::array<double, 3> out{};
+  if (std::sscanf(text, "%lf,%lf,%lf", &out[0], &out[1], &out[2]) == 3) return out;
+  std::fprintf(stderr, "expected a point such as 0.5,0,0; got '%s'\n", text);
+  std::exit(2);
+}
+
 /// Prints {"wall_s": ..., "cpu_s": ...} of what lies between its begin and its end.
 class PeerClock {
  public:

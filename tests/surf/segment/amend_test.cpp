@@ -142,11 +142,43 @@ TEST(Amend, AClickThatTheRegionHasOnItsSideSpeaksOfTheShape) {
   ASSERT_TRUE(wrong);
   const auto has_evolved = [](const auto& search) { return search->has_evolved; };
   s.add_click(object, {*wrong, Side::kOutside});
-  EXPECT_TRUE(goes_on_from(s.evolve(object).search, has_evolved));
+  const Result<3>& second = s.evolve(object);
+  EXPECT_TRUE(goes_on_from(second.search, has_evolved));
+  const Triangles in_dialogue = second.shape;
   s.take_back_click(object, 1);
   s.evolve(object);
   s.add_click(object, outside(-0.65));
   EXPECT_FALSE(goes_on_from(s.evolve(object).search, has_evolved));
+  // So it does where nothing was asked for between the clicks.
+  const int other = s.add_object();
+  s.take_back_click(object, 1);
+  s.take_back_click(object, 0);
+  s.add_click(other, inside(-0.5));
+  s.add_click(other, {*wrong, Side::kOutside});
+  const Result<3>& at_once = s.evolve(other);
+  EXPECT_TRUE(goes_on_from(at_once.search, has_evolved));
+  EXPECT_EQ(at_once.shape.points, in_dialogue.points);
+  EXPECT_EQ(at_once.shape.elements, in_dialogue.elements);
+}
+
+// Nobody has seen a shape that a stroke, or a click of another object, could answer; and what is
+// far from a region's boundary no evolution moves.
+TEST(Amend, WhatAnswersNoEvolutionAsksForNone) {
+  Segmentation<3> s(make_setting(phantom(volume::PhantomKind::kSeparateBalls, 0.1)));
+  const int object = s.add_object(), other = s.add_object();
+  s.add_click(object, inside(-0.5));
+  s.add_click(object, inside(-0.49));
+  s.add_click(object, {{-0.5, 0, 0.28}, Side::kInside, {{-0.5, 0, 0.28}, {-0.5, 0, 0.27}}});
+  s.add_click(other, inside(-0.5 + 0.33));
+  int n_steps = 0;
+  s.propose(object, [&](const auto&, const flow::StepRecord& record, const auto&) {
+    n_steps += record.n_elements > 0;
+    return true;
+  });
+  const auto has_evolved = [](const auto& search) { return search->has_evolved; };
+  EXPECT_FALSE(goes_on_from(s.object(object).result->search, has_evolved));
+  EXPECT_EQ(s.object(object).result->search->clicks.size(), 4u);
+  EXPECT_EQ(n_steps, 0);
 }
 
 // Its options have changed since: nothing is kept.
