@@ -13,9 +13,9 @@ namespace {
 constexpr double kMostShown = 0.2;  // of the grid
 // Nodes from a region's boundary: what an evolution may make of it.
 constexpr double kReachNodes = 5;
-// Of a proposal that evolves before a click that may answer it; the evolution leaves 0.4 of them.
+// Of a proposal that evolves before a click that may answer it; the evolution leaves 0.1 to 0.4.
 template <int Dim>
-constexpr Eigen::Index kMostElements = Dim == 3 ? 20000 : 2500;
+constexpr Eigen::Index kMostElements = Dim == 3 ? 50000 : 5000;
 
 template <int Dim>
 class Propose : public Stage<Dim> {
