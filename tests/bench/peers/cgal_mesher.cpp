@@ -2,7 +2,8 @@
 //
 //   cgal_mesher VOLUME.nii VALUE X,Y,Z SURFACE.off
 //
-// It looks for the surface from the point. Angles of at least 30 degrees, triangles of at most 2 voxels, a tenth of a voxel off.
+// It looks for the surface from the point. Angles of at least 30 degrees, triangles of at most 2
+// voxels, a tenth of a voxel off.
 #include <CGAL/Complex_2_in_triangulation_3.h>
 #include <CGAL/IO/Complex_2_in_triangulation_3_file_writer.h>
 #include <CGAL/Implicit_surface_3.h>
@@ -60,7 +61,8 @@ int main(int argc, char** argv) {
   const std::array<double, 3> seed = point_of(argv[3]);
   const PeerClock clock;
   using Surface = CGAL::Implicit_surface_3<Triangulation::Geom_traits, Interpolation>;
-  const Surface surface(Interpolation{&volume, std::atof(argv[2])}, Sphere(Point(seed[0], seed[1], seed[2]), 4));
+  const Surface surface(Interpolation{&volume, std::atof(argv[2])},
+                        Sphere(Point(seed[0], seed[1], seed[2]), 4));
   Triangulation triangulation;
   Complex complex(triangulation);
   const CGAL::Surface_mesh_default_criteria_3<Triangulation> criteria(30, 2 * volume.spacing,

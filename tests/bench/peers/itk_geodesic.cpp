@@ -1,5 +1,5 @@
-// ITK's geodesic active contour from a ball of radius 0.15 round a point inside, as its examples set
-// it up:
+// ITK's geodesic active contour from a ball of radius 0.15 round a point inside, as its examples
+// set it up:
 //
 //   itk_geodesic VOLUME.nii X,Y,Z LEVEL_SET.raw
 //
