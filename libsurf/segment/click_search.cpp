@@ -6,6 +6,8 @@
 namespace surf::segment {
 namespace {
 
+constexpr double kOther = 0.8;  // Dice below which a candidate is another one
+
 /// The order in which clicks are heeded: the first inside one before all others.
 template <int Dim>
 std::vector<Click<Dim>> in_order(std::span<const Click<Dim>> clicks) {
@@ -47,18 +49,6 @@ double dice(const NodeSet<Dim>& a, const NodeSet<Dim>& b) {
   return sum > 0 ? 2 * double(a.count_in_both(b)) / double(sum) : 1;
 }
 
-/// @param judged  gives of a candidate its score and its overlap with the chosen one
-template <class Candidates, class Judged>
-Contest contest_among(const Candidates& candidates, const Judged& judged, double chosen_score) {
-  std::vector<double> scores, overlaps;
-  for (const auto& candidate : candidates) {
-    const auto [score, overlap] = judged(candidate);
-    scores.push_back(score);
-    overlaps.push_back(overlap);
-  }
-  return contest(scores, overlaps, chosen_score);
-}
-
 /// The object after a correction, on the whole grid, as a rung.
 template <int Dim>
 Rung<Dim> rung_of(const NodeSet<Dim>& before, const Correction<Dim>& correction) {
@@ -87,13 +77,6 @@ ClickSearchPointer<Dim> first_search(const SearchGrid<Dim>& grid, const Click<Di
   out->noise = SeedView<Dim>(grid, seeds).noise;
   SearchedRegions<Dim> searched = search_rungs<Dim>(grid, seeds, options, progress, stop);
   if (searched.was_stopped) return nullptr;
-  if (!searched.found.empty()) {
-    const Rung<Dim>& best = searched.found.front();
-    const auto judged = [&](const SettledRegion<Dim>& region) {
-      return std::pair{region.rung.score, overlap(region.rung, best)};
-    };
-    out->contest = contest_among(searched.settled, judged, best.score);
-  }
   out->first = std::make_shared<const std::vector<SettledRegion<Dim>>>(std::move(searched.settled));
   out->found = std::move(searched.found);
   return out;
@@ -114,10 +97,12 @@ ClickSearchPointer<Dim> further_search(const SearchGrid<Dim>& grid,
   const auto corrected =
       corrections<Dim>(grid, inside, out->on_grid, *out->first, out->noise, stop);
   if (stop.stop_requested()) return nullptr;
-  const auto judged = [&](const Correction<Dim>& correction) {
-    return std::pair{correction.score, dice(correction.inside, corrected.front().inside)};
-  };
-  out->contest = contest_among(corrected, judged, corrected.front().score);
+  std::vector<double> scores, overlaps;
+  for (const Correction<Dim>& correction : corrected) {
+    scores.push_back(correction.score);
+    overlaps.push_back(dice(correction.inside, corrected.front().inside));
+  }
+  out->rival = rival_of(scores, overlaps, corrected.front().score);
   std::vector<Rung<Dim>> rungs;
   for (const Correction<Dim>& correction : corrected) rungs.push_back(rung_of(inside, correction));
   std::vector<const Rung<Dim>*> all;
@@ -180,17 +165,11 @@ NodeSet<Dim> ClickSearch<Dim>::inside() const {
   return found.empty() ? NodeSet<Dim>() : found[chosen].inside.in(box);
 }
 
-Contest contest(std::span<const double> scores, std::span<const double> overlaps,
+double rival_of(std::span<const double> scores, std::span<const double> overlaps,
                 double chosen_score) {
-  double weights = 0, sum = 0;
-  Contest out;
-  for (std::size_t n = 0; n < scores.size(); ++n) {
-    const double weight = scores[n] * scores[n];
-    weights += weight;
-    sum += weight * overlaps[n];
-    if (overlaps[n] < Contest::kOther) out.rival = std::max(out.rival, scores[n] / chosen_score);
-  }
-  if (weights > 0) out.consent = sum / weights;
+  double out = 0;
+  for (std::size_t n = 0; n < scores.size(); ++n)
+    if (overlaps[n] < kOther) out = std::max(out, scores[n] / chosen_score);
   return out;
 }
 

@@ -12,16 +12,10 @@
 
 namespace surf::segment {
 
-/// How the chosen region stands among all that were scored with it.
-struct Contest {
-  double consent = 1;  ///< mean Dice with all, itself included, weighted by their squared scores
-  double rival = 0;    ///< best score of those with a Dice below kOther, over its own
-  static constexpr double kOther = 0.8;
-};
-
+/// The best score of the candidates that differ from the chosen one (Dice below 0.8), over its own.
 /// @param scores    of all
 /// @param overlaps  their Dice with the chosen one
-Contest contest(std::span<const double> scores, std::span<const double> overlaps,
+double rival_of(std::span<const double> scores, std::span<const double> overlaps,
                 double chosen_score);
 
 /// What the first clicks of an object have found. Immutable; a further click makes a new one from
@@ -38,7 +32,7 @@ struct ClickSearch {
   std::vector<Rung<Dim>> found;               ///< by the last click, best first; few
   std::size_t chosen = 0;                     ///< of them
   bool has_evolved = false;                   ///< the chosen one is what has become of it
-  Contest contest;                            ///< of the best one, at the last click that it heeded
+  double rival = 0;                           ///< of the best one, see rival_of(); 0 at the first
   std::shared_ptr<const ClickSearch> before;  ///< one click or evolution less; null at the first
 
   /// Of the chosen one, in the box of the grid; in no box if nothing was found.

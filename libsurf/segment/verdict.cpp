@@ -25,32 +25,26 @@ struct Term {
 };
 
 // Fitted with the constant to answers to one to three clicks, two first clicks in each of 28
-// structures of 13 scans, with and without a box; see docs/clicks.md. What competes
-// with a first region speaks for it as often as against it; what competes with a correction does
-// not.
+// structures of 13 scans, with and without a box; see docs/clicks.md. What competes with a first
+// region speaks for it as often as against it; what competes with a correction does not.
 const std::array kTerms = {
-    Term{[](const F& f) { return f.separation * f.contest.consent; }, 1.644, 0.726,
-         "another region fits nearly as well"},
-    Term{[](const F& f) { return f.separation; }, 5.042, 0.802,
+    Term{[](const F& f) { return f.separation; }, 6.545, 0.803,
          "what lies inside and outside of its boundary looks much alike"},
-    Term{[](const F& f) { return std::log(double(std::max<std::size_t>(f.n_nodes, 1))) / 3; },
-         1.029, 3.357, "it is small: little more or less would change much of it"},
-    Term{[](const F& f) { return f.n_clicks > 1 ? kUsuallyKept : f.kept; }, 12.711, 0.937,
+    Term{[](const F& f) { return f.n_clicks > 1 ? kUsuallyKept : f.kept; }, 15.748, 0.936,
          "the edges near by are not where its intensities end"},
-    Term{[](const F& f) { return f.n_clicks > 1 ? -std::min(f.contest.rival, 1.0) : 0.0; }, 2.183,
-         -0.143, "another correction fits nearly as well"},
-    Term{[](const F& f) { return std::log(f.n_clicks); }, 1.440, 0.659, nullptr},
-    Term{[](const F& f) { return f.has_box ? 1.0 : 0.0; }, 0.469, 0.532, nullptr}};
-constexpr double kConstant = -19.660;
-constexpr double kTrusted = 0.8, kDoubtful = 0.6;
+    Term{[](const F& f) { return f.n_clicks > 1 ? -std::min(f.rival, 1.0) : 0.0; }, 3.376, -0.127,
+         "another correction fits nearly as well"},
+    Term{[](const F& f) { return std::log(f.n_clicks); }, 1.521, 0.655, nullptr}};
+constexpr double kConstant = -18.902;
+constexpr double kTrusted = 0.82, kDoubtful = 0.7;
 // What the volume cuts off over more of its boundary is not trusted: where it would go on nobody
 // can see.
 constexpr double kMostOnBorder = 0.1;
 struct Cases {
   int n_right, n;
 };
-// Each case judged by a fit without its scan.
-constexpr Cases kOfTrusted{116, 124}, kOfCheck{50, 78}, kOfDoubtful{54, 129};
+// Surfaces, each judged by a fit without its person.
+constexpr Cases kOfTrusted{116, 122}, kOfCheck{43, 58}, kOfDoubtful{50, 132};
 
 // Nodes from the region: where another one goes on far beyond, it is there that it leaves this one.
 constexpr double kNearRegion = 5;
@@ -151,10 +145,8 @@ VerdictFeatures verdict_features(const SearchGrid<Dim>& grid, const ClickSearch<
   out.separation = region.features.separation;
   out.border_share = region.border_share;
   out.kept = search.found[search.chosen].kept;
-  out.n_nodes = region.n_nodes;
-  out.contest = search.contest;
+  out.rival = search.rival;
   out.n_clicks = double(search.clicks.size());
-  out.has_box = grid.has_outside_faces();
   return out;
 }
 

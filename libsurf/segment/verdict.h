@@ -14,10 +14,8 @@ struct VerdictFeatures {
   double separation = 0;    ///< of inside and outside along the boundary, see RungFeatures
   double border_share = 0;  ///< of the area, on the image's border
   double kept = 1;          ///< by settling, see Rung
-  std::size_t n_nodes = 0;
-  Contest contest;
+  double rival = 0;         ///< of the last correction, see ClickSearch
   double n_clicks = 1;
-  bool has_box = false;
 };
 
 enum class Trust {
@@ -47,8 +45,7 @@ struct Verdict {
 
 /// Likelihood of a Dice of 0.8 or more: a logistic function of
 ///
-///   separation * consent, separation, log n_nodes, kept (of the first click), -rival, log
-///   n_clicks, has_box
+///   separation, kept (of the first click), -rival (of further ones), log n_clicks
 ///
 /// fitted to answers to one to three clicks in structures of CT and MRI scans (docs/clicks.md).
 double likelihood_of_right(const VerdictFeatures& features);

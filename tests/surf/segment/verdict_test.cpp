@@ -17,28 +17,19 @@ VerdictFeatures good() {
   return {.separation = 0.95,
           .border_share = 0,
           .kept = 0.97,
-          .n_nodes = 20000,
-          .contest = {0.97, 0},
+          .rival = 0,
           .n_clicks = 1};
 }
 
-TEST(Contest, WeighsWhatScoresWell) {
-  const Contest sure = contest(std::array{1.0, 0.9, 0.1}, std::array{1.0, 0.95, 0.2}, 1.0);
-  EXPECT_NEAR(sure.consent, (1 + 0.81 * 0.95 + 0.01 * 0.2) / 1.82, 1e-12);
-  EXPECT_EQ(sure.rival, 0.1);
-  const Contest torn = contest(std::array{1.0, 0.9}, std::array{1.0, 0.3}, 1.0);
-  EXPECT_EQ(torn.rival, 0.9);
-  EXPECT_LT(torn.consent, sure.consent);
-  EXPECT_EQ(contest({}, {}, 1).consent, 1);
+TEST(Verdict, ARivalIsTheBestThatDiffers) {
+  EXPECT_EQ(rival_of(std::array{1.0, 0.9, 0.1}, std::array{1.0, 0.95, 0.2}, 1.0), 0.1);
+  EXPECT_EQ(rival_of(std::array{2.0, 1.8}, std::array{1.0, 0.3}, 2.0), 0.9);
+  EXPECT_EQ(rival_of({}, {}, 1), 0);
 }
 
 TEST(Verdict, FallsWithWhatSpeaksAgainst) {
   const double best = likelihood_of_right(good());
   EXPECT_GT(best, 0.9);
-  VerdictFeatures disputed = good();
-  disputed.contest = {0.4, 0.98};
-  EXPECT_LT(likelihood_of_right(disputed), best);
-  EXPECT_THAT(doubt(disputed), ::testing::HasSubstr("another region"));
   VerdictFeatures moved = good();
   moved.kept = 0.6;
   EXPECT_LT(likelihood_of_right(moved), best);
@@ -54,7 +45,7 @@ TEST(Verdict, DoubtsACorrectionThatHasARival) {
   corrected.n_clicks = 2;
   const double best = likelihood_of_right(corrected);
   EXPECT_GE(best, likelihood_of_right(good()));
-  corrected.contest.rival = 0.98;
+  corrected.rival = 0.98;
   EXPECT_LT(likelihood_of_right(corrected), best);
   EXPECT_THAT(doubt(corrected), ::testing::HasSubstr("another correction"));
 }
@@ -99,7 +90,6 @@ TEST(Verdict, TrustsABallThatStandsOut) {
   EXPECT_GT(features.separation, 0.9);
   EXPECT_EQ(features.border_share, 0);
   EXPECT_EQ(features.n_clicks, 1);
-  EXPECT_FALSE(features.has_box);
   const auto found = verdict(ball.image.grid, *ball.search);
   ASSERT_TRUE(found);
   EXPECT_EQ(found->trust, Trust::kTrusted) << found->text();
@@ -123,7 +113,6 @@ TEST(Verdict, LooksWhereAnotherRegionDiffers) {
   const std::vector<Click<3>> clicks = {inside<3>(14)};
   const auto search = search_clicks<3>(image.grid, clicks);
   ASSERT_TRUE(search && search->found.size() > 1);
-  EXPECT_GT(search->contest.rival, 0.3);
   const auto found = verdict(image.grid, *search);
   ASSERT_TRUE(found);
   // One of the balls is in dispute.
