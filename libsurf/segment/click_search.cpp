@@ -218,6 +218,17 @@ ClickSearchPointer<Dim> with_evolved(const ClickSearchPointer<Dim>& search,
 }
 
 template <int Dim>
+ClickSearchPointer<Dim> with_regions(const ClickSearch<Dim>& search,
+                                     const ClickSearch<Dim>& before) {
+  auto out = std::make_shared<ClickSearch<Dim>>(search);
+  out->found = before.found;
+  out->chosen = before.chosen;
+  out->has_evolved = before.has_evolved;
+  out->rival = before.rival;
+  return out;
+}
+
+template <int Dim>
 ClickSearchPointer<Dim> before_evolutions(ClickSearchPointer<Dim> search) {
   for (auto at = search; at; at = at->before)
     if (at->has_evolved) search = at->before;
@@ -241,6 +252,8 @@ std::vector<Region<Dim>> regions(const SearchGrid<Dim>& grid, const ClickSearch<
   template ClickSearchPointer<Dim> with_choice<Dim>(const ClickSearch<Dim>&, std::size_t); \
   template ClickSearchPointer<Dim> with_evolved<Dim>(const ClickSearchPointer<Dim>&,       \
                                                      const NodeSet<Dim>&);                 \
+  template ClickSearchPointer<Dim> with_regions<Dim>(const ClickSearch<Dim>&,              \
+                                                     const ClickSearch<Dim>&);             \
   template ClickSearchPointer<Dim> before_evolutions<Dim>(ClickSearchPointer<Dim>);        \
   template std::vector<Region<Dim>> regions<Dim>(const SearchGrid<Dim>&, const ClickSearch<Dim>&);
 SURF_INSTANTIATE(2)

@@ -78,6 +78,11 @@ template <int Dim>
 ClickSearchPointer<Dim> with_evolved(const ClickSearchPointer<Dim>& search,
                                      const NodeSet<Dim>& inside);
 
+/// The same with the regions of one before it: the clicks since then have changed nothing.
+template <int Dim>
+ClickSearchPointer<Dim> with_regions(const ClickSearch<Dim>& search,
+                                     const ClickSearch<Dim>& before);
+
 /// The last one before anything evolved; it and those before it depend on their clicks alone.
 template <int Dim>
 ClickSearchPointer<Dim> before_evolutions(ClickSearchPointer<Dim> search);

@@ -112,7 +112,8 @@ class Propose : public Stage<Dim> {
   static ClickSearchPointer<Dim> evolved(Work<Dim>& work, const SearchGrid<Dim>& grid,
                                          const ClickSearchPointer<Dim>& found,
                                          const Click<Dim>& next, int n_done) {
-    if (work.settled && found == work.settled->search) return known_evolved(work, grid);
+    if (work.settled && found == work.settled->search)
+      return heeds<Dim>(work.settled->shape, {next}) ? nullptr : known_evolved(work, grid);
     if (!may_answer_evolution(work, grid, *found, next)) return nullptr;
     Work<Dim> before{{},
                      work.fields,
@@ -179,15 +180,21 @@ class Propose : public Stage<Dim> {
     ClickSearchPointer<Dim> before = known(work);
     if (work.settled && is_amended<Dim>(work.settled->shape))
       if (const ClickSearchPointer<Dim> evolved = known_evolved(work, grid)) before = evolved;
-    const ClickSearchPointer<Dim> found = search_clicks<Dim>(
+    ClickSearchPointer<Dim> found = search_clicks<Dim>(
         grid, in_order_of(before, work.settled != nullptr, clicks_of(work)), before, {}, told,
         work.stop, [&](const ClickSearchPointer<Dim>& so_far, const Click<Dim>& next) {
           return evolved(work, grid, so_far, next, n_done);
         });
     if (!found) return;
+    work.proposals = proposals<Dim>(work.setting(), grid, *found);
+    // What the last click has made of it has no sound boundary: it stays as it was before.
+    for (auto at = found->before; work.proposals.empty() && at && !at->found.empty();
+         at = at->before) {
+      found = with_regions<Dim>(*found, *at);
+      work.proposals = proposals<Dim>(work.setting(), grid, *found);
+    }
     work.search = found;
     work.verdict = verdict(grid, *found);
-    work.proposals = proposals<Dim>(work.setting(), grid, *found);
     for (std::size_t n = 0; n < work.proposals.size(); ++n)
       if (work.proposals[n].place == found->chosen) work.chosen = n;
   }

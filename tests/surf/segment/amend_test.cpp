@@ -181,6 +181,20 @@ TEST(Amend, WhatAnswersNoEvolutionAsksForNone) {
   EXPECT_EQ(n_steps, 0);
 }
 
+// Such a click leaves a dialogue's shape as it is; the region goes on from itself.
+TEST(Amend, AClickThatTheShapeHasOnItsSideChangesNoRegion) {
+  Segmentation<3> s(make_setting(phantom(volume::PhantomKind::kSeparateBalls, 0.1)));
+  const int object = s.add_object();
+  s.add_click(object, inside(-0.5));
+  const Result<3>& first = s.evolve(object);
+  const Triangles shape = first.shape;
+  s.add_click(object, outside(-0.5 + 0.45));
+  EXPECT_EQ(s.evolve(object).shape.points, shape.points);
+  s.add_click(object, inside(0.5));
+  const auto has_evolved = [](const auto& search) { return search->has_evolved; };
+  EXPECT_FALSE(goes_on_from(s.propose(object).search, has_evolved));
+}
+
 // Its options have changed since: nothing is kept.
 TEST(Amend, OtherOptionsEvolveAllOfIt) {
   Segmentation<3> s(make_setting(phantom(volume::PhantomKind::kSeparateBalls, 0.05)));
