@@ -195,6 +195,24 @@ TEST(Amend, AClickThatTheShapeHasOnItsSideChangesNoRegion) {
   EXPECT_FALSE(goes_on_from(s.propose(object).search, has_evolved));
 }
 
+// At the rim of the cavity of a shell: what the click adds closes the cavity but for a pinhole.
+TEST(Amend, AClickThatLeavesNoSoundBoundaryLeavesTheRegion) {
+  volume::PhantomOptions options;
+  options.kind = volume::PhantomKind::kShell;
+  options.size = {48, 48, 48};
+  options.spacing_mm = Eigen::Vector3d::Ones();
+  Segmentation<3> s(make_setting(volume::make_phantom(options)));
+  const int object = s.add_object();
+  s.add_click(object, {{-5.223, -4.724, -9.377}, Side::kInside});
+  s.add_click(object, {{-2.718, 2.687, 1.504}, Side::kOutside});
+  const NodeSet<3> region = s.propose(object).search->inside();
+  s.add_click(object, {{0, 0, 6}, Side::kInside});
+  const Result<3>& result = s.propose(object);
+  EXPECT_EQ(result.outcome, Outcome::kProposed) << result.message;
+  EXPECT_EQ(result.search->inside(), region);
+  EXPECT_EQ(result.search->clicks.size(), 3u);
+}
+
 // Its options have changed since: nothing is kept.
 TEST(Amend, OtherOptionsEvolveAllOfIt) {
   Segmentation<3> s(make_setting(phantom(volume::PhantomKind::kSeparateBalls, 0.05)));
