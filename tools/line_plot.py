@@ -1,6 +1,6 @@
 """Curves with a legend, as the text of an SVG file."""
 
-COLOURS = ["#1b6ca8", "#d1495b", "#2e8b57", "#8d6a9f", "#e08e1b", "#555555", "#17a2a2", "#a0522d"]
+COLOURS = ["#1b6ca8", "#d1495b", "#2e8b57", "#8d6a9f", "#e08e1b", "#555555", "#17a2a2", "#a0522d", "#b5a100"]
 WIDTH, HEIGHT, LEFT, TOP = 430, 300, 60, 20
 
 
@@ -13,7 +13,7 @@ def line_plot(curves, label, x_ticks, y_ticks, scale=lambda value: value):
     def at(x, y):
         return LEFT + WIDTH * along(x_ticks, x), TOP + HEIGHT * (1 - along(y_ticks, y))
 
-    out = [f'<svg xmlns="http://www.w3.org/2000/svg" width="{LEFT + WIDTH + 290}" height="{TOP + HEIGHT + 50}" '
+    out = [f'<svg xmlns="http://www.w3.org/2000/svg" width="{LEFT + WIDTH + 350}" height="{TOP + HEIGHT + 50}" '
            'font-family="sans-serif" font-size="12"><rect width="100%" height="100%" fill="white"/>']
     for value, text in y_ticks:
         y = at(x_ticks[0][0], value)[1]
