@@ -102,7 +102,8 @@ std::string doubt(const VerdictFeatures& features) {
 
 template <int Dim>
 std::string Verdict<Dim>::words() const {
-  return fmt::format("right in {} of {} such cases; {}", n_right, n_cases, reason);
+  return n_cases > 0 ? fmt::format("right in {} of {} such cases; {}", n_right, n_cases, reason)
+                     : reason;
 }
 
 template <int Dim>

@@ -48,10 +48,13 @@ void note_removed(const std::vector<Removed<Dim>>& removed, std::vector<std::str
 
 /// One note for each of the first clicks that the shape does not obey, and the number of the
 /// others. Of a stroke its first such point is named.
+/// @return  where the first is, if there is one
 template <int Dim>
-void note_disobeyed(const Simplices<Dim>& shape, const Setting<Dim>& setting,
-                    const std::vector<Click<Dim>>& clicks, std::vector<std::string>& notes) {
-  if (shape.elements.rows() == 0) return;
+std::optional<Vector<Dim>> note_disobeyed(const Simplices<Dim>& shape, const Setting<Dim>& setting,
+                                          const std::vector<Click<Dim>>& clicks,
+                                          std::vector<std::string>& notes) {
+  std::optional<Vector<Dim>> out;
+  if (shape.elements.rows() == 0) return out;
   const double half = kLeastDistance * setting.extent().cell_mm();
   int n = 0;
   for (const Click<Dim>& click : clicks) {
@@ -60,6 +63,7 @@ void note_disobeyed(const Simplices<Dim>& shape, const Setting<Dim>& setting,
     const auto first = std::find(flags.begin(), flags.end(), 0);
     if (first == flags.end() || ++n > kMostNotes) continue;
     const Vector<Dim> point = held[std::size_t(first - flags.begin())].point;
+    if (!out) out = point;
     const std::string what =
         held.size() == 1
             ? fmt::format("click ({}) mm", point_text<Dim>(point))
@@ -79,6 +83,7 @@ void note_disobeyed(const Simplices<Dim>& shape, const Setting<Dim>& setting,
   }
   if (n > kMostNotes)
     notes.push_back(fmt::format("{} further clicks are not obeyed", n - kMostNotes));
+  return out;
 }
 
 /// Whether the next stage may begin.
@@ -158,6 +163,7 @@ Result<Dim> to_result(Work<Dim> work) {
     out.message = main->message;
   }
   // A proposal is no result: an evolution that was stopped before its first step has none.
+  std::optional<Vector<Dim>> disobeyed;
   if (has_shape(out.outcome)) {
     Filtered<Dim> filtered =
         work.setting().filtered(work.shape, work.options.components, work.seeds_mm);
@@ -167,13 +173,19 @@ Result<Dim> to_result(Work<Dim> work) {
     out.removed = std::move(filtered.removed);
     note_removed<Dim>(out.removed, work.notes);
     if (out.outcome != Outcome::kProposed)
-      note_disobeyed<Dim>(out.shape, work.setting(), work.clicks, work.notes);
+      disobeyed = note_disobeyed<Dim>(out.shape, work.setting(), work.clicks, work.notes);
   }
   out.start = std::move(work.start);
   out.search = std::move(work.search);
   out.proposals = std::move(work.proposals);
   out.chosen = work.chosen;
   if (has_shape(out.outcome)) out.verdict = std::move(work.verdict);
+  if (out.verdict && disobeyed) {
+    out.verdict->trust = Trust::kDoubtful;
+    out.verdict->n_right = out.verdict->n_cases = 0;
+    out.verdict->reason = "a click is not obeyed";
+    out.verdict->place_mm = *disobeyed;
+  }
   out.energies = std::move(work.energies);
   out.notes = std::move(work.notes);
   static_cast<Lengths&>(out) = work;

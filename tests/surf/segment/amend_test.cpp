@@ -213,6 +213,27 @@ TEST(Amend, AClickThatLeavesNoSoundBoundaryLeavesTheRegion) {
   EXPECT_EQ(result.search->clicks.size(), 3u);
 }
 
+// Nothing between the cavity and the outside of a shell can be taken and left.
+TEST(Amend, WhatDoesNotObeyAClickIsDoubtful) {
+  volume::PhantomOptions options;
+  options.kind = volume::PhantomKind::kShell;
+  options.size = {48, 48, 48};
+  options.spacing_mm = Eigen::Vector3d::Ones();
+  Segmentation<3> s(make_setting(volume::make_phantom(options)));
+  const int object = s.add_object();
+  s.add_click(object, {{-5.223, -4.724, -9.377}, Side::kInside});
+  s.add_click(object, {{-2.718, 2.687, 1.504}, Side::kOutside});
+  s.add_click(object, {{0, 0, 5}, Side::kInside});
+  const Result<3>& result = s.evolve(object);
+  ASSERT_TRUE(result.verdict);
+  ASSERT_TRUE(std::any_of(result.notes.begin(), result.notes.end(), [](const std::string& note) {
+    return note.find("is not obeyed") != std::string::npos;
+  }));
+  EXPECT_EQ(result.verdict->trust, Trust::kDoubtful);
+  EXPECT_EQ(result.verdict->words(), "a click is not obeyed");
+  EXPECT_LT((result.verdict->place_mm - Vector<3>(-2.718, 2.687, 1.504)).norm(), 1e-9);
+}
+
 // Its options have changed since: nothing is kept.
 TEST(Amend, OtherOptionsEvolveAllOfIt) {
   Segmentation<3> s(make_setting(phantom(volume::PhantomKind::kSeparateBalls, 0.05)));
