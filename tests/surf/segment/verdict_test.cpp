@@ -14,11 +14,7 @@ using test::inside;
 using test::outside;
 
 VerdictFeatures good() {
-  return {.separation = 0.95,
-          .border_share = 0,
-          .kept = 0.97,
-          .rival = 0,
-          .n_clicks = 1};
+  return {.separation = 0.95, .border_share = 0, .kept = 0.97, .rival = 0, .n_clicks = 1};
 }
 
 TEST(Verdict, ARivalIsTheBestThatDiffers) {
