@@ -101,8 +101,8 @@ class Propose : public Stage<Dim> {
     const NodeSet<Dim> inside = found.inside();
     const NodeSet<Dim> beyond = next.side == Side::kInside ? inside.complement() : inside;
     const NodeSet<Dim> near = beyond.dilated(kReachNodes);
-    const SeedView<Dim> view(grid, std::array{next.point_mm});
-    const auto& nodes = view.seeds.front().nodes;
+    const auto nodes =
+        nearest_nodes<Dim>(grid.node_to_world().inverse() * next.point_mm, grid.box().size);
     return std::any_of(nodes.begin(), nodes.end(),
                        [&](const auto& node) { return near.contains(node); });
   }
