@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "libsurf/segment/outward_search.h"
+
 namespace surf::segment {
 namespace {
 
@@ -22,8 +24,7 @@ std::vector<Click<Dim>> in_order(std::span<const Click<Dim>> clicks) {
 /// A stroke has the nodes of all its points, and the look of its first.
 template <int Dim>
 GridClick<Dim> on_grid(const SearchGrid<Dim>& grid, const Click<Dim>& click) {
-  const SeedView<Dim> view(grid, std::array{click.point_mm});
-  GridClick<Dim> out{view.seeds.front(), click.side};
+  GridClick<Dim> out{seed_nodes(grid, click.point_mm), click.side};
   const auto to_index = grid.node_to_world().inverse();
   auto& nodes = out.seed.nodes;
   for (const Vector<Dim>& point : click.stroke_mm) {
@@ -70,12 +71,12 @@ ClickSearchPointer<Dim> first_search(const SearchGrid<Dim>& grid, const Click<Di
                                      const SearchProgress<Dim>& progress,
                                      const std::stop_token& stop) {
   auto out = std::make_shared<ClickSearch<Dim>>();
-  const std::array seeds{click.point_mm};
   out->box = grid.box();
   out->clicks = {click};
   out->on_grid = {on_grid(grid, click)};
-  out->noise = SeedView<Dim>(grid, seeds).noise;
-  SearchedRegions<Dim> searched = search_rungs<Dim>(grid, seeds, options, progress, stop);
+  out->noise = out->on_grid.front().seed.model.noise;
+  SearchedRegions<Dim> searched =
+      search_outward<Dim>(grid, click.point_mm, options, progress, stop);
   if (searched.was_stopped) return nullptr;
   out->first = std::make_shared<const std::vector<SettledRegion<Dim>>>(std::move(searched.settled));
   out->found = std::move(searched.found);
@@ -238,8 +239,14 @@ ClickSearchPointer<Dim> before_evolutions(ClickSearchPointer<Dim> search) {
 template <int Dim>
 std::vector<Region<Dim>> regions(const SearchGrid<Dim>& grid, const ClickSearch<Dim>& search) {
   std::vector<Region<Dim>> out;
-  const SeedView<Dim> view(grid, {search.on_grid.front().seed}, search.noise);
-  for (const Rung<Dim>& rung : search.found) out.push_back(region_of(view, rung));
+  for (const Rung<Dim>& rung : search.found) {
+    const NodeBox<Dim>& box = rung.inside.box();
+    const SearchGrid<Dim> part = grid.part(box);
+    const SeedView<Dim> view(part, {search.on_grid.front().seed}, search.noise);
+    Rung<Dim> here = rung;
+    here.inside = rung.inside.moved_to({});
+    out.push_back(region_of(view, here));
+  }
   return out;
 }
 

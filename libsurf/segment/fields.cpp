@@ -24,16 +24,14 @@ std::shared_ptr<EnergyModel<Dim>> Fields<Dim>::model(const FieldOptions& options
 template <int Dim>
 const SearchGrid<Dim>& Fields<Dim>::search_grid(const FieldOptions& options,
                                                 std::optional<double> sigma_mm,
-                                                const std::optional<BoxCorners<Dim>>& box_mm,
-                                                const std::stop_token& stop) {
+                                                const std::optional<BoxCorners<Dim>>& box_mm) {
   if (search_ && search_->options == options && search_->sigma_mm == sigma_mm &&
-      search_->box_mm == box_mm && search_->grid.is_whole())
+      search_->box_mm == box_mm)
     return search_->grid;
   search_.reset();
   shrink();
   search_.emplace(SearchEntry{options, sigma_mm, box_mm,
-                              segment::search_grid<Dim>(*setting_, options, sigma_mm, box_mm,
-                                                        SearchOptions().max_nodes, stop)});
+                              segment::search_grid<Dim>(*setting_, options, sigma_mm, box_mm)});
   return search_->grid;
 }
 

@@ -22,10 +22,9 @@ class Fields {
 
   const Setting<Dim>& setting() const { return *setting_; }
   std::shared_ptr<EnergyModel<Dim>> model(const FieldOptions& options);
-  /// For the search; `options` as given by the user, sigma only if it was. Not whole after a stop.
+  /// For the search; `options` as given by the user, sigma only if it was.
   const SearchGrid<Dim>& search_grid(const FieldOptions& options, std::optional<double> sigma_mm,
-                                     const std::optional<BoxCorners<Dim>>& box_mm = {},
-                                     const std::stop_token& stop = {});
+                                     const std::optional<BoxCorners<Dim>>& box_mm = {});
   std::size_t memory_bytes() const;
   /// Drops what the bound asks for.
   void shrink();

@@ -99,13 +99,12 @@ const char* change_words(Family family) {
 template <int Dim>
 SearchGrid<Dim> search_grid(const Setting<Dim>& setting, FieldOptions options,
                             std::optional<double> sigma_mm,
-                            const std::optional<BoxCorners<Dim>>& box_mm, double max_nodes,
-                            const std::stop_token& stop) {
+                            const std::optional<BoxCorners<Dim>>& box_mm, double max_nodes) {
   std::optional<NodeBox<Dim>> cells;
   if (box_mm) cells = cells_of_box(setting.extent(), *box_mm);
   const SearchLattice<Dim> lattice(setting.extent(), max_nodes, cells);
   options.smoothing.sigma_mm = sigma_mm.value_or(lattice.sigma_mm);
-  return {*setting.rough_intensity(options), setting.extent(), lattice, stop};
+  return {setting.rough_intensity(options), setting.extent(), lattice};
 }
 
 template <int Dim>
@@ -191,9 +190,9 @@ std::string to_string(const Proposal<Dim>& proposal) {
 
 #define SURF_INSTANTIATE(Dim)                                                                     \
   template std::string to_string<Dim>(const Proposal<Dim>&);                                      \
-  template SearchGrid<Dim> search_grid<Dim>(                                                      \
-      const Setting<Dim>&, FieldOptions, std::optional<double>,                                   \
-      const std::optional<BoxCorners<Dim>>&, double, const std::stop_token&);                     \
+  template SearchGrid<Dim> search_grid<Dim>(const Setting<Dim>&, FieldOptions,                    \
+                                            std::optional<double>,                                \
+                                            const std::optional<BoxCorners<Dim>>&, double);       \
   template Simplices<Dim> boundary<Dim>(const Setting<Dim>&, const SearchGrid<Dim>&,              \
                                         const NodeSet<Dim>&);                                     \
   template Simplices<Dim> preview<Dim>(const Setting<Dim>&, const SearchGrid<Dim>&,               \

@@ -29,7 +29,7 @@ struct Proposal {
 template <int Dim>
 std::string to_string(const Proposal<Dim>& proposal);
 
-/// What the search looks at, made once for an image.
+/// What the search looks at, made once for an image; its nodes are not made yet.
 /// @param options  their Gaussian is replaced by that of the grid unless `sigma_mm` is given
 /// @param box_mm   that the object lies in: nothing beyond it is looked at
 /// @throws UsageError  see cells_of_box
@@ -37,8 +37,7 @@ template <int Dim>
 SearchGrid<Dim> search_grid(const Setting<Dim>& setting, FieldOptions options,
                             std::optional<double> sigma_mm = {},
                             const std::optional<BoxCorners<Dim>>& box_mm = {},
-                            double max_nodes = SearchOptions().max_nodes,
-                            const std::stop_token& stop = {});
+                            double max_nodes = SearchOptions().max_nodes);
 
 /// Where the blurred share of a set of the grid's nodes is one half; it may intersect itself.
 template <int Dim>

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
+#include <utility>
 
 namespace surf::segment {
 namespace {
@@ -14,7 +16,9 @@ constexpr double kSplineVariance = 1.0 / 3;  // cells^2
 // same voxels may seem to reach a little beyond a whole number of nodes.
 constexpr double kSlack = 0.01;
 
-constexpr double kRounding = 1e-5;  // of equal slopes: an edge midway between nodes is at both
+constexpr double kRounding = 1e-5;   // of equal slopes: an edge midway between nodes is at both
+constexpr int kEdgeMargin = 3;       // nodes round a part, in which its edges are looked for
+constexpr double kMostAlone = 0.25;  // of the grid: a larger part is not made without the rest
 
 template <int Dim>
 Vector<Dim> point_of(const typename NodeBox<Dim>::Index& node) {
@@ -30,7 +34,7 @@ double interpolated(const NodeBox<Dim>& box, const std::vector<float>& values,
   typename NodeBox<Dim>::Index first;
   Vector<Dim> t;
   for (int axis = 0; axis < Dim; ++axis) {
-    first[axis] = std::clamp(int(node[axis]), 0, box.size[axis] - 2);
+    first[axis] = std::clamp(int(std::floor(node[axis])), box.lower[axis], box.upper()[axis] - 2);
     t[axis] = std::clamp(node[axis] - first[axis], 0.0, 1.0);
   }
   double out = 0;
@@ -45,6 +49,16 @@ double interpolated(const NodeBox<Dim>& box, const std::vector<float>& values,
     out += weight * values[box.at(at)];
   }
   return out;
+}
+
+template <int Dim>
+NodeBox<Dim> widened(const NodeBox<Dim>& part, int by, const NodeBox<Dim>& grid) {
+  typename NodeBox<Dim>::Index lower, upper;
+  for (int axis = 0; axis < Dim; ++axis) {
+    lower[axis] = std::max(part.lower[axis] - by, 0);
+    upper[axis] = std::min(part.upper()[axis] + by, grid.size[axis]);
+  }
+  return NodeBox<Dim>::between(lower, upper);
 }
 
 }  // namespace
@@ -75,56 +89,60 @@ SearchLattice<Dim>::SearchLattice(const ImageExtent<Dim>& extent, double max_nod
 
 template <int Dim>
 SearchGrid<Dim>::SearchGrid(const Field<Dim>& I, const ImageExtent<Dim>& extent,
-                            const SearchLattice<Dim>& lattice, const std::stop_token& stop)
-    : lattice_(lattice), range_(double(extent.range[1]) - extent.range[0]) {
-  const NodeBox<Dim>& box = lattice_.box;
-  intensity_.resize(box.n());
-  slope_.resize(box.n());
-  std::vector<Eigen::Matrix<float, Dim, 1>> direction(box.n());  // one node far, in nodes
-  const Eigen::Matrix<double, Dim, Dim> to_nodes =
-      lattice_.node_mm * lattice_.node_to_world.linear().inverse();
-  const std::size_t slice = box.n() / box.size[Dim - 1];
-  tbb::parallel_for(0, box.size[Dim - 1], [&](int k) {
-    if (stop.stop_requested()) return;
-    Points<Dim> x(Eigen::Index(slice), Dim);
-    for (std::size_t m = 0; m < slice; ++m)
-      x.row(Eigen::Index(m)) =
-          (lattice_.node_to_world * point_of<Dim>(box.node(k * slice + m))).transpose();
-    Samples<Dim> samples;
-    I.sample(x, Derivatives::kFirst, samples);
-    for (std::size_t m = 0; m < slice; ++m) {
-      const Vector<Dim> gradient = samples.gradient.row(Eigen::Index(m)).transpose();
-      intensity_[k * slice + m] = static_cast<float>(samples.value[Eigen::Index(m)]);
-      slope_[k * slice + m] = static_cast<float>(gradient.norm());
-      direction[k * slice + m] = (to_nodes * gradient.normalized()).template cast<float>();
-    }
-  });
-  is_whole_ = !stop.stop_requested();
-  if (!is_whole_) return;
-  keep_edges(direction);
-  const auto [lowest, highest] = std::minmax_element(intensity_.begin(), intensity_.end());
-  const double low = *lowest, scale = (kLevels - 1) / std::max(double(*highest) - low, 1e-300);
-  level_.resize(box.n());
-  std::transform(intensity_.begin(), intensity_.end(), level_.begin(),
-                 [&](float value) { return std::uint16_t(std::lround(scale * (value - low))); });
+                            const SearchLattice<Dim>& lattice)
+    : lattice_(lattice), range_(extent.range), values_(made(I, lattice.box, {})) {}
+
+template <int Dim>
+SearchGrid<Dim>::SearchGrid(std::shared_ptr<const Field<Dim>> I, const ImageExtent<Dim>& extent,
+                            const SearchLattice<Dim>& lattice)
+    : lattice_(lattice), range_(extent.range), I_(std::move(I)) {}
+
+template <int Dim>
+SearchGrid<Dim>::SearchGrid(const SearchLattice<Dim>& lattice, const std::array<float, 2>& range,
+                            std::shared_ptr<const Values> values)
+    : lattice_(lattice), range_(range), values_(std::move(values)) {}
+
+template <int Dim>
+bool SearchGrid<Dim>::make_all(const std::stop_token& stop) const {
+  if (values_) return true;
+  const auto all = made(*I_, box(), stop);
+  if (stop.stop_requested()) return false;
+  values_ = all;
+  I_.reset();
+  return true;
 }
 
 template <int Dim>
-SearchGrid<Dim>::SearchGrid(const SearchGrid& whole, const NodeBox<Dim>& part)
-    : lattice_(whole.lattice_),
-      range_(whole.range_),
-      intensity_(cropped(whole.box(), whole.intensity_, part)),
-      slope_(cropped(whole.box(), whole.slope_, part)),
-      edge_slope_(cropped(whole.box(), whole.edge_slope_, part)),
-      level_(cropped(whole.box(), whole.level_, part)) {
-  lattice_.box.size = part.size;
+SearchGrid<Dim> SearchGrid<Dim>::part(const NodeBox<Dim>& part) const {
+  if (double(part.n()) > kMostAlone * double(box().n())) make_all();
+  SearchLattice<Dim> lattice = lattice_;
+  lattice.box.size = part.size;
   for (int axis = 0; axis < Dim; ++axis) {
-    lattice_.is_outside_beyond[axis][0] &= part.lower[axis] == 0;
-    lattice_.is_outside_beyond[axis][1] &=
-        part.lower[axis] + part.size[axis] == whole.box().size[axis];
+    lattice.is_outside_beyond[axis][0] &= part.lower[axis] == 0;
+    lattice.is_outside_beyond[axis][1] &= part.upper()[axis] == box().size[axis];
   }
-  lattice_.node_to_world =
-      whole.node_to_world() * Eigen::Translation<double, Dim>(point_of<Dim>(part.lower));
+  lattice.node_to_world =
+      node_to_world() * Eigen::Translation<double, Dim>(point_of<Dim>(part.lower));
+  if (!values_) return {lattice, range_, made(*I_, part, {})};
+  return {lattice, range_,
+          std::make_shared<Values>(Values{
+              cropped(box(), values_->intensity, part), cropped(box(), values_->slope, part),
+              cropped(box(), values_->edge_slope, part), cropped(box(), values_->level, part)})};
+}
+
+template <int Dim>
+auto SearchGrid<Dim>::values() const -> const Values& {
+  if (!values_) throw std::logic_error("SearchGrid: its nodes are asked for before make_all()");
+  return *values_;
+}
+
+template <int Dim>
+std::size_t SearchGrid<Dim>::memory_bytes() const {
+  if (!values_) return 0;
+  return (values_->intensity.capacity() + values_->slope.capacity() +
+          values_->edge_slope.capacity()) *
+             sizeof(float) +
+         values_->level.capacity() * sizeof(std::uint16_t);
 }
 
 template <int Dim>
@@ -133,27 +151,72 @@ bool SearchGrid<Dim>::has_outside_faces() const {
                      [](const auto& faces) { return faces[0] || faces[1]; });
 }
 
-/// Not at the border, where the gradient is the spline's own, but where there are few slices all
-/// would be near it.
+/// Of a box of the grid; not whole after a stop.
 template <int Dim>
-void SearchGrid<Dim>::keep_edges(const std::vector<Eigen::Matrix<float, Dim, 1>>& direction) {
-  const NodeBox<Dim>& box = lattice_.box;
-  edge_slope_.assign(box.n(), 0);
+auto SearchGrid<Dim>::made(const Field<Dim>& I, const NodeBox<Dim>& part,
+                           const std::stop_token& stop) const -> std::shared_ptr<Values> {
+  const NodeBox<Dim> seen = widened(part, kEdgeMargin, box());
+  Values all;
+  all.intensity.resize(seen.n());
+  all.slope.resize(seen.n());
+  Directions direction(seen.n());  // one node far, in nodes
+  const Eigen::Matrix<double, Dim, Dim> to_nodes =
+      lattice_.node_mm * lattice_.node_to_world.linear().inverse();
+  const std::size_t slice = seen.n() / seen.size[Dim - 1];
+  tbb::parallel_for(0, seen.size[Dim - 1], [&](int k) {
+    if (stop.stop_requested()) return;
+    Points<Dim> x(Eigen::Index(slice), Dim);
+    for (std::size_t m = 0; m < slice; ++m)
+      x.row(Eigen::Index(m)) =
+          (lattice_.node_to_world * point_of<Dim>(seen.node(k * slice + m))).transpose();
+    Samples<Dim> samples;
+    I.sample(x, Derivatives::kFirst, samples);
+    for (std::size_t m = 0; m < slice; ++m) {
+      const Vector<Dim> gradient = samples.gradient.row(Eigen::Index(m)).transpose();
+      all.intensity[k * slice + m] = static_cast<float>(samples.value[Eigen::Index(m)]);
+      all.slope[k * slice + m] = static_cast<float>(gradient.norm());
+      direction[k * slice + m] = (to_nodes * gradient.normalized()).template cast<float>();
+    }
+  });
+  all.edge_slope.assign(seen.n(), 0);
+  if (!stop.stop_requested()) keep_edges(seen, direction, all);
+  auto out = std::make_shared<Values>(std::move(all));
+  if (seen.n() != part.n()) {
+    out->intensity = cropped(seen, out->intensity, part);
+    out->slope = cropped(seen, out->slope, part);
+    out->edge_slope = cropped(seen, out->edge_slope, part);
+  }
+  const double low = range_[0], scale = (kLevels - 1) / std::max(range(), 1e-300);
+  out->level.resize(part.n());
+  std::transform(
+      out->intensity.begin(), out->intensity.end(), out->level.begin(),
+      [&](float value) {  // a spline may go beyond the range
+        return std::uint16_t(std::lround(std::clamp(scale * (value - low), 0.0, kLevels - 1.0)));
+      });
+  return out;
+}
+
+/// Not at the border of the grid, where the gradient is the spline's own, but where there are few
+/// slices all would be near it.
+template <int Dim>
+void SearchGrid<Dim>::keep_edges(const NodeBox<Dim>& part, const Directions& direction,
+                                 Values& values) const {
   const auto is_at_border = [&](const typename NodeBox<Dim>::Index& node) {
     for (int axis = 0; axis < Dim; ++axis)
-      if (!has_few_slices(box, axis) && (node[axis] == 0 || node[axis] + 1 == box.size[axis]))
+      if (!has_few_slices(box(), axis) && (node[axis] == 0 || node[axis] + 1 == box().size[axis]))
         return true;
     return false;
   };
-  const std::size_t slice = box.n() / box.size[Dim - 1];
-  tbb::parallel_for(0, box.size[Dim - 1], [&](int k) {
+  const std::vector<float>& slope = values.slope;
+  const std::size_t slice = part.n() / part.size[Dim - 1];
+  tbb::parallel_for(0, part.size[Dim - 1], [&](int k) {
     for (std::size_t at = k * slice; at < (k + 1) * slice; ++at) {
-      const auto node = box.node(at);
-      if (!(slope_[at] > 0) || is_at_border(node)) continue;
+      const auto node = part.node(at);
+      if (!(slope[at] > 0) || is_at_border(node)) continue;
       const Vector<Dim> here = point_of<Dim>(node), up = direction[at].template cast<double>();
-      const double highest = std::max(interpolated<Dim>(box, slope_, here + up),
-                                      interpolated<Dim>(box, slope_, here - up));
-      if (slope_[at] * (1 + kRounding) >= highest) edge_slope_[at] = slope_[at];
+      const double highest = std::max(interpolated<Dim>(part, slope, here + up),
+                                      interpolated<Dim>(part, slope, here - up));
+      if (slope[at] * (1 + kRounding) >= highest) values.edge_slope[at] = slope[at];
     }
   });
 }

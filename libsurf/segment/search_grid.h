@@ -1,6 +1,8 @@
 // What an image shows at the nodes of a grid: made once for an image, kept for every further click.
 #pragma once
 
+#include <array>
+#include <memory>
 #include <optional>
 #include <stop_token>
 #include <vector>
@@ -32,17 +34,25 @@ struct SearchLattice {
                 const std::optional<NodeBox<Dim>>& cells = {});
 };
 
+/// Nodes are made when they are first asked for: part() makes those of a box alone, make_all() all
+/// of them, which stay. One thread at a time may call these two.
 template <int Dim>
 class SearchGrid {
  public:
+  /// All nodes at once.
   /// @param I  intensities, blurred by about 0.55 nodes
-  /// @param stop  ends it with a grid that is not whole
-  SearchGrid(const Field<Dim>& I, const ImageExtent<Dim>& extent, const SearchLattice<Dim>& lattice,
-             const std::stop_token& stop = {});
-  /// A part of another one, whose own nodes count from 0. Its levels are those of the whole, and
-  /// the faces that they share are the same.
-  SearchGrid(const SearchGrid& whole, const NodeBox<Dim>& part);
-  bool is_whole() const { return is_whole_; }
+  SearchGrid(const Field<Dim>& I, const ImageExtent<Dim>& extent,
+             const SearchLattice<Dim>& lattice);
+  /// None yet. The field is kept until all are made.
+  SearchGrid(std::shared_ptr<const Field<Dim>> I, const ImageExtent<Dim>& extent,
+             const SearchLattice<Dim>& lattice);
+
+  /// False after a stop: then it is as before.
+  bool make_all(const std::stop_token& stop = {}) const;
+  /// A box of it as a grid of its own, whose nodes count from 0 and are all made: the same to the
+  /// bit, whether those of the whole are made or not. The faces that they share are the same; the
+  /// others are as the image's border.
+  SearchGrid part(const NodeBox<Dim>& box) const;
 
   const NodeBox<Dim>& box() const { return lattice_.box; }
   const Eigen::Transform<double, Dim, Eigen::Affine>& node_to_world() const {
@@ -54,28 +64,39 @@ class SearchGrid {
   }
   bool has_outside_faces() const;
   /// Highest less lowest intensity of the image.
-  double range() const { return range_; }
-  const std::vector<float>& intensity() const { return intensity_; }
-  /// The intensity in steps of 1 / (kLevels - 1) of that between the lowest and highest one.
-  const std::vector<std::uint16_t>& level() const { return level_; }
+  double range() const { return double(range_[1]) - range_[0]; }
+
+  // Of all nodes, which have been made.
+
+  const std::vector<float>& intensity() const { return values().intensity; }
+  /// The intensity in steps of 1 / (kLevels - 1) of that between the lowest and highest one of the
+  /// image.
+  const std::vector<std::uint16_t>& level() const { return values().level; }
   static constexpr int kLevels = 1 << 14;
   /// |grad I| [intensity / mm].
-  const std::vector<float>& slope() const { return slope_; }
+  const std::vector<float>& slope() const { return values().slope; }
   /// |grad I| [intensity / mm] where it is no less than one node up and down its direction, else 0.
-  const std::vector<float>& edge_slope() const { return edge_slope_; }
-  std::size_t memory_bytes() const {
-    return (intensity_.capacity() + slope_.capacity() + edge_slope_.capacity()) * sizeof(float) +
-           level_.capacity() * sizeof(std::uint16_t);
-  }
+  const std::vector<float>& edge_slope() const { return values().edge_slope; }
+  std::size_t memory_bytes() const;
 
  private:
-  void keep_edges(const std::vector<Eigen::Matrix<float, Dim, 1>>& direction);
+  struct Values {
+    std::vector<float> intensity, slope, edge_slope;
+    std::vector<std::uint16_t> level;
+  };
+  using Directions = std::vector<Eigen::Matrix<float, Dim, 1>>;
+
+  SearchGrid(const SearchLattice<Dim>& lattice, const std::array<float, 2>& range,
+             std::shared_ptr<const Values> values);
+  const Values& values() const;
+  std::shared_ptr<Values> made(const Field<Dim>& I, const NodeBox<Dim>& part,
+                               const std::stop_token& stop) const;
+  void keep_edges(const NodeBox<Dim>& part, const Directions& direction, Values& values) const;
 
   SearchLattice<Dim> lattice_;
-  double range_;
-  bool is_whole_ = true;
-  std::vector<float> intensity_, slope_, edge_slope_;
-  std::vector<std::uint16_t> level_;
+  std::array<float, 2> range_;
+  mutable std::shared_ptr<const Field<Dim>> I_;
+  mutable std::shared_ptr<const Values> values_;  ///< null until all are made
 };
 
 }  // namespace surf::segment

@@ -1,6 +1,7 @@
 #include "libsurf/segment/seed_view.h"
 
 #include <algorithm>
+#include <array>
 #include <limits>
 
 namespace surf::segment {
@@ -9,8 +10,30 @@ namespace {
 constexpr double kEdgeNoise = 3;  // an edge is that many times the noise, per node
 // Of the range, since phantoms have no noise: the finest step of the search.
 constexpr double kLeastDeviation = 1.0 / 4096;
+constexpr int kSeen = 18;  // nodes round a seed: a ball grows to 16
 
 }  // namespace
+
+template <int Dim>
+NodeBox<Dim> cube_round(const SearchGrid<Dim>& grid, const Vector<Dim>& point, int half_width) {
+  const NodeBox<Dim>& box = grid.box();
+  auto lower = box.upper(), upper = box.lower;
+  for (const auto& node : nearest_nodes<Dim>(grid.node_to_world().inverse() * point, box.size))
+    for (int axis = 0; axis < Dim; ++axis) {
+      lower[axis] = std::min(lower[axis], std::max(0, node[axis] - half_width));
+      upper[axis] = std::max(upper[axis], std::min(box.size[axis], node[axis] + half_width + 1));
+    }
+  return NodeBox<Dim>::between(lower, upper);
+}
+
+template <int Dim>
+SeedNodes<Dim> seed_nodes(const SearchGrid<Dim>& grid, const Vector<Dim>& seed) {
+  const NodeBox<Dim> cube = cube_round<Dim>(grid, seed, kSeen);
+  SeedNodes<Dim> out = SeedView<Dim>(grid.part(cube), std::array{seed}).seeds.front();
+  for (auto& node : out.nodes)
+    for (int axis = 0; axis < Dim; ++axis) node[axis] += cube.lower[axis];
+  return out;
+}
 
 template <int Dim>
 SeedView<Dim>::SeedView(const SearchGrid<Dim>& search_grid, std::span<const Vector<Dim>> seeds_mm)
@@ -70,6 +93,10 @@ std::vector<typename NodeBox<Dim>::Index> SeedView<Dim>::starts(const NodeSet<Di
   return out;
 }
 
+template NodeBox<2> cube_round<2>(const SearchGrid<2>&, const Vector<2>&, int);
+template NodeBox<3> cube_round<3>(const SearchGrid<3>&, const Vector<3>&, int);
+template SeedNodes<2> seed_nodes<2>(const SearchGrid<2>&, const Vector<2>&);
+template SeedNodes<3> seed_nodes<3>(const SearchGrid<3>&, const Vector<3>&);
 template struct SeedView<2>;
 template struct SeedView<3>;
 

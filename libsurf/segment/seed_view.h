@@ -17,6 +17,15 @@ struct SeedNodes {
   SeedModel model;
 };
 
+/// The nodes of a cube round those nearest to a point, as far as the grid goes.
+template <int Dim>
+NodeBox<Dim> cube_round(const SearchGrid<Dim>& grid, const Vector<Dim>& point, int half_width);
+
+/// Of one point; no node farther than 18 from it is looked at.
+/// @param seed  world mm
+template <int Dim>
+SeedNodes<Dim> seed_nodes(const SearchGrid<Dim>& grid, const Vector<Dim>& seed);
+
 template <int Dim>
 struct SeedView {
   const SearchGrid<Dim>& grid;  ///< referred to

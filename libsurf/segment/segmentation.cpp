@@ -223,7 +223,7 @@ const Result<Dim>& Segmentation<Dim>::propose_beside(Id id, const std::vector<Cl
 
 template <int Dim>
 void Segmentation<Dim>::prepare() {
-  fields_.search_grid(field_options(Options<Dim>(), 0), {});
+  fields_.search_grid(field_options(Options<Dim>(), 0), {}).make_all();
 }
 
 template <int Dim>

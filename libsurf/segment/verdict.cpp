@@ -137,11 +137,12 @@ std::optional<Verdict<Dim>> verdict(const SearchGrid<Dim>& grid, const ClickSear
 
 template <int Dim>
 VerdictFeatures verdict_features(const SearchGrid<Dim>& grid, const ClickSearch<Dim>& search) {
-  const SeedView<Dim> view(grid, {search.on_grid.front().seed}, search.noise);
-  Rung<Dim> region;
   const NodeSet<Dim> all = search.inside();
-  region.inside = all.in(all.bounds(kMargin));
-  measure(grid.box(), grid.level(), view.edge, region);
+  const SearchGrid<Dim> part = grid.part(all.bounds(kMargin));
+  const SeedView<Dim> view(part, {search.on_grid.front().seed}, search.noise);
+  Rung<Dim> region;
+  region.inside = all.in(all.bounds(kMargin)).moved_to({});
+  measure(part.box(), part.level(), view.edge, region);
   VerdictFeatures out;
   out.separation = region.features.separation;
   out.border_share = region.border_share;

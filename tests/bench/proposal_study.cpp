@@ -76,6 +76,7 @@ class Study {
       : setting_(setting), has_shifts_(has_shifts), totals_(totals) {
     const auto start = std::chrono::steady_clock::now();
     grid_ = std::make_unique<segment::SearchGrid<Dim>>(segment::search_grid<Dim>(setting_, {}));
+    grid_->make_all();
     grid_seconds_ = seconds_since(start);
   }
 
@@ -187,6 +188,7 @@ void study_balls() {
     const segment::SurfaceSetting setting(volume::make_phantom(options));
     const auto start = std::chrono::steady_clock::now();
     const auto grid = segment::search_grid<3>(setting, {});
+    grid.make_all();
     const double grid_seconds = seconds_since(start);
     const auto found = proposals_at<3>(setting, grid, Vector<3>::Zero());
     fmt::print("ball {} noise {}: ", size, noise);

@@ -163,10 +163,9 @@ class Propose : public Stage<Dim> {
   /// @param n_done  windows that were looked at
   static void search(Work<Dim>& work, int& n_done) {
     const SearchGrid<Dim>& grid = work.fields.search_grid(
-        field_options(work.options, 0), work.options.sigma_mm, work.options.box_mm, work.stop);
+        field_options(work.options, 0), work.options.sigma_mm, work.options.box_mm);
     work.chosen = 0;
     work.proposals.clear();
-    if (!grid.is_whole()) return;
     const SearchProgress<Dim> told = [&](int n, const Rung<Dim>* seen) {
       n_done = n;
       flow::StepRecord record;
