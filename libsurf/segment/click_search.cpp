@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "libsurf/segment/outward_search.h"
-
 namespace surf::segment {
 namespace {
 

@@ -39,6 +39,14 @@ constexpr std::size_t kMostInBox = 16;
 constexpr std::array kNearness = {0.5, 1.0, 2.0, 4.0};  // of the cuts
 constexpr double kCutGrowth = 0.4;                      // in place of the growth of a ladder
 constexpr double kTail = 0.02;  // of the intensities of a front's region, on either side
+// Of the cubes of search_outward() [nodes]. With one of 20 to 54, or with two or three of them, the
+// regions of 23 structures have a mean Dice of 0.620 to 0.655, without 0.622: the smaller ones gain
+// most.
+constexpr std::array kHalfWidths = {24, 36};
+constexpr double kMostOfGrid = 0.7;  // what a cube may hold of it to be worth its time
+// Less may be a crumb of something larger (a hip bone ends at a piece of its marrow without; from
+// 0.65 to 0.8 the mean Dice is the same).
+constexpr double kLeastInCube = 0.7;
 
 /// Tells on the caller's own thread of what is done on any.
 template <int Dim>
@@ -188,6 +196,74 @@ std::pair<double, double> intensities(const SeedView<Dim>& view, const Rung<Dim>
   return {low, std::max(low, ranked(1 - kTail))};
 }
 
+template <int Dim>
+bool is_cut_off(const SearchGrid<Dim>& grid, const Rung<Dim>& rung) {
+  return grid.is_cut_off(rung.inside.bounds(0));
+}
+
+/// In a cube first what ends within it; of the rest, which often leaks and takes longest, what may
+/// still be better than the best of these. (A noisy ball of 256^3 voxels: proposing 2.8 s if all
+/// settle.)
+template <int Dim>
+std::vector<Rung<Dim>> settle_all(const SeedView<Dim>& view,
+                                  const std::vector<const Rung<Dim>*>& rungs, Teller<Dim>& teller,
+                                  const std::stop_source& stop) {
+  std::vector<Rung<Dim>> out;
+  for (const bool are_cut_off : {false, true}) {
+    double best = 0;
+    for (const Rung<Dim>& rung : out)
+      if (!is_cut_off(view.grid, rung)) best = std::max(best, rung.score);
+    if (are_cut_off && best < kLeastInCube) break;
+    std::vector<const Rung<Dim>*> now;
+    for (const Rung<Dim>* rung : rungs)
+      if (is_cut_off(view.grid, *rung) == are_cut_off && most_settled_score(*rung) > best)
+        now.push_back(rung);
+    std::vector<Rung<Dim>> settled(now.size());
+    tbb::parallel_for(std::size_t(0), now.size(), [&](std::size_t n) {
+      settled[n] = stop.stop_requested() ? *now[n] : settle(view, *now[n]);
+      teller.done();
+    });
+    std::move(settled.begin(), settled.end(), std::back_inserter(out));
+  }
+  return out;
+}
+
+/// Of a cube's own nodes, which count from 0, in the grid.
+template <int Dim>
+Rung<Dim> in_grid(const NodeBox<Dim>& grid, const NodeBox<Dim>& cube, Rung<Dim> rung) {
+  auto first = rung.inside.box().lower;
+  for (int axis = 0; axis < Dim; ++axis) first[axis] += cube.lower[axis];
+  rung.inside = rung.inside.moved_to(first);
+  rung.inside = rung.inside.in(box_round(grid, rung));
+  return rung;
+}
+
+template <int Dim>
+bool has_last_word(const SearchGrid<Dim>& cube, const SearchedRegions<Dim>& searched) {
+  if (searched.found.empty() || searched.found.front().score < kLeastInCube ||
+      is_cut_off(cube, searched.found.front()))
+    return false;
+  return std::all_of(searched.settled.begin(), searched.settled.end(),
+                     [&](const SettledRegion<Dim>& region) {
+                       return !is_cut_off(cube, region.rung) ||
+                              region.rung.score * std::exp(region.rung.border_share) <
+                                  searched.found.front().score;
+                     });
+}
+
+/// What ends within the cube.
+template <int Dim>
+SearchedRegions<Dim> whole_ones(const NodeBox<Dim>& grid, const SearchGrid<Dim>& cube,
+                                const NodeBox<Dim>& box, SearchedRegions<Dim> searched) {
+  std::erase_if(searched.found, [&](const Rung<Dim>& rung) { return is_cut_off(cube, rung); });
+  std::erase_if(searched.settled,
+                [&](const SettledRegion<Dim>& region) { return is_cut_off(cube, region.rung); });
+  for (Rung<Dim>& rung : searched.found) rung = in_grid(grid, box, std::move(rung));
+  for (SettledRegion<Dim>& region : searched.settled)
+    region.rung = in_grid(grid, box, std::move(region.rung));
+  return searched;
+}
+
 }  // namespace
 
 template <int Dim>
@@ -252,11 +328,7 @@ SearchedRegions<Dim> search_rungs(const SearchGrid<Dim>& grid, std::span<const V
                         kMostSame);
   const std::vector<Rung<Dim>> cut = cuts(view);
   for (const Rung<Dim>& rung : cut) best.push_back(&rung);
-  std::vector<Rung<Dim>> settled(best.size());
-  tbb::parallel_for(std::size_t(0), best.size(), [&](std::size_t n) {
-    settled[n] = stop.stop_requested() ? *best[n] : settle(view, *best[n]);
-    teller.done();
-  });
+  std::vector<Rung<Dim>> settled = settle_all(view, best, teller, stop);
   SearchedRegions<Dim> out;
   out.was_stopped = stop.stop_requested();
   std::vector<const Rung<Dim>*> found;
@@ -276,7 +348,43 @@ SearchedRegions<Dim> search_rungs(const SearchGrid<Dim>& grid, std::span<const V
   return out;
 }
 
+template <int Dim>
+SearchedRegions<Dim> search_outward(const SearchGrid<Dim>& grid, const Vector<Dim>& seed,
+                                    const SearchOptions& options,
+                                    const SearchProgress<Dim>& progress,
+                                    const std::stop_token& stop) {
+  const std::array seeds{seed};
+  int n_done = 0;  // in all cubes so far
+  if (Dim == 3 && !grid.has_outside_faces())
+    for (const int half_width : kHalfWidths) {
+      const NodeBox<Dim> box = cube_round<Dim>(grid, seed, half_width);
+      if (double(box.n()) > kMostOfGrid * double(grid.box().n())) break;
+      const int n_before = n_done;
+      const SearchProgress<Dim> told = [&](int n, const Rung<Dim>* seen) {
+        n_done = n_before + n;
+        if (!progress) return true;
+        if (!seen) return progress(n_done, nullptr);
+        const Rung<Dim> here = in_grid(grid.box(), box, *seen);
+        return progress(n_done, &here);
+      };
+      const SearchGrid<Dim> cube = grid.part(box);
+      SearchedRegions<Dim> searched = search_rungs<Dim>(cube, seeds, options, told, stop);
+      if (searched.was_stopped) return searched;
+      if (has_last_word(cube, searched))
+        return whole_ones(grid.box(), cube, box, std::move(searched));
+    }
+  SearchedRegions<Dim> out;
+  out.was_stopped = !grid.make_all(stop);
+  if (out.was_stopped) return out;
+  return search_rungs<Dim>(
+      grid, seeds, options,
+      [&](int n, const Rung<Dim>* seen) { return !progress || progress(n_done + n, seen); }, stop);
+}
+
 #define SURF_INSTANTIATE(Dim)                                                     \
+  template SearchedRegions<Dim> search_outward<Dim>(                              \
+      const SearchGrid<Dim>&, const Vector<Dim>&, const SearchOptions&,           \
+      const SearchProgress<Dim>&, const std::stop_token&);                        \
   template Region<Dim> region_of<Dim>(const SeedView<Dim>&, const Rung<Dim>&);    \
   template std::vector<float> shares<Dim>(const NodeSet<Dim>&);                   \
   template SearchedRegions<Dim> search_rungs<Dim>(                                \

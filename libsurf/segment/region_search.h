@@ -72,6 +72,9 @@ using SearchProgress = std::function<bool(int n_done, const Rung<Dim>* seen)>;
 ///
 /// O(windows (1 + neck radii) nodes in the component's box); one thread per window or region.
 ///
+/// In a part of a grid what reaches a face beyond which the grid goes on settles last, and only if
+/// it may still be the best and what ends within scores 0.7 or more.
+///
 /// @param seeds  world mm, in the image
 /// @param stop   when it is requested, what has been found is judged
 /// @return  best score first; none is found if no region of the size of a ball of 3 nodes or more
@@ -81,5 +84,23 @@ SearchedRegions<Dim> search_rungs(const SearchGrid<Dim>& grid, std::span<const V
                                   const SearchOptions& options = {},
                                   const SearchProgress<Dim>& progress = {},
                                   const std::stop_token& stop = {});
+
+/// search_rungs() in cubes of 49 and 73 nodes round the seed, then in the whole grid. A cube has
+/// the last word if the best of its regions scores 0.7 or more and ends within it, and no other one
+/// that reaches a face of the cube would be better had that not cut it off: if
+///
+///   score > score' exp(border share')
+///
+/// for all of these, which are left out then. So a small object takes the time of a small image,
+/// and what is far away does not compete with it (docs/method.md).
+///
+/// In the plane, and with a box round the object, all of the grid is searched at once.
+///
+/// @param seed  world mm, in the image
+template <int Dim>
+SearchedRegions<Dim> search_outward(const SearchGrid<Dim>& grid, const Vector<Dim>& seed,
+                                    const SearchOptions& options = {},
+                                    const SearchProgress<Dim>& progress = {},
+                                    const std::stop_token& stop = {});
 
 }  // namespace surf::segment

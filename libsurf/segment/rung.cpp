@@ -10,6 +10,7 @@ namespace {
 constexpr int kShell = 2;              // nodes, outside: what the inside is compared with
 constexpr double kLeastGrowth = 0.05;  // settled regions differ by more than rungs that hardly do
 constexpr int kLevels = SearchGrid<3>::kLevels;
+constexpr double kMostGrowthOfSettling = 8;  // of a ball of 3 nodes by three all round it
 
 /// Circle or ball of equal content: its length or area over the region's. A node's face counts
 /// pi / 4 or 2 / 3: that is what a grid makes of a smooth curve or surface, averaged over
@@ -20,6 +21,18 @@ double sphericity(double n_nodes, double n_faces) {
     return 2 * std::sqrt(std::numbers::pi * n_nodes) / (std::numbers::pi / 4 * n_faces);
   else
     return std::cbrt(36 * std::numbers::pi) * std::pow(n_nodes, 2.0 / 3) / (2 * n_faces / 3);
+}
+
+/// What family and growth say.
+template <int Dim>
+double of_ladder(const Rung<Dim>& rung) {
+  const RungFeatures& f = rung.features;
+  const double of_family = rung.family == Family::kAlike      ? 1
+                           : rung.family == Family::kBrighter ? 0.9
+                           : rung.family == Family::kCut      ? 1
+                                                              : 0.55;
+  return of_family * std::pow(std::max(f.growth_out, kLeastGrowth), 0.75) *
+         std::exp(-f.growth_in / 5);
 }
 
 }  // namespace
@@ -67,13 +80,16 @@ double boundary_score(const Rung<Dim>& rung) {
 
 template <int Dim>
 double settled_score(const Rung<Dim>& rung, double depth_share) {
-  const RungFeatures& f = rung.features;
-  const double of_family = rung.family == Family::kAlike      ? 1
-                           : rung.family == Family::kBrighter ? 0.9
-                           : rung.family == Family::kCut      ? 1
-                                                              : 0.55;
-  return boundary_score(rung) * of_family * std::pow(std::max(f.growth_out, kLeastGrowth), 0.75) *
-         std::exp(-f.growth_in / 5) * std::pow(depth_share, 0.6);
+  return boundary_score(rung) * of_ladder(rung) * std::pow(depth_share, 0.6);
+}
+
+template <int Dim>
+double most_settled_score(const Rung<Dim>& rung) {
+  Rung<Dim> best = rung;
+  best.n_nodes = std::size_t(kMostGrowthOfSettling * double(rung.n_nodes));
+  best.features.separation = best.features.edge_share = best.features.sphericity = 1;
+  best.border_share = 0;
+  return settled_score(best, 1);
 }
 
 template <int Dim>
@@ -106,6 +122,7 @@ std::vector<const Rung<Dim>*> differing(std::vector<const Rung<Dim>*> rungs, std
   template double ladder_score<Dim>(const Rung<Dim>&);                                 \
   template double boundary_score<Dim>(const Rung<Dim>&);                               \
   template double settled_score<Dim>(const Rung<Dim>&, double);                        \
+  template double most_settled_score<Dim>(const Rung<Dim>&);                           \
   template double overlap<Dim>(const Rung<Dim>&, const Rung<Dim>&);                    \
   template std::vector<const Rung<Dim>*> differing<Dim>(std::vector<const Rung<Dim>*>, \
                                                         std::size_t, double);

@@ -67,6 +67,10 @@ double boundary_score(const Rung<Dim>& rung);
 template <int Dim>
 double settled_score(const Rung<Dim>& rung, double depth_share);
 
+/// No less than settled_score() of what becomes of a rung by settling, if nothing cuts it off.
+template <int Dim>
+double most_settled_score(const Rung<Dim>& rung);
+
 /// Dice.
 template <int Dim>
 double overlap(const Rung<Dim>& a, const Rung<Dim>& b);

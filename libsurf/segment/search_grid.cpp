@@ -118,8 +118,11 @@ SearchGrid<Dim> SearchGrid<Dim>::part(const NodeBox<Dim>& part) const {
   SearchLattice<Dim> lattice = lattice_;
   lattice.box.size = part.size;
   for (int axis = 0; axis < Dim; ++axis) {
-    lattice.is_outside_beyond[axis][0] &= part.lower[axis] == 0;
-    lattice.is_outside_beyond[axis][1] &= part.upper()[axis] == box().size[axis];
+    const std::array is_shared{part.lower[axis] == 0, part.upper()[axis] == box().size[axis]};
+    for (const int face : {0, 1}) {
+      lattice.is_outside_beyond[axis][face] &= is_shared[face];
+      lattice.goes_on_beyond[axis][face] |= !is_shared[face];
+    }
   }
   lattice.node_to_world =
       node_to_world() * Eigen::Translation<double, Dim>(point_of<Dim>(part.lower));
@@ -149,6 +152,15 @@ template <int Dim>
 bool SearchGrid<Dim>::has_outside_faces() const {
   return std::any_of(lattice_.is_outside_beyond.begin(), lattice_.is_outside_beyond.end(),
                      [](const auto& faces) { return faces[0] || faces[1]; });
+}
+
+template <int Dim>
+bool SearchGrid<Dim>::is_cut_off(const NodeBox<Dim>& object) const {
+  for (int axis = 0; axis < Dim; ++axis)
+    if ((object.lower[axis] == 0 && lattice_.goes_on_beyond[axis][0]) ||
+        (object.upper()[axis] == box().size[axis] && lattice_.goes_on_beyond[axis][1]))
+      return true;
+  return false;
 }
 
 /// Of a box of the grid; not whole after a stop.

@@ -25,6 +25,8 @@ struct SearchLattice {
   /// The faces, the first and the last one of each axis, beyond which the object cannot be, since a
   /// box was drawn round it: not those of the image.
   std::array<std::array<bool, 2>, Dim> is_outside_beyond{};
+  /// Likewise, those beyond which the grid goes on that this is a part of.
+  std::array<std::array<bool, 2>, Dim> goes_on_beyond{};
 
   /// @param max_nodes  the grid is as fine as cells of the image's content, or as about so many
   ///                   nodes allow. Then what is found depends on the field of view, by a fraction
@@ -50,8 +52,8 @@ class SearchGrid {
   /// False after a stop: then it is as before.
   bool make_all(const std::stop_token& stop = {}) const;
   /// A box of it as a grid of its own, whose nodes count from 0 and are all made: the same to the
-  /// bit, whether those of the whole are made or not. The faces that they share are the same; the
-  /// others are as the image's border.
+  /// bit, whether those of the whole are made or not. The faces that they share are the same;
+  /// beyond the others the image goes on.
   SearchGrid part(const NodeBox<Dim>& box) const;
 
   const NodeBox<Dim>& box() const { return lattice_.box; }
@@ -63,6 +65,8 @@ class SearchGrid {
     return lattice_.is_outside_beyond[axis][is_last];
   }
   bool has_outside_faces() const;
+  /// Whether something in a box of its nodes may be cut off by a face of this part of a grid.
+  bool is_cut_off(const NodeBox<Dim>& object) const;
   /// Highest less lowest intensity of the image.
   double range() const { return double(range_[1]) - range_[0]; }
 

@@ -1,4 +1,4 @@
-#include "libsurf/segment/outward_search.h"
+#include "libsurf/segment/region_search.h"
 
 #include <gtest/gtest.h>
 
