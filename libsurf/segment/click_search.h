@@ -48,10 +48,10 @@ template <int Dim>
 using EvolvedOf = std::function<ClickSearchPointer<Dim>(const ClickSearchPointer<Dim>& found,
                                                         const Click<Dim>& next)>;
 
-/// Heeds the clicks in their order. The first inside one is looked for in the whole grid
-/// (region_search.h), each further one changes what has been found (correction.h); outside clicks
-/// that come before it are heeded after it. Where nothing is found round it the next inside one is
-/// the first, and those before are heeded after it.
+/// Heeds the clicks in their order. The first inside one is looked for near it, then in the
+/// whole grid (region_search.h), each further one changes what has been found (correction.h);
+/// outside clicks that come before it are heeded after it. Where nothing is found round it the next
+/// inside one is the first, and those before are heeded after it.
 ///
 /// @param known  of the same grid, or null: what it and those before it have in common with the
 ///               clicks is taken over

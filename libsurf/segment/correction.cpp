@@ -397,7 +397,7 @@ std::vector<Correction<Dim>> corrections(const SearchGrid<Dim>& grid, const Node
                                          std::span<const SettledRegion<Dim>> first, double noise,
                                          const std::stop_token& stop) {
   const NodeBox<Dim> box = surroundings(grid, before, clicks);
-  const SearchGrid<Dim> part = grid.part(box);
+  const SearchGrid<Dim> part = grid.part(box, stop);
   // Its own nodes count from 0.
   const NodeSet<Dim> object = before.in(box).moved_to(part.box().lower);
   ClickScene<Dim> scene{part, object, {clicks.begin(), clicks.end()}, noise};

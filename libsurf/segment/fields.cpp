@@ -22,22 +22,23 @@ std::shared_ptr<EnergyModel<Dim>> Fields<Dim>::model(const FieldOptions& options
 }
 
 template <int Dim>
-const SearchGrid<Dim>& Fields<Dim>::search_grid(const FieldOptions& options,
-                                                std::optional<double> sigma_mm,
-                                                const std::optional<BoxCorners<Dim>>& box_mm) {
+std::shared_ptr<const SearchGrid<Dim>> Fields<Dim>::search_grid(
+    const FieldOptions& options, std::optional<double> sigma_mm,
+    const std::optional<BoxCorners<Dim>>& box_mm) {
   if (search_ && search_->options == options && search_->sigma_mm == sigma_mm &&
       search_->box_mm == box_mm)
     return search_->grid;
   search_.reset();
   shrink();
   search_.emplace(SearchEntry{options, sigma_mm, box_mm,
-                              segment::search_grid<Dim>(*setting_, options, sigma_mm, box_mm)});
+                              std::make_shared<const SearchGrid<Dim>>(segment::search_grid<Dim>(
+                                  *setting_, options, sigma_mm, box_mm))});
   return search_->grid;
 }
 
 template <int Dim>
 std::size_t Fields<Dim>::memory_bytes() const {
-  std::size_t out = search_ ? search_->grid.memory_bytes() : 0;
+  std::size_t out = search_ ? search_->grid->memory_bytes() : 0;
   for (const Entry& entry : models_) out += entry.model->memory_bytes();
   return out;
 }

@@ -13,7 +13,7 @@ namespace surf::segment {
 /// Models (smoothed intensities, edge indicators) and the search grid of one image, made when they
 /// are first asked for. Models that are not in use are dropped, the least recently used first, when
 /// all together hold more than the bound; what is dropped is made again, the same to the bit. The
-/// search grid costs most to make and is dropped last. Not thread-safe.
+/// search grid costs most to make and is dropped last; who has it keeps it. Not thread-safe.
 template <int Dim>
 class Fields {
  public:
@@ -23,8 +23,9 @@ class Fields {
   const Setting<Dim>& setting() const { return *setting_; }
   std::shared_ptr<EnergyModel<Dim>> model(const FieldOptions& options);
   /// For the search; `options` as given by the user, sigma only if it was.
-  const SearchGrid<Dim>& search_grid(const FieldOptions& options, std::optional<double> sigma_mm,
-                                     const std::optional<BoxCorners<Dim>>& box_mm = {});
+  std::shared_ptr<const SearchGrid<Dim>> search_grid(
+      const FieldOptions& options, std::optional<double> sigma_mm,
+      const std::optional<BoxCorners<Dim>>& box_mm = {});
   std::size_t memory_bytes() const;
   /// Drops what the bound asks for.
   void shrink();
@@ -38,7 +39,7 @@ class Fields {
     FieldOptions options;
     std::optional<double> sigma_mm;
     std::optional<BoxCorners<Dim>> box_mm;
-    SearchGrid<Dim> grid;
+    std::shared_ptr<const SearchGrid<Dim>> grid;
   };
 
   std::shared_ptr<const Setting<Dim>> setting_;

@@ -212,7 +212,7 @@ std::vector<Rung<Dim>> settle_all(const SeedView<Dim>& view,
   for (const bool are_cut_off : {false, true}) {
     double best = 0;
     for (const Rung<Dim>& rung : out)
-      if (!is_cut_off(view.grid, rung)) best = std::max(best, rung.score);
+      if (!is_cut_off(view.grid, rung) && stands_out(rung)) best = std::max(best, rung.score);
     if (are_cut_off && best < kLeastInCube) break;
     std::vector<const Rung<Dim>*> now;
     for (const Rung<Dim>* rung : rungs)
@@ -228,6 +228,13 @@ std::vector<Rung<Dim>> settle_all(const SeedView<Dim>& view,
   return out;
 }
 
+template <int Dim>
+SearchedRegions<Dim> stopped() {
+  SearchedRegions<Dim> out;
+  out.was_stopped = true;
+  return out;
+}
+
 /// Of a cube's own nodes, which count from 0, in the grid.
 template <int Dim>
 Rung<Dim> in_grid(const NodeBox<Dim>& grid, const NodeBox<Dim>& cube, Rung<Dim> rung) {
@@ -240,9 +247,7 @@ Rung<Dim> in_grid(const NodeBox<Dim>& grid, const NodeBox<Dim>& cube, Rung<Dim> 
 
 template <int Dim>
 bool has_last_word(const SearchGrid<Dim>& cube, const SearchedRegions<Dim>& searched) {
-  if (searched.found.empty() || searched.found.front().score < kLeastInCube ||
-      is_cut_off(cube, searched.found.front()))
-    return false;
+  if (searched.found.empty() || searched.found.front().score < kLeastInCube) return false;
   return std::all_of(searched.settled.begin(), searched.settled.end(),
                      [&](const SettledRegion<Dim>& region) {
                        return !is_cut_off(cube, region.rung) ||
@@ -255,7 +260,6 @@ bool has_last_word(const SearchGrid<Dim>& cube, const SearchedRegions<Dim>& sear
 template <int Dim>
 SearchedRegions<Dim> whole_ones(const NodeBox<Dim>& grid, const SearchGrid<Dim>& cube,
                                 const NodeBox<Dim>& box, SearchedRegions<Dim> searched) {
-  std::erase_if(searched.found, [&](const Rung<Dim>& rung) { return is_cut_off(cube, rung); });
   std::erase_if(searched.settled,
                 [&](const SettledRegion<Dim>& region) { return is_cut_off(cube, region.rung); });
   for (Rung<Dim>& rung : searched.found) rung = in_grid(grid, box, std::move(rung));
@@ -333,7 +337,9 @@ SearchedRegions<Dim> search_rungs(const SearchGrid<Dim>& grid, std::span<const V
   out.was_stopped = stop.stop_requested();
   std::vector<const Rung<Dim>*> found;
   for (const Rung<Dim>& rung : settled)
-    if (grid.has_outside_faces() ? is_large_enough(rung) : stands_out(rung)) found.push_back(&rung);
+    if (!is_cut_off(grid, rung) &&
+        (grid.has_outside_faces() ? is_large_enough(rung) : stands_out(rung)))
+      found.push_back(&rung);
   for (const Rung<Dim>* rung :
        differing(std::move(found), std::size_t(options.max_regions), SearchOptions::kMostOverlap))
     out.found.push_back(*rung);
@@ -367,15 +373,14 @@ SearchedRegions<Dim> search_outward(const SearchGrid<Dim>& grid, const Vector<Di
         const Rung<Dim> here = in_grid(grid.box(), box, *seen);
         return progress(n_done, &here);
       };
-      const SearchGrid<Dim> cube = grid.part(box);
+      const SearchGrid<Dim> cube = grid.part(box, stop);
+      if (stop.stop_requested()) return stopped<Dim>();
       SearchedRegions<Dim> searched = search_rungs<Dim>(cube, seeds, options, told, stop);
-      if (searched.was_stopped) return searched;
+      if (searched.was_stopped) return stopped<Dim>();
       if (has_last_word(cube, searched))
         return whole_ones(grid.box(), cube, box, std::move(searched));
     }
-  SearchedRegions<Dim> out;
-  out.was_stopped = !grid.make_all(stop);
-  if (out.was_stopped) return out;
+  if (!grid.make_all(stop)) return stopped<Dim>();
   return search_rungs<Dim>(
       grid, seeds, options,
       [&](int n, const Rung<Dim>* seen) { return !progress || progress(n_done + n, seen); }, stop);

@@ -72,8 +72,8 @@ using SearchProgress = std::function<bool(int n_done, const Rung<Dim>* seen)>;
 ///
 /// O(windows (1 + neck radii) nodes in the component's box); one thread per window or region.
 ///
-/// In a part of a grid what reaches a face beyond which the grid goes on settles last, and only if
-/// it may still be the best and what ends within scores 0.7 or more.
+/// In a part of a grid what reaches a face beyond which the grid goes on is not found. It settles
+/// last, and only if it may be better than the best that is found, which scores 0.7 or more.
 ///
 /// @param seeds  world mm, in the image
 /// @param stop   when it is requested, what has been found is judged
@@ -97,6 +97,7 @@ SearchedRegions<Dim> search_rungs(const SearchGrid<Dim>& grid, std::span<const V
 /// In the plane, and with a box round the object, all of the grid is searched at once.
 ///
 /// @param seed  world mm, in the image
+/// @param stop  ends it with nothing found
 template <int Dim>
 SearchedRegions<Dim> search_outward(const SearchGrid<Dim>& grid, const Vector<Dim>& seed,
                                     const SearchOptions& options = {},

@@ -10,7 +10,7 @@ namespace {
 constexpr int kShell = 2;              // nodes, outside: what the inside is compared with
 constexpr double kLeastGrowth = 0.05;  // settled regions differ by more than rungs that hardly do
 constexpr int kLevels = SearchGrid<3>::kLevels;
-constexpr double kMostGrowthOfSettling = 8;  // of a ball of 3 nodes by three all round it
+constexpr double kMostGrowthOfSettling = 30;  // of a ball of 3 nodes ten
 
 /// Circle or ball of equal content: its length or area over the region's. A node's face counts
 /// pi / 4 or 2 / 3: that is what a grid makes of a smooth curve or surface, averaged over

@@ -67,7 +67,8 @@ double boundary_score(const Rung<Dim>& rung);
 template <int Dim>
 double settled_score(const Rung<Dim>& rung, double depth_share);
 
-/// No less than settled_score() of what becomes of a rung by settling, if nothing cuts it off.
+/// No less than settled_score() of what becomes of a rung by settling, if nothing cuts it off and
+/// it has no more than 30 times the nodes then.
 template <int Dim>
 double most_settled_score(const Rung<Dim>& rung);
 

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <stdexcept>
 #include <utility>
 
 namespace surf::segment {
@@ -16,9 +15,10 @@ constexpr double kSplineVariance = 1.0 / 3;  // cells^2
 // same voxels may seem to reach a little beyond a whole number of nodes.
 constexpr double kSlack = 0.01;
 
-constexpr double kRounding = 1e-5;   // of equal slopes: an edge midway between nodes is at both
-constexpr int kEdgeMargin = 3;       // nodes round a part, in which its edges are looked for
-constexpr double kMostAlone = 0.25;  // of the grid: a larger part is not made without the rest
+constexpr double kRounding = 1e-5;  // of equal slopes: an edge midway between nodes is at both
+constexpr int kEdgeMargin = 3;      // nodes round a part, in which its edges are looked for
+// Of the grid: a larger part is not made without the rest. 73^3 nodes of 1.5 million are.
+constexpr double kMostAlone = 0.3;
 
 template <int Dim>
 Vector<Dim> point_of(const typename NodeBox<Dim>::Index& node) {
@@ -113,8 +113,9 @@ bool SearchGrid<Dim>::make_all(const std::stop_token& stop) const {
 }
 
 template <int Dim>
-SearchGrid<Dim> SearchGrid<Dim>::part(const NodeBox<Dim>& part) const {
-  if (double(part.n()) > kMostAlone * double(box().n())) make_all();
+SearchGrid<Dim> SearchGrid<Dim>::part(const NodeBox<Dim>& part, const std::stop_token& stop) const {
+  if (!values_) n_alone_ += part.n();
+  if (double(part.n()) > kMostAlone * double(box().n()) || n_alone_ > box().n()) make_all(stop);
   SearchLattice<Dim> lattice = lattice_;
   lattice.box.size = part.size;
   for (int axis = 0; axis < Dim; ++axis) {
@@ -126,17 +127,13 @@ SearchGrid<Dim> SearchGrid<Dim>::part(const NodeBox<Dim>& part) const {
   }
   lattice.node_to_world =
       node_to_world() * Eigen::Translation<double, Dim>(point_of<Dim>(part.lower));
-  if (!values_) return {lattice, range_, made(*I_, part, {})};
-  return {lattice, range_,
-          std::make_shared<Values>(Values{
-              cropped(box(), values_->intensity, part), cropped(box(), values_->slope, part),
-              cropped(box(), values_->edge_slope, part), cropped(box(), values_->level, part)})};
-}
-
-template <int Dim>
-auto SearchGrid<Dim>::values() const -> const Values& {
-  if (!values_) throw std::logic_error("SearchGrid: its nodes are asked for before make_all()");
-  return *values_;
+  if (!values_) return {lattice, range_, made(*I_, part, stop)};
+  Values out{cropped(box(), values_->intensity, part),
+             cropped(box(), values_->slope, part),
+             cropped(box(), values_->edge_slope, part),
+             {}};
+  out.level = levels(out.intensity);
+  return {lattice, range_, std::make_shared<Values>(std::move(out))};
 }
 
 template <int Dim>
@@ -198,13 +195,17 @@ auto SearchGrid<Dim>::made(const Field<Dim>& I, const NodeBox<Dim>& part,
     out->slope = cropped(seen, out->slope, part);
     out->edge_slope = cropped(seen, out->edge_slope, part);
   }
-  const double low = range_[0], scale = (kLevels - 1) / std::max(range(), 1e-300);
-  out->level.resize(part.n());
-  std::transform(
-      out->intensity.begin(), out->intensity.end(), out->level.begin(),
-      [&](float value) {  // a spline may go beyond the range
-        return std::uint16_t(std::lround(std::clamp(scale * (value - low), 0.0, kLevels - 1.0)));
-      });
+  out->level = levels(out->intensity);
+  return out;
+}
+
+template <int Dim>
+std::vector<std::uint16_t> SearchGrid<Dim>::levels(const std::vector<float>& intensity) {
+  const auto [lowest, highest] = std::minmax_element(intensity.begin(), intensity.end());
+  const double low = *lowest, scale = (kLevels - 1) / std::max(double(*highest) - low, 1e-300);
+  std::vector<std::uint16_t> out(intensity.size());
+  std::transform(intensity.begin(), intensity.end(), out.begin(),
+                 [&](float value) { return std::uint16_t(std::lround(scale * (value - low))); });
   return out;
 }
 

@@ -1,9 +1,10 @@
-// What an image shows at the nodes of a grid: made once for an image, kept for every further click.
+// What an image shows at the nodes of a grid.
 #pragma once
 
 #include <array>
 #include <memory>
 #include <optional>
+#include <stdexcept>
 #include <stop_token>
 #include <vector>
 
@@ -36,8 +37,8 @@ struct SearchLattice {
                 const std::optional<NodeBox<Dim>>& cells = {});
 };
 
-/// Nodes are made when they are first asked for: part() makes those of a box alone, make_all() all
-/// of them, which stay. One thread at a time may call these two.
+/// part() makes the nodes of a small box alone, each time; make_all() all of them, which stay. One
+/// thread at a time may call these two.
 template <int Dim>
 class SearchGrid {
  public:
@@ -54,7 +55,10 @@ class SearchGrid {
   /// A box of it as a grid of its own, whose nodes count from 0 and are all made: the same to the
   /// bit, whether those of the whole are made or not. The faces that they share are the same;
   /// beyond the others the image goes on.
-  SearchGrid part(const NodeBox<Dim>& box) const;
+  /// A box of more than 0.3 of the grid, or one by which as many nodes as the grid has have been
+  /// made so, makes all.
+  /// @param stop  ends it with values that mean nothing
+  SearchGrid part(const NodeBox<Dim>& box, const std::stop_token& stop = {}) const;
 
   const NodeBox<Dim>& box() const { return lattice_.box; }
   const Eigen::Transform<double, Dim, Eigen::Affine>& node_to_world() const {
@@ -70,11 +74,11 @@ class SearchGrid {
   /// Highest less lowest intensity of the image.
   double range() const { return double(range_[1]) - range_[0]; }
 
-  // Of all nodes, which have been made.
+  // Of all nodes. std::logic_error if they have not been made.
 
   const std::vector<float>& intensity() const { return values().intensity; }
-  /// The intensity in steps of 1 / (kLevels - 1) of that between the lowest and highest one of the
-  /// image.
+  /// The intensity in steps of 1 / (kLevels - 1) of that between the lowest and highest one of
+  /// these nodes.
   const std::vector<std::uint16_t>& level() const { return values().level; }
   static constexpr int kLevels = 1 << 14;
   /// |grad I| [intensity / mm].
@@ -92,7 +96,11 @@ class SearchGrid {
 
   SearchGrid(const SearchLattice<Dim>& lattice, const std::array<float, 2>& range,
              std::shared_ptr<const Values> values);
-  const Values& values() const;
+  const Values& values() const {
+    if (!values_) throw std::logic_error("SearchGrid: its nodes are asked for before make_all()");
+    return *values_;
+  }
+  static std::vector<std::uint16_t> levels(const std::vector<float>& intensity);
   std::shared_ptr<Values> made(const Field<Dim>& I, const NodeBox<Dim>& part,
                                const std::stop_token& stop) const;
   void keep_edges(const NodeBox<Dim>& part, const Directions& direction, Values& values) const;
@@ -101,6 +109,7 @@ class SearchGrid {
   std::array<float, 2> range_;
   mutable std::shared_ptr<const Field<Dim>> I_;
   mutable std::shared_ptr<const Values> values_;  ///< null until all are made
+  mutable std::size_t n_alone_ = 0;               ///< nodes of parts that were made alone
 };
 
 }  // namespace surf::segment

@@ -223,16 +223,16 @@ const Result<Dim>& Segmentation<Dim>::propose_beside(Id id, const std::vector<Cl
 
 template <int Dim>
 void Segmentation<Dim>::prepare() {
-  fields_.search_grid(field_options(Options<Dim>(), 0), {}).make_all();
+  fields_.search_grid(field_options(Options<Dim>(), 0), {})->make_all();
 }
 
 template <int Dim>
 std::vector<Candidate<Dim>> Segmentation<Dim>::candidates(Id id) {
   const Object<Dim>& now = object(id);
   if (!now.result->search) return {};
-  const SearchGrid<Dim>& grid =
+  const std::shared_ptr<const SearchGrid<Dim>> grid =
       fields_.search_grid(field_options(now.options, 0), now.options.sigma_mm, now.options.box_mm);
-  return segment::candidates<Dim>(setting(), grid, *now.result->search);
+  return segment::candidates<Dim>(setting(), *grid, *now.result->search);
 }
 
 template <int Dim>

@@ -44,7 +44,7 @@ struct Cases {
   int n_right, n;
 };
 // Surfaces, each judged by a fit without its person.
-constexpr Cases kOfTrusted{116, 122}, kOfCheck{43, 58}, kOfDoubtful{50, 132};
+constexpr Cases kOfTrusted{118, 126}, kOfCheck{47, 68}, kOfDoubtful{55, 118};
 
 // Nodes from the region: where another one goes on far beyond, it is there that it leaves this one.
 constexpr double kNearRegion = 5;

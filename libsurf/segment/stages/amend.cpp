@@ -43,8 +43,8 @@ class Amend : public Stage<Dim> {
     if (!is_amended<Dim>(settled.shape) || !work.search || work.search->found.empty() ||
         work.options.topology == mesh::Topology::kFixed)
       return std::nullopt;
-    const SearchGrid<Dim>& grid = work.fields.search_grid(
-        field_options(work.options, 0), work.options.sigma_mm, work.options.box_mm);
+    const auto grid = work.fields.search_grid(field_options(work.options, 0), work.options.sigma_mm,
+                                              work.options.box_mm);
     std::vector<Click<Dim>> clicks;
     for (const Click<Dim>& click : work.clicks)
       if (std::find(settled.search->clicks.begin(), settled.search->clicks.end(), click) ==
@@ -56,7 +56,7 @@ class Amend : public Stage<Dim> {
       seen = seen->before.get();
     work.energies = settled.energies;
     static_cast<Lengths&>(work) = settled;
-    return amended<Dim>(work.setting(), grid,
+    return amended<Dim>(work.setting(), *grid,
                         {settled.shape, parameter_of(work.energies, "local-means", "reach"),
                          (seen ? *seen : *settled.search).inside(), work.search->inside(), clicks},
                         shape_options(work, work.edge_length_mm, work.sigma_mm));

@@ -162,8 +162,9 @@ class Propose : public Stage<Dim> {
 
   /// @param n_done  windows that were looked at
   static void search(Work<Dim>& work, int& n_done) {
-    const SearchGrid<Dim>& grid = work.fields.search_grid(
+    const std::shared_ptr<const SearchGrid<Dim>> kept = work.fields.search_grid(
         field_options(work.options, 0), work.options.sigma_mm, work.options.box_mm);
+    const SearchGrid<Dim>& grid = *kept;
     work.chosen = 0;
     work.proposals.clear();
     const SearchProgress<Dim> told = [&](int n, const Rung<Dim>* seen) {

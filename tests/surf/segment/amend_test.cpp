@@ -159,6 +159,12 @@ TEST(Amend, AClickThatTheRegionHasOnItsSideSpeaksOfTheShape) {
   EXPECT_TRUE(goes_on_from(at_once.search, has_evolved));
   EXPECT_EQ(at_once.shape.points, in_dialogue.points);
   EXPECT_EQ(at_once.shape.elements, in_dialogue.elements);
+  // And where no field is kept: the evolution between the clicks drops the grid of the search.
+  Segmentation<3> bounded(make_setting(phantom(volume::PhantomKind::kSeparateBalls, 0.1)), 0);
+  const int same = bounded.add_object();
+  bounded.add_click(same, inside(-0.5));
+  bounded.add_click(same, {*wrong, Side::kOutside});
+  EXPECT_EQ(bounded.evolve(same).shape.points, in_dialogue.points);
 }
 
 // Nobody has seen a shape that a stroke, or a click of another object, could answer; and what is

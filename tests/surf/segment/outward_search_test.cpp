@@ -1,11 +1,12 @@
-#include "libsurf/segment/region_search.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
+#include "libsurf/segment/click_search.h"
+#include "libsurf/segment/region_search.h"
+#include "libsurf/segment/verdict.h"
 #include "tests/surf/segment/ball_field.h"
 
 namespace surf::segment {
@@ -56,19 +57,77 @@ TEST(OutwardSearch, FindsAtTheBorderWhatEndsThere) {
 }
 
 TEST(OutwardSearch, StopsAndTellsInOrder) {
-  const auto field = std::make_shared<test::BallField>(Vector<3>(50, 50, 50), 28);
+  const auto field = std::make_shared<test::BallField>(Vector<3>(70, 70, 70), 28);
   const SearchGrid<3> grid(field, test::BallField::extent(), test::ball_lattice());
-  int last = 0;
-  search_outward<3>(grid, Vector<3>(50, 50, 50), {}, [&](int n, const Rung<3>* seen) {
+  int last = 0, n_seen = 0;
+  search_outward<3>(grid, Vector<3>(70, 70, 70), {}, [&](int n, const Rung<3>* seen) {
     EXPECT_GE(n, last);
     last = n;
-    EXPECT_TRUE(!seen || grid.box().contains(seen->inside.box().lower));
+    if (!seen) return true;
+    ++n_seen;
+    for (const int node : seen->inside.bounds(0).upper()) EXPECT_GT(node, 68);  // not a cube's own
     return true;
   });
   EXPECT_GT(last, 0);
-  EXPECT_TRUE(search_outward<3>(grid, Vector<3>(50, 50, 50), {}, [](int, const Rung<3>*) {
-                return false;
-              }).was_stopped);
+  EXPECT_GT(n_seen, 0);
+  for (const int n_before : {0, 3, 30}) {
+    const SearchedRegions<3> stopped = search_outward<3>(
+        grid, Vector<3>(70, 70, 70), {}, [&](int n, const Rung<3>*) { return n < n_before; });
+    EXPECT_TRUE(stopped.was_stopped);
+    EXPECT_TRUE(stopped.found.empty() && stopped.settled.empty());
+  }
+  const SearchGrid<3> other(field, test::BallField::extent(), test::ball_lattice());
+  std::stop_source stop;
+  stop.request_stop();
+  EXPECT_TRUE(
+      search_outward<3>(other, Vector<3>(70, 70, 70), {}, {}, stop.get_token()).was_stopped);
+  EXPECT_EQ(other.memory_bytes(), 0u);
+}
+
+TEST(OutwardSearch, LeavesOutWhatTheCubeCutsOff) {
+  const auto field = std::make_shared<test::BallField>(Vector<3>(50, 50, 50), 28);
+  const SearchGrid<3> grid(field, test::BallField::extent(), test::ball_lattice());
+  const NodeBox<3> box = cube_round<3>(grid, Vector<3>(50, 50, 50), 24);
+  EXPECT_EQ(box.lower, (NodeBox<3>::Index{26, 26, 26}));
+  EXPECT_EQ(box.size, (NodeBox<3>::Index{49, 49, 49}));
+  const SearchGrid<3> cube = grid.part(box);
+  EXPECT_TRUE(cube.is_cut_off({{0, 5, 5}, {3, 3, 3}}));
+  EXPECT_TRUE(cube.is_cut_off({{5, 5, 46}, {3, 3, 3}}));
+  EXPECT_FALSE(cube.is_cut_off({{1, 1, 1}, {47, 47, 47}}));
+  EXPECT_FALSE(grid.is_cut_off({{0, 0, 0}, {100, 100, 100}}));
+  const std::array seeds{Vector<3>(50, 50, 50)};
+  for (const Rung<3>& rung : search_rungs<3>(cube, seeds).found)
+    EXPECT_FALSE(cube.is_cut_off(rung.inside.bounds(0)));
+}
+
+/// Clicks, their regions and the verdict are the same to the bit where the nodes of all of the grid
+/// have been made before, as a studio does, and where they have not.
+TEST(OutwardSearch, ClicksAreTheSameInAGridThatIsNotMade) {
+  const auto field = std::make_shared<test::BallField>(Vector<3>(42, 55, 47), 11);
+  const SearchGrid<3> made(*field, test::BallField::extent(), test::ball_lattice()),
+      lazy(field, test::BallField::extent(), test::ball_lattice());
+  std::vector<Click<3>> clicks(3);
+  clicks[0].point_mm = Vector<3>(44, 53, 46);
+  clicks[1].point_mm = Vector<3>(42, 64, 47);
+  clicks[1].side = Side::kOutside;
+  clicks[2].point_mm = Vector<3>(42, 55, 60);
+  const auto a = search_clicks<3>(made, clicks), b = search_clicks<3>(lazy, clicks);
+  ASSERT_TRUE(a && b && !a->found.empty());
+  EXPECT_EQ(lazy.memory_bytes(), 0u);
+  ASSERT_EQ(a->found.size(), b->found.size());
+  for (std::size_t n = 0; n < a->found.size(); ++n) {
+    EXPECT_EQ(a->found[n].inside, b->found[n].inside);
+    EXPECT_EQ(a->found[n].score, b->found[n].score);
+  }
+  const VerdictFeatures of_made = verdict_features(made, *a), of_lazy = verdict_features(lazy, *b);
+  EXPECT_EQ(of_made.separation, of_lazy.separation);
+  EXPECT_EQ(of_made.rival, of_lazy.rival);
+  const auto regions_a = regions(made, *a), regions_b = regions(lazy, *b);
+  for (std::size_t n = 0; n < regions_a.size(); ++n) {
+    EXPECT_EQ(regions_a[n].share, regions_b[n].share);
+    EXPECT_EQ(regions_a[n].low, regions_b[n].low);
+    EXPECT_EQ(regions_a[n].node_to_world.matrix(), regions_b[n].node_to_world.matrix());
+  }
 }
 
 }  // namespace
