@@ -10,6 +10,7 @@
 
 #include "libsurf/segment/detail/change.h"
 #include "libsurf/segment/detail/click_cut.h"
+#include "libsurf/segment/detail/majority.h"
 #include "libsurf/segment/object_box.h"
 #include "libsurf/segment/settle_cut.h"
 
@@ -55,6 +56,13 @@ constexpr double kEarlyClicks = 3;
 constexpr double kLeastChange = 0.02, kSmallChange = 0.3, kSteady = 0.5;
 constexpr int kDeepEnough = 4;
 constexpr double kLeastGrowth = 0.1;
+// Candidates that mean the same end a node or two beside each other, and what most of them have is
+// right more often than what one has: 250 corrections of 23 structures, by the deepest clicks and
+// by drawn ones, mean Dice 0.832 in place of 0.829 (chosen without the person 0.832), 9.6 % lose
+// more than 0.005 and 2.4 % more than 0.05 in place of 12.4 % and 4.0 %. Where all candidates vote
+// 0.834, but a hip bone ends at a fifth of itself.
+constexpr double kMeansTheSame = 0.7;  // Dice with the best one
+constexpr double kVote = 2;
 
 /// A candidate in the box of the scene.
 template <int Dim>
@@ -72,9 +80,9 @@ struct Candidate {
       : after(std::move(object)), family(from), is_whole(whole), growth(of_growth) {}
 };
 
-/// 0 if nothing changes in either.
+/// 0 if there is nothing in either.
 template <int Dim>
-double dice_of_changes(const NodeSet<Dim>& a, const NodeSet<Dim>& b) {
+double dice(const NodeSet<Dim>& a, const NodeSet<Dim>& b) {
   return 2 * double(a.count_in_both(b)) / std::max(1.0, double(a.count() + b.count()));
 }
 
@@ -115,6 +123,7 @@ class Corrector {
     if (out.empty()) {
       out.emplace_back(scene_.before, Family::kBall, false, 1);
     }
+    out.front().after = vote(out);
     for (Candidate<Dim>& candidate : out) obey(candidate.after);
     return out;
   }
@@ -245,7 +254,7 @@ class Corrector {
                 has_costs ? cropped(box_, shown_, part) : std::vector<float>()));
     after ^= (inside ^ settled_part).in(box_);
     keep_clicked(after);
-    candidate.kept = dice_of_changes(unsettled, after ^ scene_.before);
+    candidate.kept = dice(unsettled, after ^ scene_.before);
   }
 
   /// Only what is connected with an inside click; all if none is in it.
@@ -352,12 +361,28 @@ class Corrector {
     std::vector<double> sums(n, 0);
     for (std::size_t a = 0; a < n; ++a)
       for (std::size_t b = a + 1; b < n; ++b) {
-        const double dice = dice_of_changes(candidates[a].change, candidates[b].change);
-        sums[a] += dice;
-        sums[b] += dice;
+        const double same = dice(candidates[a].change, candidates[b].change);
+        sums[a] += same;
+        sums[b] += same;
       }
     for (std::size_t c = 0; c < n; ++c)
       candidates[c].score *= std::pow(std::max(sums[c] / double(n - 1), 0.01), kAgreement);
+  }
+
+  /// What most of those have inside that mean the same as the best one, by their scores.
+  NodeSet<Dim> vote(const std::vector<Candidate<Dim>>& best_first) const {
+    const Candidate<Dim>& best = best_first.front();
+    if (best_first.size() == 1) return best.after;
+    std::vector<const NodeSet<Dim>*> same;
+    std::vector<double> weights;
+    for (const Candidate<Dim>& candidate : best_first) {
+      if (dice(candidate.after, best.after) < kMeansTheSame) continue;
+      same.push_back(&candidate.after);
+      weights.push_back(std::pow(candidate.score / best.score, kVote));
+    }
+    NodeSet<Dim> out = majority<Dim>(same, weights);
+    keep_clicked(out);
+    return out;
   }
 
   void obey(NodeSet<Dim>& after) const {

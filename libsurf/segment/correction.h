@@ -36,7 +36,9 @@ struct Correction {
 ///
 /// where C(P) >= 0.55, c is the depth of the first click in T over 0.75 of the greatest one, n the
 /// number of nodes, growth that of the piece's ladder, and agreement
-/// the mean Dice of this change and the others. See docs/clicks.md for what was tried.
+/// the mean Dice of this change and the others. What those with a Dice of 0.7 or more with the best
+/// one have inside by more than half of all their scores squared takes its place. See
+/// docs/clicks.md for what was tried.
 ///
 /// O(ladders) as in search_rungs(), in the surroundings of object and clicks alone.
 ///
