@@ -1,12 +1,11 @@
 #include "libsurf/segment/click_search.h"
 
 #include <algorithm>
+#include <numeric>
 #include <utility>
 
 namespace surf::segment {
 namespace {
-
-constexpr double kOther = 0.8;  // Dice below which a candidate is another one
 
 /// The order in which clicks are heeded: the first inside one before all others.
 template <int Dim>
@@ -101,7 +100,7 @@ ClickSearchPointer<Dim> further_search(const SearchGrid<Dim>& grid,
     scores.push_back(correction.score);
     overlaps.push_back(dice(correction.inside, corrected.front().inside));
   }
-  out->rival = rival_of(scores, overlaps, corrected.front().score);
+  if (corrected.front().score > 0) out->consent = consent_of(scores, overlaps);
   std::vector<Rung<Dim>> rungs;
   for (const Correction<Dim>& correction : corrected) rungs.push_back(rung_of(inside, correction));
   std::vector<const Rung<Dim>*> all;
@@ -164,12 +163,9 @@ NodeSet<Dim> ClickSearch<Dim>::inside() const {
   return found.empty() ? NodeSet<Dim>() : found[chosen].inside.in(box);
 }
 
-double rival_of(std::span<const double> scores, std::span<const double> overlaps,
-                double chosen_score) {
-  double out = 0;
-  for (std::size_t n = 0; n < scores.size(); ++n)
-    if (overlaps[n] < kOther) out = std::max(out, scores[n] / chosen_score);
-  return out;
+double consent_of(std::span<const double> scores, std::span<const double> overlaps) {
+  return std::inner_product(scores.begin(), scores.end(), overlaps.begin(), 0.0) /
+         std::accumulate(scores.begin(), scores.end(), 0.0);
 }
 
 template <int Dim>
@@ -223,7 +219,7 @@ ClickSearchPointer<Dim> with_regions(const ClickSearch<Dim>& search,
   out->found = before.found;
   out->chosen = before.chosen;
   out->has_evolved = before.has_evolved;
-  out->rival = before.rival;
+  out->consent = before.consent;
   return out;
 }
 

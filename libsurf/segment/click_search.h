@@ -12,11 +12,10 @@
 
 namespace surf::segment {
 
-/// The best score of the candidates that differ from the chosen one (Dice below 0.8), over its own.
-/// @param scores    of all
+/// How much candidates agree with the chosen one: the mean of their Dice with it, by their scores.
+/// @param scores    of all, the chosen one's among them; not all 0
 /// @param overlaps  their Dice with the chosen one
-double rival_of(std::span<const double> scores, std::span<const double> overlaps,
-                double chosen_score);
+double consent_of(std::span<const double> scores, std::span<const double> overlaps);
 
 /// What the first clicks of an object have found. Immutable; a further click makes a new one from
 /// it, so that the same clicks in the same order, with the same evolutions between them, end at the
@@ -32,7 +31,7 @@ struct ClickSearch {
   std::vector<Rung<Dim>> found;               ///< by the last click, best first; few
   std::size_t chosen = 0;                     ///< of them
   bool has_evolved = false;                   ///< the chosen one is what has become of it
-  double rival = 0;                           ///< of the best one, see rival_of(); 0 at the first
+  double consent = 1;                         ///< of the last corrections, see consent_of()
   std::shared_ptr<const ClickSearch> before;  ///< one click or evolution less; null at the first
 
   /// Of the chosen one, in the box of the grid; in no box if nothing was found.

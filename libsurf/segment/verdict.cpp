@@ -15,7 +15,8 @@ namespace {
 constexpr int kMargin = 3;  // nodes, for the shell
 
 using F = VerdictFeatures;
-constexpr double kUsuallyKept = 0.943;  // stands for it after further clicks
+// Stand for them where they are not known: kept after further clicks, consent after the first.
+constexpr double kUsuallyKept = 0.943, kUsualConsent = 0.933;
 
 /// A term of the logit, and what it means where it is low.
 struct Term {
@@ -24,18 +25,17 @@ struct Term {
   const char* doubt;
 };
 
-// Fitted with the constant to answers to one to three clicks, two first clicks in each of 28
-// structures of 13 scans, with and without a box; see docs/clicks.md. What competes with a first
-// region speaks for it as often as against it; what competes with a correction does not.
+// Fitted with the constant to surfaces after one to three clicks, two first clicks in each of 26
+// structures of 12 scans, with and without a box; see docs/clicks.md. What competes with a first
+// region speaks for it as often as against it; what differs from a correction does not.
 const std::array kTerms = {
-    Term{[](const F& f) { return f.separation; }, 6.545, 0.803,
+    Term{[](const F& f) { return f.separation; }, 3.436, 0.796,
          "what lies inside and outside of its boundary looks much alike"},
-    Term{[](const F& f) { return f.n_clicks > 1 ? kUsuallyKept : f.kept; }, 15.748, 0.936,
+    Term{[](const F& f) { return f.n_clicks > 1 ? kUsuallyKept : f.kept; }, 15.428, 0.934,
          "the edges near by are not where its intensities end"},
-    Term{[](const F& f) { return f.n_clicks > 1 ? -std::min(f.rival, 1.0) : 0.0; }, 3.376, -0.127,
-         "another correction fits nearly as well"},
-    Term{[](const F& f) { return std::log(f.n_clicks); }, 1.521, 0.655, nullptr}};
-constexpr double kConstant = -18.902;
+    Term{[](const F& f) { return f.n_clicks > 1 ? f.consent : kUsualConsent; }, 18.509,
+         kUsualConsent, "other corrections fit nearly as well, and differ"}};
+constexpr double kConstant = -33.100;
 constexpr double kTrusted = 0.82, kDoubtful = 0.7;
 // What the volume cuts off over more of its boundary is not trusted: where it would go on nobody
 // can see.
@@ -44,7 +44,7 @@ struct Cases {
   int n_right, n;
 };
 // Surfaces, each judged by a fit without its person.
-constexpr Cases kOfTrusted{118, 126}, kOfCheck{47, 68}, kOfDoubtful{55, 118};
+constexpr Cases kOfTrusted{127, 134}, kOfCheck{41, 56}, kOfDoubtful{48, 122};
 
 // Nodes from the region: where another one goes on far beyond, it is there that it leaves this one.
 constexpr double kNearRegion = 5;
@@ -93,7 +93,7 @@ std::string doubt(const VerdictFeatures& features) {
   double least = 0;
   for (const Term& term : kTerms) {
     const double against = term.weight * (term.value(features) - term.usual);
-    if (!term.doubt || against >= least) continue;
+    if (against >= least) continue;
     least = against;
     worst = &term;
   }
@@ -147,7 +147,7 @@ VerdictFeatures verdict_features(const SearchGrid<Dim>& grid, const ClickSearch<
   out.separation = region.features.separation;
   out.border_share = region.border_share;
   out.kept = search.found[search.chosen].kept;
-  out.rival = search.rival;
+  out.consent = search.consent;
   out.n_clicks = double(search.clicks.size());
   return out;
 }

@@ -14,7 +14,7 @@ struct VerdictFeatures {
   double separation = 0;    ///< of inside and outside along the boundary, see RungFeatures
   double border_share = 0;  ///< of the area, on the image's border
   double kept = 1;          ///< by settling, see Rung
-  double rival = 0;         ///< of the last correction, see ClickSearch
+  double consent = 1;       ///< of the last corrections, see ClickSearch
   double n_clicks = 1;
 };
 
@@ -45,7 +45,7 @@ struct Verdict {
 
 /// Likelihood of a Dice of 0.8 or more: a logistic function of
 ///
-///   separation, kept (of the first click), -rival (of further ones), log n_clicks
+///   separation, kept (of the first click), consent (of further ones)
 ///
 /// fitted to answers to one to three clicks in structures of CT and MRI scans (docs/clicks.md).
 double likelihood_of_right(const VerdictFeatures& features);

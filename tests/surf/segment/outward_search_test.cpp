@@ -121,7 +121,7 @@ TEST(OutwardSearch, ClicksAreTheSameInAGridThatIsNotMade) {
   }
   const VerdictFeatures of_made = verdict_features(made, *a), of_lazy = verdict_features(lazy, *b);
   EXPECT_EQ(of_made.separation, of_lazy.separation);
-  EXPECT_EQ(of_made.rival, of_lazy.rival);
+  EXPECT_EQ(of_made.consent, of_lazy.consent);
   const auto regions_a = regions(made, *a), regions_b = regions(lazy, *b);
   for (std::size_t n = 0; n < regions_a.size(); ++n) {
     EXPECT_EQ(regions_a[n].share, regions_b[n].share);

@@ -14,13 +14,12 @@ using test::inside;
 using test::outside;
 
 VerdictFeatures good() {
-  return {.separation = 0.95, .border_share = 0, .kept = 0.97, .rival = 0, .n_clicks = 1};
+  return {.separation = 0.95, .border_share = 0, .kept = 0.97, .consent = 1, .n_clicks = 1};
 }
 
-TEST(Verdict, ARivalIsTheBestThatDiffers) {
-  EXPECT_EQ(rival_of(std::array{1.0, 0.9, 0.1}, std::array{1.0, 0.95, 0.2}, 1.0), 0.1);
-  EXPECT_EQ(rival_of(std::array{2.0, 1.8}, std::array{1.0, 0.3}, 2.0), 0.9);
-  EXPECT_EQ(rival_of({}, {}, 1), 0);
+TEST(Verdict, ConsentIsTheMeanOverlapByScores) {
+  EXPECT_EQ(consent_of(std::array{3.0}, std::array{1.0}), 1);
+  EXPECT_DOUBLE_EQ(consent_of(std::array{2.0, 1.0, 1.0}, std::array{1.0, 0.9, 0.1}), 0.75);
 }
 
 TEST(Verdict, FallsWithWhatSpeaksAgainst) {
@@ -36,14 +35,18 @@ TEST(Verdict, FallsWithWhatSpeaksAgainst) {
   EXPECT_THAT(doubt(faint), ::testing::HasSubstr("alike"));
 }
 
-TEST(Verdict, DoubtsACorrectionThatHasARival) {
+TEST(Verdict, DoubtsACorrectionFromWhichOthersDiffer) {
   VerdictFeatures corrected = good();
   corrected.n_clicks = 2;
   const double best = likelihood_of_right(corrected);
   EXPECT_GE(best, likelihood_of_right(good()));
-  corrected.rival = 0.98;
+  corrected.consent = 0.6;
   EXPECT_LT(likelihood_of_right(corrected), best);
-  EXPECT_THAT(doubt(corrected), ::testing::HasSubstr("another correction"));
+  EXPECT_THAT(doubt(corrected), ::testing::HasSubstr("other corrections"));
+  VerdictFeatures first = corrected;
+  first.n_clicks = 1;
+  EXPECT_EQ(likelihood_of_right(first), likelihood_of_right(good()));
+  EXPECT_THAT(doubt(first), ::testing::HasSubstr("little"));
 }
 
 /// What a click at `click` on the first axis finds of a ball about x.
