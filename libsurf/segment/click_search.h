@@ -3,6 +3,7 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 #include <stop_token>
 #include <vector>
@@ -31,7 +32,7 @@ struct ClickSearch {
   std::vector<Rung<Dim>> found;               ///< by the last click, best first; few
   std::size_t chosen = 0;                     ///< of them
   bool has_evolved = false;                   ///< the chosen one is what has become of it
-  double consent = 1;                         ///< of the last corrections, see consent_of()
+  std::optional<double> consent;              ///< of the last corrections, if there were any
   std::shared_ptr<const ClickSearch> before;  ///< one click or evolution less; null at the first
 
   /// Of the chosen one, in the box of the grid; in no box if nothing was found.

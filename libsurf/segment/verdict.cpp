@@ -15,7 +15,7 @@ namespace {
 constexpr int kMargin = 3;  // nodes, for the shell
 
 using F = VerdictFeatures;
-// Stand for them where they are not known: kept after further clicks, consent after the first.
+// Stand for them where they are not known: kept after corrections, consent before.
 constexpr double kUsuallyKept = 0.943, kUsualConsent = 0.933;
 
 /// A term of the logit, and what it means where it is low.
@@ -31,10 +31,10 @@ struct Term {
 const std::array kTerms = {
     Term{[](const F& f) { return f.separation; }, 3.436, 0.796,
          "what lies inside and outside of its boundary looks much alike"},
-    Term{[](const F& f) { return f.n_clicks > 1 ? kUsuallyKept : f.kept; }, 15.428, 0.934,
+    Term{[](const F& f) { return f.consent ? kUsuallyKept : f.kept; }, 15.428, 0.934,
          "the edges near by are not where its intensities end"},
-    Term{[](const F& f) { return f.n_clicks > 1 ? f.consent : kUsualConsent; }, 18.509,
-         kUsualConsent, "other corrections fit nearly as well, and differ"}};
+    Term{[](const F& f) { return f.consent.value_or(kUsualConsent); }, 18.509, kUsualConsent,
+         "other corrections fit nearly as well, and differ"}};
 constexpr double kConstant = -33.100;
 constexpr double kTrusted = 0.82, kDoubtful = 0.7;
 // What the volume cuts off over more of its boundary is not trusted: where it would go on nobody
@@ -148,7 +148,6 @@ VerdictFeatures verdict_features(const SearchGrid<Dim>& grid, const ClickSearch<
   out.border_share = region.border_share;
   out.kept = search.found[search.chosen].kept;
   out.consent = search.consent;
-  out.n_clicks = double(search.clicks.size());
   return out;
 }
 

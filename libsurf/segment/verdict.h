@@ -14,8 +14,8 @@ struct VerdictFeatures {
   double separation = 0;    ///< of inside and outside along the boundary, see RungFeatures
   double border_share = 0;  ///< of the area, on the image's border
   double kept = 1;          ///< by settling, see Rung
-  double consent = 1;       ///< of the last corrections, see ClickSearch
-  double n_clicks = 1;
+  /// Of the last corrections, see ClickSearch; a click that changes nothing makes none.
+  std::optional<double> consent = {};
 };
 
 enum class Trust {
@@ -45,7 +45,7 @@ struct Verdict {
 
 /// Likelihood of a Dice of 0.8 or more: a logistic function of
 ///
-///   separation, kept (of the first click), consent (of further ones)
+///   separation, kept (of the first region), consent (of corrections)
 ///
 /// fitted to answers to one to three clicks in structures of CT and MRI scans (docs/clicks.md).
 double likelihood_of_right(const VerdictFeatures& features);

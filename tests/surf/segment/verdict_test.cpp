@@ -14,7 +14,7 @@ using test::inside;
 using test::outside;
 
 VerdictFeatures good() {
-  return {.separation = 0.95, .border_share = 0, .kept = 0.97, .consent = 1, .n_clicks = 1};
+  return {.separation = 0.95, .border_share = 0, .kept = 0.97, .consent = {}};
 }
 
 TEST(Verdict, ConsentIsTheMeanOverlapByScores) {
@@ -37,16 +37,26 @@ TEST(Verdict, FallsWithWhatSpeaksAgainst) {
 
 TEST(Verdict, DoubtsACorrectionFromWhichOthersDiffer) {
   VerdictFeatures corrected = good();
-  corrected.n_clicks = 2;
+  corrected.consent = 1;
   const double best = likelihood_of_right(corrected);
   EXPECT_GE(best, likelihood_of_right(good()));
   corrected.consent = 0.6;
   EXPECT_LT(likelihood_of_right(corrected), best);
   EXPECT_THAT(doubt(corrected), ::testing::HasSubstr("other corrections"));
   VerdictFeatures first = corrected;
-  first.n_clicks = 1;
+  first.consent.reset();
   EXPECT_EQ(likelihood_of_right(first), likelihood_of_right(good()));
   EXPECT_THAT(doubt(first), ::testing::HasSubstr("little"));
+}
+
+/// Saying the same again is no reason to trust it more.
+TEST(Verdict, StaysWhereAFurtherClickChangesNothing) {
+  const ClickImage<3> image(test::is_in_dumbbell<3>);
+  const auto features = [&](const std::vector<Click<3>>& clicks) {
+    return verdict_features(image.grid, *search_clicks<3>(image.grid, clicks));
+  };
+  const double first = likelihood_of_right(features({inside<3>(14)}));
+  EXPECT_EQ(likelihood_of_right(features({inside<3>(14), inside<3>(15)})), first);
 }
 
 /// What a click at `click` on the first axis finds of a ball about x.
@@ -88,7 +98,7 @@ TEST(Verdict, TrustsABallThatStandsOut) {
   const VerdictFeatures features = ball.features();
   EXPECT_GT(features.separation, 0.9);
   EXPECT_EQ(features.border_share, 0);
-  EXPECT_EQ(features.n_clicks, 1);
+  EXPECT_FALSE(features.consent);
   const auto found = verdict(ball.image.grid, *ball.search);
   ASSERT_TRUE(found);
   EXPECT_EQ(found->trust, Trust::kTrusted) << found->text();
