@@ -37,10 +37,17 @@ struct Amendment {
 template <int Dim>
 bool is_amended(const Simplices<Dim>& settled);
 
+/// What is changed further from the boundary than the nodes beside it, or where a new click is, and
+/// what is near that. A region that settles anew ends a node beside the shape in many places, which
+/// is no reason to let all of a shape that has come to rest move again.
+template <int Dim>
+NodeSet<Dim> change_that_counts(const SearchGrid<Dim>& grid, const Amendment<Dim>& amendment);
+
 /// The shape with what was added and without what went: shells of these, which reach further into
 /// and out of it than it may be from the region's boundary, are joined to it, and where they cross
 /// it becomes the boundary of the domain round which they wind (surgery.h). All else stays, bit for
-/// bit.
+/// bit. Where more than half of the shape would move again, what counts of the change is made
+/// alone.
 ///
 /// @param options  of the shape, as it goes on from there
 /// @return  nothing if so much has changed that nothing is gained, or no sound shape comes of it

@@ -1,4 +1,6 @@
 // What a further click changes, and what it leaves as it is.
+#include "libsurf/segment/detail/amend.h"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -9,6 +11,7 @@
 #include <set>
 
 #include "libsurf/segment/segment.h"
+#include "tests/surf/segment/ball_field.h"
 #include "tests/surf/segment/dialogues.h"
 
 namespace surf::segment {
@@ -54,6 +57,52 @@ TEST(Amend, AFurtherClickLeavesTheRestOfALargeSurfaceAsItIs) {
   EXPECT_EQ(n_kept(one, two.shape), one.points.rows());
   ASSERT_TRUE(two.certainty);
   EXPECT_EQ(two.certainty->deviation_mm.size(), two.shape.points.rows());
+}
+
+/// A ball of nodes that loses a layer all round.
+struct LayeredChange {
+  SearchGrid<3> grid{test::BallField({0, 0, 0}, 0.5), test::BallField::extent(),
+                     test::ball_lattice()};
+  NodeSet<3> before = ball({20, 20, 20}, 12), layer = before & before.complement().dilated(1),
+             after = before - layer;
+
+  NodeSet<3> ball(const std::array<int, 3>& center, double radius) const {
+    NodeSet<3> out(grid.box());
+    out.insert(center);
+    return out.dilated(radius);
+  }
+  NodeSet<3> counts(std::vector<Click<3>> clicks = {}) const {
+    const Triangles shape;
+    return change_that_counts<3>(grid, {shape, 0, before, after, std::move(clicks)});
+  }
+};
+
+// Least cuts settle all of an object's boundary: with the layer the whole inside of a skull was
+// joined to itself, and evolved and was located again.
+TEST(Amend, OfALayerAllRoundNothingCounts) {
+  const LayeredChange change;
+  EXPECT_GT(change.layer.count(), 1000u);
+  EXPECT_TRUE(change.counts().is_empty());
+}
+
+TEST(Amend, ADentCountsWithWhatIsNearIt) {
+  LayeredChange change;
+  const NodeSet<3> dent = change.ball({32, 20, 20}, 5) & change.before;
+  change.after -= dent;
+  const NodeSet<3> counts = change.counts();
+  EXPECT_GT(counts.count_in_both(dent), dent.count() * 9 / 10);
+  EXPECT_TRUE((counts - dent.dilated(3)).is_empty());
+  EXPECT_GT((change.layer - counts).count(), change.layer.count() / 2);
+}
+
+TEST(Amend, AThinChangeCountsWhereAClickIs) {
+  const LayeredChange change;
+  Click<3> click;
+  click.side = Side::kOutside;
+  click.point_mm = change.grid.node_to_world() * Vector<3>(32, 20, 20);
+  const NodeSet<3> counts = change.counts({click});
+  EXPECT_TRUE(counts.contains({32, 20, 20}));
+  EXPECT_TRUE((counts - change.ball({32, 20, 20}, 2)).is_empty());
 }
 
 // As an evolution of all of it would: the rest was at its minimum already.
