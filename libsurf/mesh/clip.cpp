@@ -6,7 +6,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <map>
 #include <optional>
 #include <vector>
 
@@ -49,12 +51,21 @@ Mesh to_cgal(const Triangles& surface, const ImageBox<3>& box, double snap) {
   return mesh;
 }
 
-Triangles from_cgal(Mesh mesh, const ImageBox<3>& box) {
+/// @param from  whose vertices keep their places to the bit, where no cut has moved them
+Triangles from_cgal(Mesh mesh, const ImageBox<3>& box, const Triangles& from) {
+  std::map<std::array<double, 3>, Eigen::Index> kept;
+  for (Eigen::Index i = 0; i < from.points.rows(); ++i) {
+    const auto at = box.index(from.points.row(i).transpose());
+    kept.insert({{at[0], at[1], at[2]}, i});
+  }
   mesh.collect_garbage();
   Triangles out{Points<3>(mesh.number_of_vertices(), 3), Elements<3>(mesh.number_of_faces(), 3)};
   for (const auto vertex : mesh.vertices()) {
     const auto& p = mesh.point(vertex);
-    const Vector<3> world = box.index_to_world * Vector<3>(p.x(), p.y(), p.z());
+    const auto same = kept.find({p.x(), p.y(), p.z()});
+    const Vector<3> world = same != kept.end()
+                                ? Vector<3>(from.points.row(same->second).transpose())
+                                : box.index_to_world * Vector<3>(p.x(), p.y(), p.z());
     out.points.row(Eigen::Index(vertex)) = box.clamped(world, box.faces(world)).transpose();
   }
   const bool is_mirrored = box.index_to_world.linear().determinant() < 0;
@@ -102,7 +113,7 @@ Triangles clipped(const Triangles& surface, const ImageBox<3>& box) {
   if (!mesh) mesh = cut(surface, box, 0);
   if (!mesh) throw InvalidMesh("a surface that reaches out of the volume cannot be clipped");
   if (mesh->number_of_faces() == 0) throw InvalidMesh("nothing of the surface lies in the volume");
-  return from_cgal(*std::move(mesh), box);
+  return from_cgal(*std::move(mesh), box, surface);
 }
 
 }  // namespace surf::mesh

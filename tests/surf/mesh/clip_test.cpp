@@ -3,8 +3,10 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <random>
+#include <set>
 
 #include "libsurf/base/error.h"
 #include "libsurf/mesh/measure.h"
@@ -66,6 +68,22 @@ TEST(Clip, HalvesABallInObliqueAndMirroredFrames) {
     const auto cells = box_at({3, 4, 4}, sides, center - sides * Eigen::Vector3d(0, 2, 2));
     expect_clipped(clipped(surface, cells), cells, half);
   }
+}
+
+TEST(Clip, LeavesTheOtherVerticesWhereTheyWereToTheBit) {
+  const Eigen::Vector3d center(1, -2, 3);
+  const Triangles surface = ball(center, 1, 0.35);
+  const auto cells = box_at({3, 4, 4}, rotated(), center - rotated() * Eigen::Vector3d(0, 2, 2));
+  const auto out = clipped(surface, cells);
+  std::set<std::array<double, 3>> places;
+  for (const auto& x : out.points.rowwise()) places.insert({x[0], x[1], x[2]});
+  int n = 0;
+  for (const auto& x : surface.points.rowwise()) {
+    if ((cells.index(x.transpose()) < cells.first() + 0.01).any()) continue;
+    ++n;
+    EXPECT_TRUE(places.contains({x[0], x[1], x[2]}));
+  }
+  EXPECT_GT(n, 20);
 }
 
 TEST(Clip, PutsTheCutOnTheFace) {
