@@ -7,6 +7,7 @@
 #include <cmath>
 #include <random>
 #include <set>
+#include <vector>
 
 #include "libsurf/base/error.h"
 #include "libsurf/mesh/measure.h"
@@ -152,6 +153,21 @@ TEST(Clip, LeavesNoSliversWhereVerticesAreAllButOnAFace) {
 TEST(Clip, RefusesWhatHasNothingInTheBox) {
   const auto cells = box_at({3, 3, 3}, Eigen::Matrix3d::Identity(), {5, 5, 5});
   EXPECT_THROW(clipped(ball({0, 0, 0}, 1, 0.4), cells), InvalidMesh);
+}
+
+// Not by when an intersection is found, which differs from run to run.
+TEST(Clip, NumbersVerticesByTheirPlacesAndFacesByTheirVertices) {
+  const auto cells = box_at({4, 4, 4}, Eigen::Vector3d(0.5, 0.5, 0.5).asDiagonal(), {-1, -1, 0.1});
+  const Triangles out = clipped(ball({0, 0, 0}, 0.9, 0.3), cells);
+  for (Eigen::Index i = 1; i < out.points.rows(); ++i)
+    EXPECT_LE(out.points(i - 1, 0), out.points(i, 0) + 1e-12) << i;
+  std::vector<std::array<int, 3>> faces;
+  for (const auto& t : out.elements.rowwise()) {
+    std::array<int, 3> corners = {t[0], t[1], t[2]};
+    std::rotate(corners.begin(), std::min_element(corners.begin(), corners.end()), corners.end());
+    faces.push_back(corners);
+  }
+  EXPECT_TRUE(std::is_sorted(faces.begin(), faces.end()));
 }
 
 }  // namespace
