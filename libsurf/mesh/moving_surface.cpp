@@ -3,8 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
+#include <set>
 #include <utility>
 
 #include "libsurf/base/error.h"
@@ -207,7 +209,20 @@ bool MovingSurface::resolve_events() {
       return take_back();
     }
   }
+  add_to_region(to);
   return true;
+}
+
+/// The vertices that were not there before surgery.
+void MovingSurface::add_to_region(const Points<3>& before) {
+  if (!options_.region) return;
+  using Place = std::array<double, 3>;
+  const auto place = [](const auto& point) { return Place{point[0], point[1], point[2]}; };
+  std::set<Place> known;
+  for (const auto& point : before.rowwise()) known.insert(place(point));
+  const Points<3> now = points(mesh_);
+  for (const auto& point : now.rowwise())
+    if (!known.contains(place(point))) options_.region->add(point.transpose());
 }
 
 /// Moves elements that reach into obstacles out of them, where no triangles come to intersect. The
@@ -286,21 +301,24 @@ bool MovingSurface::remove_phantoms_and_crumbs() {
 /// An initial surface of balls that overlap becomes the boundary of their union.
 void MovingSurface::resolve_initial_crossings() {
   std::vector<char> events(mesh_.n_faces(), 0);
-  for (const auto& [a, b] : self_intersections(simplices())) events[a] = events[b] = 1;
+  const Triangles initial = simplices();
+  for (const auto& [a, b] : self_intersections(initial)) events[a] = events[b] = 1;
   SurgeryOptions surgery;
   surgery.resolution_mm = topology_resolution();
   if (operate(mesh_, events, surgery).n_unresolved > 0)
     throw InvalidMesh("the initial surface intersects itself and could not be rebuilt");
   remove_phantoms_and_crumbs();
+  add_to_region(initial.points);
 }
 
 /// A surface that cannot be clipped is brought into the box by its first step.
 void MovingSurface::clip_at_start() {
   if (!self_intersections(simplices()).empty()) return;
+  const Points<3> before = points(mesh_);
   const Triangles inside = clipped(simplices(), *options_.box);
-  if (inside.points.rows() != Eigen::Index(mesh_.n_vertices()) ||
-      inside.points != simplices().points)
-    mesh_ = to_mesh(inside);
+  if (inside.points.rows() == before.rows() && inside.points == before) return;
+  mesh_ = to_mesh(inside);
+  add_to_region(before);
 }
 
 bool MovingSurface::mend_whole() {

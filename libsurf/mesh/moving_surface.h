@@ -34,6 +34,7 @@ class MovingSurface : public MovingMesh<3> {
   bool holds_a_point(const Triangles& surface, const std::vector<int>& of_triangle,
                      int shell) const;
   void resolve_initial_crossings();
+  void add_to_region(const Points<3>& before);
   void clip_at_start();
   bool resolve_events();
   bool hold_refused(const std::vector<char>& refused);

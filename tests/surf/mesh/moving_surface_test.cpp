@@ -377,5 +377,27 @@ TEST(MovingSurface, MovesInItsRegionOnly) {
     }
 }
 
+// Triangles as thin as the grid cuts them stayed where surgery went beyond the region.
+TEST(MovingSurface, MendsWhatSurgeryMakesBeyondItsRegion) {
+  Triangles balls = ball({0, 0, 0}, 5, 0.9);
+  const Triangles other = ball({6.1, 0.2, 0.3}, 5, 0.9);
+  const Eigen::Index n = balls.points.rows(), m = balls.elements.rows();
+  balls.points.conservativeResize(n + other.points.rows(), 3);
+  balls.points.bottomRows(other.points.rows()) = other.points;
+  balls.elements.conservativeResize(m + other.elements.rows(), 3);
+  balls.elements.bottomRows(other.elements.rows()) = other.elements.array() + int(n);
+  MovingSurfaceOptions options;
+  options.topology = Topology::kFree;
+  options.edge_length_mm = 0.9;
+  options.region = std::make_shared<Neighbourhood<3>>(0.9);
+  options.region->add({3, 0, 4});  // a part of where they cross
+  const MovingSurface surface(balls, options);
+  const Verification verification = verify(surface.simplices());
+  EXPECT_TRUE(verification.passed()) << verification.message();
+  EXPECT_GT(verification.min_angle_deg, 15);
+  EXPECT_TRUE(options.region->contains({3, 0, -4}));
+  EXPECT_FALSE(options.region->contains({-5, 0, 0}));
+}
+
 }  // namespace
 }  // namespace surf::mesh
