@@ -62,9 +62,8 @@ struct MovingShapeOptions {
   double held_distance_mm = 0;
   /// The shape moves where this has one of its vertices, and stays elsewhere, bit for bit; null =
   /// everywhere. Not heeded while a start is rebuilt where it crosses itself, and moved to where it
-  /// has held points. What surgery makes of a surface is added to it, with what is near: beyond it
-  /// nothing is mended.
-  std::shared_ptr<Neighbourhood<Dim>> region = {};
+  /// has held points. Nor is anything else mended but what surgery makes of it.
+  std::shared_ptr<const Neighbourhood<Dim>> region = {};
   /// A start is mended no further once it is requested; the shape is closed and embedded anyway.
   std::stop_token stop = {};
 

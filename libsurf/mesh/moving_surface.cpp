@@ -209,20 +209,35 @@ bool MovingSurface::resolve_events() {
       return take_back();
     }
   }
-  add_to_region(to);
+  note_rebuilt(to);
   return true;
 }
 
-/// The vertices that were not there before surgery.
-void MovingSurface::add_to_region(const Points<3>& before) {
+/// Where vertices are that were not there before surgery.
+void MovingSurface::note_rebuilt(const Points<3>& before) {
   if (!options_.region) return;
+  if (!rebuilt_) rebuilt_.emplace(options_.edge_length_mm);
   using Place = std::array<double, 3>;
   const auto place = [](const auto& point) { return Place{point[0], point[1], point[2]}; };
   std::set<Place> known;
   for (const auto& point : before.rowwise()) known.insert(place(point));
   const Points<3> now = points(mesh_);
   for (const auto& point : now.rowwise())
-    if (!known.contains(place(point))) options_.region->add(point.transpose());
+    if (!known.contains(place(point))) rebuilt_->add(point.transpose());
+}
+
+/// Those that rest but for what surgery has made of them, which is as thin as its grid cuts it:
+/// with all of it in the region, so that it moves too, a liver's boundary that had come to rest
+/// leaked.
+std::vector<char> MovingSurface::unmended_elements() const {
+  std::vector<char> out = resting_elements();
+  if (out.empty() || !rebuilt_) return out;
+  const Points<3> X = points(mesh_);
+  const Elements<3> T = elements(mesh_);
+  for (Eigen::Index t = 0; t < T.rows(); ++t)
+    for (const int vertex : T.row(t))
+      if (out[t] && rebuilt_->contains(X.row(vertex).transpose())) out[t] = 0;
+  return out;
 }
 
 /// Moves elements that reach into obstacles out of them, where no triangles come to intersect. The
@@ -308,7 +323,7 @@ void MovingSurface::resolve_initial_crossings() {
   if (operate(mesh_, events, surgery).n_unresolved > 0)
     throw InvalidMesh("the initial surface intersects itself and could not be rebuilt");
   remove_phantoms_and_crumbs();
-  add_to_region(initial.points);
+  note_rebuilt(initial.points);
 }
 
 /// A surface that cannot be clipped is brought into the box by its first step.
@@ -318,7 +333,7 @@ void MovingSurface::clip_at_start() {
   const Triangles inside = clipped(simplices(), *options_.box);
   if (inside.points.rows() == before.rows() && inside.points == before) return;
   mesh_ = to_mesh(inside);
-  add_to_region(before);
+  note_rebuilt(before);
 }
 
 bool MovingSurface::mend_whole() {
@@ -364,7 +379,7 @@ void MovingSurface::mend_the_rest(const Triangles& mended) {
     improvement.max_length = adaptivity().max_length_mm;
     improvement.tolerance_mm = share * mending_tolerance();
     improvement.stop = options_.stop;
-    improvement.frozen = resting_elements();
+    improvement.frozen = unmended_elements();
     if (options_.box) improvement.box = &*options_.box;
     improve(mesh_, improvement);
     if (push_away().empty() && added_intersections(mended, to_triangles(mesh_)).empty()) return;
@@ -388,7 +403,7 @@ bool MovingSurface::mend_apart_from(const std::vector<Vector<3>>& places, double
   improvement.may_coarsen = std::move(adapted.may_coarsen);
   if (sizes.geometry_tolerance_mm > 0)
     improvement.max_variation_mm = sizes.gamma_refine * sizes.geometry_tolerance_mm;
-  improvement.frozen = resting_elements();
+  improvement.frozen = unmended_elements();
   if (!places.empty()) {
     const std::vector<char> near = faces_near(mesh_, places, radius);
     improvement.frozen.resize(near.size(), 0);

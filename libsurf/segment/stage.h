@@ -94,7 +94,7 @@ struct Work : Lengths {
   bool start_is_given = false;  ///< not seed balls
   Simplices<Dim> shape = {};
   /// Where the shape may move: the rest of it is at its minimum. Null = everywhere.
-  std::shared_ptr<mesh::Neighbourhood<Dim>> region = {};
+  std::shared_ptr<const mesh::Neighbourhood<Dim>> region = {};
   std::vector<EnergyTerm> energies = {};  ///< of the result, every parameter filled in
   SeedModel seed = {};
   double border_share = 0;                       ///< of the length or area on the image's border

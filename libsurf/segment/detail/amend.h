@@ -17,7 +17,7 @@ template <int Dim>
 struct Amended {
   Simplices<Dim> shape;
   /// Where it is not yet at its minimum.
-  std::shared_ptr<mesh::Neighbourhood<Dim>> region;
+  std::shared_ptr<const mesh::Neighbourhood<Dim>> region;
   double changed = 0;  ///< content of the cells that the change has [mm^Dim]
 };
 

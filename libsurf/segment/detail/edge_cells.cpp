@@ -30,6 +30,21 @@ class Prism {
       lean_[i] = n_[i].dot(nu_);
     }
     steepest_ = *std::max_element(lean_.begin(), lean_.end());
+    for (int i = 0; i < Dim; ++i) {
+      away_[i] = geometry.basis_gradients(t).row(i);
+      furthest_[i] = -1e300;
+      for (int j = 0; j < Dim; ++j)
+        for (const double t_mm : {-reach_mm_, reach_mm_})
+          furthest_[i] = std::max(furthest_[i], -away_[i].dot(p_[j] + t_mm * n_[j]));
+      furthest_[i] += kNewtonTolerance * (1 + std::abs(furthest_[i]));
+    }
+  }
+
+  /// Whether x is beyond all of its corners on one side, as much of its box is.
+  bool is_beyond(const Vector<Dim>& x) const {
+    for (int i = 0; i < Dim; ++i)
+      if (-away_[i].dot(x) > furthest_[i]) return true;
+    return false;
   }
 
   /// Indices of cells that may lie in it.
@@ -94,6 +109,8 @@ class Prism {
   Vector<Dim> nu_;
   std::array<Vector<Dim>, Dim> p_, n_;
   std::array<double, Dim> lean_;
+  std::array<Vector<Dim>, Dim> away_;      // in its plane, towards each vertex [1/mm]
+  std::array<double, Dim> furthest_ = {};  // of its corners the other way
 };
 
 /// Those of an element.
@@ -112,7 +129,8 @@ void add_cells(const ImageExtent<Dim>& extent, const Prism<Dim>& prism, int elem
       number = number * std::uint64_t(extent.size[axis]) + std::uint64_t(at[axis]);
     }
     EdgeCell<Dim> cell;
-    if (prism.locate(extent.index_to_world * index, cell)) {
+    const Vector<Dim> x = extent.index_to_world * index;
+    if (!prism.is_beyond(x) && prism.locate(x, cell)) {
       cell.index = number;
       cell.element = element;
       out.push_back(cell);

@@ -389,14 +389,14 @@ TEST(MovingSurface, MendsWhatSurgeryMakesBeyondItsRegion) {
   MovingSurfaceOptions options;
   options.topology = Topology::kFree;
   options.edge_length_mm = 0.9;
-  options.region = std::make_shared<Neighbourhood<3>>(0.9);
-  options.region->add({3, 0, 4});  // a part of where they cross
+  const auto region = std::make_shared<Neighbourhood<3>>(0.9);
+  region->add({3, 0, 4});  // a part of where they cross
+  options.region = region;
   const MovingSurface surface(balls, options);
   const Verification verification = verify(surface.simplices());
   EXPECT_TRUE(verification.passed()) << verification.message();
   EXPECT_GT(verification.min_angle_deg, 15);
-  EXPECT_TRUE(options.region->contains({3, 0, -4}));
-  EXPECT_FALSE(options.region->contains({-5, 0, 0}));
+  EXPECT_FALSE(region->contains({3, 0, -4}));
 }
 
 }  // namespace
