@@ -55,6 +55,7 @@ StackResult segment_stack(const VoxelSlices& slices, int first, int last,
                           const CurveOptions& options, const StackProgress& progress) {
   StackResult out;
   bool go_on = true;
+  slices.slice(last);  // refused before any is worked
   const int step = first <= last ? 1 : -1;
   for (int k = first; k != last + step && go_on; k += step) {
     const Image image = slices.slice(k);
@@ -64,7 +65,10 @@ StackResult segment_stack(const VoxelSlices& slices, int first, int last,
                   go_on = !progress || progress(k, stage, record);
                   return go_on;
                 });
-    if (result.outcome == segment::Outcome::kAtLimit) ++out.n_limited;
+    if (result.outcome == segment::Outcome::kAtLimit) {
+      ++out.n_limited;
+      out.notes.push_back(fmt::format("slice {}: {}", k, result.message));
+    }
     if (const std::string why = missing(result); !why.empty()) {
       out.notes.push_back(fmt::format("slice {}: {}; the stack ends before it", k, why));
       break;

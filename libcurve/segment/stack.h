@@ -15,7 +15,7 @@ namespace surf::curve {
 struct StackResult {
   std::vector<SliceContours> slices;          ///< from the first to the last that has the object
   std::vector<segment::EnergyTerm> energies;  ///< chosen on the first slice, used on all
-  std::vector<std::string> notes;             ///< why the stack ends before its last slice
+  std::vector<std::string> notes;             ///< slices at a limit, and why it ends early
   int n_limited = 0;                          ///< slices whose run ended at its limit of steps
 };
 
@@ -28,7 +28,8 @@ using StackProgress =
 /// with the energy that was chosen on the first. Where the object vanishes or the contours are not
 /// valid the stack ends before that slice, with a note.
 /// @param options  seeds and initial curves in the plane of slice `first`
-/// @throws UsageError, InputError  as segment() and VoxelSlices::slice()
+/// @throws UsageError, InputError  as segment() and, before any slice is worked,
+/// VoxelSlices::slice()
 StackResult segment_stack(const VoxelSlices& slices, int first, int last,
                           const CurveOptions& options, const StackProgress& progress = {});
 

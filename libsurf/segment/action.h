@@ -54,4 +54,11 @@ template <int Dim>
 using Action = std::variant<AddClick<Dim>, TakeBackClick, SetOptions<Dim>, Propose<Dim>, Choose,
                             Evolve<Dim>, Rename, Recolour>;
 
+/// Whether an entry of the history was set off by another, and is no act of a person.
+template <int Dim>
+bool is_consequence(const Action<Dim>& action) {
+  return std::holds_alternative<Evolve<Dim>>(action) ||
+         std::holds_alternative<Propose<Dim>>(action);
+}
+
 }  // namespace surf::segment

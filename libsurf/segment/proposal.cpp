@@ -158,7 +158,7 @@ std::string to_string(const Proposal<Dim>& proposal) {
                high = proposal.mean + proposal.half_width;
   if (proposal.n_clicks > 1)
     return fmt::format(
-        "what {} clicks leave, by the last of them {}, nearly all intensities between {:.4g} and "
+        "what {} clicks leave, changed last by {}, nearly all intensities between {:.4g} and "
         "{:.4g}, settled on the edges near by; score {:.2f}",
         proposal.n_clicks, change_words(proposal.family), low, high, proposal.score);
   std::string what;

@@ -120,7 +120,13 @@ TEST_F(Checkpoints, WhatCannotBeOneIsTold) {
   EXPECT_EQ(run(with(words, {"--checkpoint", "none/c.json"})).exit_code, 4);
   std::ofstream(file("c.json")) << "{\"kind\":\"surfseg recipe\"}";
   EXPECT_EQ(run(with(words, {"--checkpoint", "c.json", "--resume"})).exit_code, 3);
-  must(with(words, {"--checkpoint", "c.json,60"}));  // begins anew
+  const Outcome foreign = run(with(words, {"--checkpoint", "c.json,60"}));
+  EXPECT_EQ(foreign.exit_code, 2);
+  EXPECT_NE(foreign.err.find("c.json is there and not a surfseg checkpoint"), std::string::npos)
+      << foreign.err;
+  EXPECT_EQ(bytes("c.json"), "{\"kind\":\"surfseg recipe\"}");
+  std::filesystem::remove(file("c.json"));
+  must(with(words, {"--checkpoint", "c.json,60"}));
   EXPECT_FALSE(exists("c.json"));
 }
 

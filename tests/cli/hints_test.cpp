@@ -53,6 +53,16 @@ TEST_F(Presets, AreInTheSummaryOptionByOptionSoThatItRepeatsTheRunWithoutThem) {
   EXPECT_EQ(bytes("a.ply"), first);
 }
 
+TEST_F(Presets, FilesOfASummarysRunAreNotWrittenOverByAnotherOutput) {
+  make_ball();
+  must({"segment", "ball.nii", "--seed", "0,0,0", "-o", "a.ply", "--mask", "a.nii", "--recipe",
+        "a.rec.json", "--json", "s.json", "-q"});
+  const std::string mask = bytes("a.nii"), recipe = bytes("a.rec.json");
+  must({"segment", "--config", "s.json", "--outside", "0,0,5", "-o", "b.ply", "-q"});
+  EXPECT_EQ(bytes("a.nii"), mask);
+  EXPECT_EQ(bytes("a.rec.json"), recipe);
+}
+
 TEST_F(Presets, MayBeNamedInAConfigWhichWins) {
   make_ball();
   use_own();

@@ -198,6 +198,13 @@ def test_evaluates_as_the_program_does(tmp_path, ball):
     assert theirs["distance"]["mean_mm"] == pytest.approx(scores["distance"]["mean_mm"])
 
 
+def test_an_add_that_is_refused_leaves_the_dialogue_as_it_was():
+    dialogue = surfseg.Segmentation(surfseg.phantom("ball", size=32))
+    with pytest.raises(surfseg.UsageError):
+        dialogue.add((0.9, 0.9, 0.9), inside=False)
+    assert dialogue.clicks() == []
+
+
 def test_a_dialogue_repeats_from_its_recipe():
     volume = surfseg.phantom("separate-balls", size=40)
     dialogue = surfseg.Segmentation(volume)
@@ -207,9 +214,10 @@ def test_a_dialogue_repeats_from_its_recipe():
     assert two.volume_ml == pytest.approx(2 * one.volume_ml, rel=0.05)
     assert dialogue.clicks() == [((-0.5, 0, 0), True), ((0.5, 0, 0), True)]
     recipe = dialogue.recipe()
-    assert dialogue.undo() and dialogue.undo()
+    assert dialogue.undo()
+    assert dialogue.clicks() == [((-0.5, 0, 0), True)]
     assert (dialogue.surface().vertices == one.vertices).all()
-    assert dialogue.redo() and dialogue.redo() and not dialogue.redo()
+    assert dialogue.redo() and not dialogue.redo()
     assert (dialogue.surface().vertices == two.vertices).all()
     again = surfseg.Segmentation(volume)
     again.replay(recipe)

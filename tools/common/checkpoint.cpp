@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <filesystem>
+#include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "libsurf/base/content_hash.h"
@@ -24,6 +25,14 @@ std::string hash(const std::string& text) {
   return out.digits();
 }
 
+/// By how it begins; Checkpoint::keep() writes it so.
+bool is_checkpoint(const std::string& path) {
+  const std::string begin = fmt::format("{{\"kind\": \"{}\"", kKind);
+  std::string there(begin.size(), '\0');
+  std::ifstream(path, std::ios::binary).read(there.data(), std::streamsize(there.size()));
+  return there == begin;
+}
+
 }  // namespace
 
 Checkpoint::Checkpoint(const std::string& argument, bool resumes) : resumes_(resumes) {
@@ -41,7 +50,15 @@ Checkpoint::Checkpoint(const std::string& argument, bool resumes) : resumes_(res
 void Checkpoint::begin(const std::function<std::string()>& asked) {
   if (path_.empty()) return;
   asked_ = hash(asked() + "\n" + SURFSEG_VERSION);
-  if (!resumes_ || !std::filesystem::exists(path_)) return;
+  if (!std::filesystem::exists(path_)) return;
+  if (!resumes_) {
+    if (!is_checkpoint(path_))
+      throw surf::UsageError(fmt::format(
+          "--checkpoint: {} is there and not a {}, which it would be written over by; give "
+          "another name",
+          path_, kKind));
+    return;
+  }
   const ordered_json file = read_json(path_);
   try {
     if (!file.is_object() || file.value("kind", "") != kKind)

@@ -4,6 +4,7 @@
 
 #include <CLI/App.hpp>
 #include <algorithm>
+#include <array>
 
 #include "libsurf/base/error.h"
 #include "libsurf/base/escaped.h"
@@ -20,6 +21,13 @@ std::string to_argument(const std::string& path, const std::string& key,
   throw surf::UsageError(
       fmt::format("{}: '{}' is {}; expected a string, a number, true or false, or a list of them",
                   path, key, value.dump()));
+}
+
+/// What a run may write beside its -o.
+bool is_beside_output(const std::string& key) {
+  constexpr std::array kNames = {"mask",   "picture",  "thumbnail", "report",
+                                 "recipe", "denoised", "start",     "frames"};
+  return std::find(kNames.begin(), kNames.end(), key) != kNames.end();
 }
 
 CLI::Option* find_option(CLI::App& command, const std::string& path, const std::string& key) {
@@ -43,11 +51,15 @@ std::vector<std::string> option_names(const CLI::App& command) {
 
 void apply_config(CLI::App& command, const std::string& path) {
   nlohmann::ordered_json document = read_json(path);
-  if (document.contains("config")) document = document["config"];
+  const bool is_summary = document.contains("config");
+  if (is_summary) document = document["config"];
   if (!document.is_object())
     throw surf::UsageError(fmt::format("{}: expected an object of options", path));
+  const CLI::Option* output = command.get_option_no_throw("--output");
+  const bool is_another_run = is_summary && output && output->count() > 0;
   for (const auto& [key, value] : document.items()) {
     if (key == "description") continue;  // of a preset
+    if (is_another_run && is_beside_output(key)) continue;
     CLI::Option* option = find_option(command, path, key);
     if (option->count() > 0 || value.is_null()) continue;
     if (value.is_array())

@@ -13,7 +13,8 @@ namespace surfseg {
 std::vector<std::string> option_names(const CLI::App& command);
 
 /// Gives every option of `command` that the command line did not set the value the document
-/// has for it, as if it had been typed. A summary's "config" object is taken if there is one.
+/// has for it, as if it had been typed. A summary's "config" object is taken if there is one;
+/// of another -o than its own, without the other files that its run wrote.
 /// @throws surf::UsageError  unknown option, or a value that is no string, number, boolean
 ///                           or list of them
 /// @throws surf::InputError  the file cannot be read

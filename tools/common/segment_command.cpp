@@ -49,15 +49,16 @@ std::string verdict_of(const surf::segment::Result<Dim>& result) {
   return result.verdict ? "; " + result.verdict->text() : "";
 }
 
-/// ", volume +- 12.3 mm^3, 1.2 % without an edge, next click at (...) mm"
+/// ", volume +- 0.0123 ml, 1.2 % without an edge, next click at (...) mm"; areas in mm^2
 template <int Dim>
 std::string certainty_of(const surf::segment::Finished<Dim>& finished) {
   if (!finished.certainty) return "";
   const auto& certainty = *finished.certainty;
-  std::string out = fmt::format(", {} +- {:.3g} mm^{}", Dim == 3 ? "volume" : "area",
-                                certainty.content_deviation, Dim);
+  std::string out = Dim == 3
+                        ? fmt::format(", volume +- {:.3g} ml", certainty.content_deviation / 1000)
+                        : fmt::format(", area +- {:.3g} mm^2", certainty.content_deviation);
   if (certainty.share_without_edge > 0)
-    out += fmt::format(", {:.2g} % without an edge", 100 * certainty.share_without_edge);
+    out += fmt::format(", {:.3g} % without an edge", 100 * certainty.share_without_edge);
   if (certainty.next_click_mm)
     out += fmt::format(
         ", next click at ({:.4g}) mm",

@@ -22,6 +22,11 @@ std::shared_ptr<const surf::segment::Setting<3>> setting_of(const surf::volume::
   return surf::segment::make_setting(volume);
 }
 
+template <int Dim>
+bool ends_with_consequence(const std::vector<surf::segment::Action<Dim>>& history) {
+  return !history.empty() && surf::segment::is_consequence<Dim>(history.back());
+}
+
 }  // namespace
 
 template <int Dim>
@@ -134,12 +139,30 @@ void Segmentation<Dim>::evolve(Id id, std::optional<int> n_steps, const py::obje
 
 template <int Dim>
 bool Segmentation<Dim>::undo(Id id) {
-  return alone([&] { return segmentation_.undo(id); });
+  return alone([&] {
+    int n_undone = 0;
+    for (; ends_with_consequence<Dim>(segmentation_.history(id)); ++n_undone)
+      segmentation_.undo(id);
+    try {
+      return segmentation_.undo(id) || n_undone > 0;
+    } catch (const surf::UsageError&) {  // its former name is another's: all stays as it was
+      while (n_undone-- > 0) segmentation_.redo(id);
+      throw;
+    }
+  });
 }
 
 template <int Dim>
 bool Segmentation<Dim>::redo(Id id) {
-  return alone([&] { return segmentation_.redo(id); });
+  return alone([&] {
+    if (!segmentation_.redo(id)) return false;
+    while (segmentation_.redo(id))
+      if (!ends_with_consequence<Dim>(segmentation_.history(id))) {
+        segmentation_.undo(id);
+        break;
+      }
+    return true;
+  });
 }
 
 template <int Dim>

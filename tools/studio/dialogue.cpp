@@ -52,10 +52,6 @@ bool is_move(const Action<3>* first, const Action<3>* second) {
          std::holds_alternative<AddClick<3>>(*second);
 }
 
-bool is_consequence(const Action<3>& action) {
-  return std::holds_alternative<Evolve<3>>(action) || std::holds_alternative<Propose<3>>(action);
-}
-
 Dialogue::Dialogue(std::filesystem::path folder)
     : folder_(std::move(folder)), state_(std::make_shared<State>()), worker_([this] { work(); }) {}
 
@@ -188,7 +184,7 @@ bool Dialogue::awaits_evolution(int id) const {
   const auto history = segmentation_->history(id);
   for (auto action = history.rbegin(); action != history.rend(); ++action)
     if (!std::holds_alternative<Rename>(*action) && !std::holds_alternative<Recolour>(*action))
-      return !is_consequence(*action) && can_evolve(id);
+      return !surf::segment::is_consequence<3>(*action) && can_evolve(id);
   return false;
 }
 
@@ -324,7 +320,8 @@ std::optional<Job> Dialogue::present_job() const {
 std::string Dialogue::undo_words(int id) const {
   if (undo_brings_back(id)) return "removal of " + removed_.back().name;
   const auto history = segmentation_->history(id);
-  const auto act = std::find_if_not(history.rbegin(), history.rend(), is_consequence);
+  const auto act =
+      std::find_if_not(history.rbegin(), history.rend(), surf::segment::is_consequence<3>);
   if (act == history.rend()) return "";
   return act + 1 != history.rend() && is_move(&act[1], &act[0]) ? kMove : words_of(*act);
 }

@@ -79,8 +79,6 @@ struct State {
 /// How much memory the results of the past may take: the more, the larger the volume is.
 std::size_t max_past_bytes(const surf::volume::Volume& volume);
 
-/// Whether an entry of the history was set off by another, and is no act of a person.
-bool is_consequence(const surf::segment::Action<3>& action);
 /// Of a click: it was taken back and added elsewhere. Either may be null.
 bool is_move(const surf::segment::Action<3>* first, const surf::segment::Action<3>* second);
 

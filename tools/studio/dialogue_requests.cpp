@@ -138,8 +138,8 @@ void Dialogue::stop() {
 /// What a person has done to the object and not undone.
 std::size_t Dialogue::n_acts(int id) const {
   const auto history = segmentation_->history(id);
-  return history.size() -
-         std::size_t(std::count_if(history.begin(), history.end(), is_consequence));
+  return history.size() - std::size_t(std::count_if(history.begin(), history.end(),
+                                                    surf::segment::is_consequence<3>));
 }
 
 /// Rather than take back the last act on this object.
@@ -179,7 +179,8 @@ void Dialogue::undo(int id) {
     auto& s = segmentation();
     if (undo_brings_back(id)) return bring_back();
     int n_consequences = 0;
-    for (; !s.history(id).empty() && is_consequence(s.history(id).back()); ++n_consequences)
+    for (; !s.history(id).empty() && surf::segment::is_consequence<3>(s.history(id).back());
+         ++n_consequences)
       s.undo(id);
     const auto history = s.history(id);
     if (history.empty()) return;
@@ -219,7 +220,8 @@ void Dialogue::redo(int id) {
     };
     while (goes_on()) {
       const Action<3> action = s.history(id).back();
-      const bool belongs = is_consequence(action) || (is_first && is_move(&done, &action));
+      const bool belongs =
+          surf::segment::is_consequence<3>(action) || (is_first && is_move(&done, &action));
       is_first = false;
       if (belongs) continue;
       s.undo(id);

@@ -59,6 +59,18 @@ TEST(Stack, EndsBeforeTheSliceThatHasNoObject) {
   EXPECT_NE(stack.notes[0].find("the stack ends before it"), std::string::npos);
 }
 
+TEST(Stack, IsRefusedAtOnceWhereThereIsNoLastSlice) {
+  const VoxelSlices slices = ball_slices();
+  int n_steps = 0;
+  EXPECT_THROW(segment_stack(slices, 20, 400, options_for(slices),
+                             [&](int, const std::string&, const flow::StepRecord&) {
+                               ++n_steps;
+                               return true;
+                             }),
+               InputError);
+  EXPECT_EQ(n_steps, 0);
+}
+
 TEST(Stack, StopsOnRequestWithTheSliceAsItIs) {
   const VoxelSlices slices = ball_slices();
   const StackResult stack =

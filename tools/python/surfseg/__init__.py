@@ -85,7 +85,11 @@ class Segmentation:
             space: Optional[str] = None, progress: Optional[ProgressFunction] = None) -> Shape:
         """A click, and the surface that obeys it and those before. See evolve()."""
         self.click(point, inside, object=object, space=space)
-        return self.evolve(object=object, progress=progress)
+        try:
+            return self.evolve(object=object, progress=progress)
+        except UsageError:  # an outside click alone, say: all stays as it was
+            self.undo(object=object)
+            raise
 
     def click(self, point: Point, inside: bool = True, *, object: Optional[str] = None,
               space: Optional[str] = None) -> None:
@@ -141,10 +145,12 @@ class Segmentation:
         return Curve(shape, self._image) if self._is_flat else Surface(shape, self._image)
 
     def undo(self, *, object: Optional[str] = None) -> bool:
-        """Takes back the last thing that was done; False if there is none."""
+        """Takes back the last thing that was done, with the proposals and surfaces that it set off;
+        False if there is none."""
         return self._segmentation.undo(self._id(object))
 
     def redo(self, *, object: Optional[str] = None) -> bool:
+        """Does again what was undone last, with what it set off; False if there is none."""
         return self._segmentation.redo(self._id(object))
 
     def recipe(self) -> str:
