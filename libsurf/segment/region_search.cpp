@@ -43,8 +43,9 @@ constexpr double kTail = 0.02;  // of the intensities of a front's region, on ei
 // regions of 23 structures have a mean Dice of 0.620 to 0.655, without 0.622: the smaller ones gain
 // most.
 constexpr std::array kHalfWidths = {24, 36};
-// What a cube may hold of it to be worth its time. Where it held 0.45, five of 18 noisy tori in 64^3
-// voxels ended at a crumb of noise in it; the first clicks into 23 structures are the same with 0.7.
+// What a cube may hold of it to be worth its time. Where it held 0.45, five of 18 noisy tori in
+// 64^3 voxels ended at a crumb of noise in it; the first clicks into 23 structures are the same
+// with 0.7.
 constexpr double kMostOfGrid = 0.3;
 // Less may be a crumb of something larger (a hip bone ends at a piece of its marrow without; from
 // 0.65 to 0.8 the mean Dice is the same).
