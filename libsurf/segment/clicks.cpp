@@ -75,7 +75,7 @@ void check_click(const ImageExtent<Dim>& extent, const std::vector<Click<Dim>>& 
   if (const auto point =
           point_in_common<Dim>(extent, clicks, is_inside ? Side::kOutside : Side::kInside, click))
     throw UsageError(fmt::format(
-        "Click::side: ({}) mm is in the same {} as an {} click; take that one back first",
+        "Click::side: ({}) mm is in the same {} as an {} click; take one of the two away",
         point_text<Dim>(*point), cell_word<Dim>(), is_inside ? "outside" : "inside"));
 }
 
@@ -86,7 +86,7 @@ void check_beside(const ImageExtent<Dim>& extent, const std::vector<Click<Dim>>&
   if (const auto point = point_in_common<Dim>(extent, clicks, Side::kInside, click))
     throw UsageError(fmt::format(
         "Click::point_mm: ({}) mm is in the same {} as an inside click of '{}': no {} is in two "
-        "objects; take that one back first",
+        "objects; take one of the two away",
         point_text<Dim>(*point), cell_word<Dim>(), name, cell_word<Dim>()));
 }
 

@@ -118,10 +118,10 @@ template <int Dim>
 void Segmentation<Dim>::add_click_unchecked_beside(Id id, const Click<Dim>& click) {
   Object<Dim> after = object(id);
   if (after.clicks.size() >= kMostClicks)
-    throw UsageError(
-        fmt::format("Object::clicks: more than {} clicks on '{}'; paint strokes, each "
-                    "of which is one click (marks)",
-                    kMostClicks, after.name));
+    throw UsageError(fmt::format(
+        "Object::clicks: more than {} clicks and strokes on '{}'; paint fewer and larger "
+        "ones: each connected stroke is one click",
+        kMostClicks, after.name));
   check_click<Dim>(setting().extent(), after.clicks, click);
   check_box<Dim>(setting().extent(), after.options.box_mm, {click});
   after.clicks.push_back(click);

@@ -205,6 +205,19 @@ def test_an_add_that_is_refused_leaves_the_dialogue_as_it_was():
     assert dialogue.clicks() == []
 
 
+def test_wrong_types_are_named_in_one_line():
+    dialogue = surfseg.Segmentation(surfseg.phantom("ball", size=32))
+    dialogue.click((0, 0, 0))
+    for wrong in (lambda: dialogue.choose(-1), lambda: dialogue.choose("1"),
+                  lambda: dialogue.evolve(steps=1.5), lambda: dialogue.evolve(steps=0),
+                  lambda: dialogue.take_back_click("a"), lambda: dialogue.add((0, 0, 0), object=3),
+                  lambda: dialogue.add((0, 0, 0), inside="no")):
+        with pytest.raises(surfseg.UsageError) as error:
+            wrong()
+        assert "\n" not in str(error.value) and "expected" in str(error.value)
+    assert dialogue.clicks() == [((0, 0, 0), True)]
+
+
 def test_a_dialogue_repeats_from_its_recipe():
     volume = surfseg.phantom("separate-balls", size=40)
     dialogue = surfseg.Segmentation(volume)

@@ -12,6 +12,7 @@ has it); points are RAS mm unless `space` says otherwise; lengths are mm. Images
 
 from __future__ import annotations
 
+import operator
 import os
 from typing import Any, Callable, Iterable, NamedTuple, Optional, Sequence, Union
 
@@ -96,11 +97,13 @@ class Segmentation:
         """A click without computing. Raises UsageError for a point outside the volume, or in the
         voxel of a click of the other side."""
         at = self._at([point], "point", space)[0]
-        self._segmentation.add_click(self._id(object, True), at, inside)
+        if not isinstance(inside, (bool, np.bool_)):
+            raise UsageError(f"inside: expected True or False; got {inside!r}")
+        self._segmentation.add_click(self._id(object, True), at, bool(inside))
 
     def take_back_click(self, index: int, *, object: Optional[str] = None) -> None:
         """index: of clicks(), from 0."""
-        self._segmentation.take_back_click(self._id(object), index)
+        self._segmentation.take_back_click(self._id(object), _count(index, "index"))
 
     def clicks(self, *, object: Optional[str] = None) -> list[tuple[tuple[float, ...], bool]]:
         """[((x, y, z) in RAS mm or (x, y) in mm, inside), ...]"""
@@ -123,7 +126,7 @@ class Segmentation:
 
     def choose(self, proposal: int, *, object: Optional[str] = None) -> None:
         """The next evolve() starts from this one of propose(), from 0."""
-        self._segmentation.choose(self._id(object), proposal)
+        self._segmentation.choose(self._id(object), _count(proposal, "proposal"))
 
     def evolve(self, *, object: Optional[str] = None, steps: Optional[int] = None,
                progress: Optional[ProgressFunction] = None) -> Shape:
@@ -136,6 +139,8 @@ class Segmentation:
         Ctrl-C, pass through; the surface so far is that of surface() then.
         Raises NoObject where no object stands out round the clicks.
         """
+        if steps is not None:
+            steps = _count(steps, "steps", 1)
         self._segmentation.evolve(self._id(object), steps, _told(progress))
         return self.surface(object=object)
 
@@ -170,6 +175,8 @@ class Segmentation:
         return to_ras(at, space or "ras", self._image.affine)
 
     def _id(self, name: Optional[str], may_add: bool = False) -> int:
+        if name is not None and not isinstance(name, str):
+            raise UsageError(f"object: expected a name; got {name!r}")
         objects = self._segmentation.objects()
         if name is None and len(objects) == 1:
             return objects[0][0]
@@ -233,6 +240,16 @@ def phantom(kind: str, size: Union[int, Sequence[int]] = 128, noise: float = 0,
     """A test volume whose surface is known exactly: `surfseg phantom --help`."""
     sizes = [size] * 3 if np.ndim(size) == 0 else list(size)
     return _surfseg.phantom(kind, [int(n) for n in sizes], noise, random_seed)
+
+
+def _count(value: Any, name: str, least: int = 0) -> int:
+    try:
+        count = operator.index(value)
+    except TypeError:
+        raise UsageError(f"{name}: expected a whole number; got {value!r}") from None
+    if count < least:
+        raise UsageError(f"{name}: expected {least} or more; got {count}")
+    return count
 
 
 def _words(options: dict) -> list[str]:
