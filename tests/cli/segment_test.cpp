@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 
 #include "libsurf/io/read_surface.h"
 #include "libsurf/mesh/distance.h"
@@ -25,6 +26,18 @@ TEST_F(Segment, FindsABallFromOneSeed) {
     must(segment({"-o", "s.stl", "--json", "s.json"}));
     EXPECT_GT(dice("s.stl"), 0.98) << "noise " << noise;
     EXPECT_NEAR(json("s.json")["volume_mm3"], kVolumeMm3, kVolumeToleranceMm3) << noise;
+  }
+}
+
+// A cube of nodes round the click holds nearly half of so small a grid, and in it crumbs of noise.
+TEST_F(Segment, FindsAWholeNoisyTorusInASmallVolume) {
+  for (const char* seed : {"0", "1"}) {
+    must({"phantom", "torus", "--size", "64", "--noise", "0.1", "--random-seed", seed, "-o",
+          "torus.nii"});
+    must(
+        {"segment", "torus.nii", "--seed", "0.5,0,0", "-o", "torus.stl", "--json", "s.json", "-q"});
+    const double volume = 2 * std::numbers::pi * std::numbers::pi * 0.5 * 0.2 * 0.2;
+    EXPECT_NEAR(json("s.json")["volume_mm3"].get<double>(), volume, 0.01 * volume) << seed;
   }
 }
 

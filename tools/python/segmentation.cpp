@@ -156,7 +156,14 @@ template <int Dim>
 bool Segmentation<Dim>::redo(Id id) {
   return alone([&] {
     if (!segmentation_.redo(id)) return false;
-    while (segmentation_.redo(id))
+    const auto goes_on = [&] {
+      try {
+        return segmentation_.redo(id);
+      } catch (const surf::UsageError&) {  // a name that is another's: an act of its own
+        return false;
+      }
+    };
+    while (goes_on())
       if (!ends_with_consequence<Dim>(segmentation_.history(id))) {
         segmentation_.undo(id);
         break;
