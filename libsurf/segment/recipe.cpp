@@ -62,6 +62,13 @@ std::string series_of_recipe(const std::string& recipe) {
   return word_of_image(recipe, "series_uid");
 }
 
+int dimension_of_recipe(const std::string& recipe) {
+  const Json dimension = parse_recipe(recipe).value("dimension", Json());
+  if (dimension != 2 && dimension != 3)
+    throw InputError(fmt::format("recipe: dimension: expected 2 or 3; got {}", dimension.dump()));
+  return dimension.get<int>();
+}
+
 namespace {
 
 /// A name that an object had once, or one like it that no other object has: names are unique at any

@@ -28,6 +28,10 @@ std::string image_of_recipe(const std::string& recipe);
 /// @throws InputError  not a recipe
 std::string series_of_recipe(const std::string& recipe);
 
+/// 2 = of an image, 3 = of a volume.
+/// @throws InputError  not a recipe
+int dimension_of_recipe(const std::string& recipe);
+
 /// Does all that the recipe says; objects that are there already stay.
 /// @throws InputError  not a recipe, of a newer version, of another image or dimension, or an entry
 ///                     that cannot be done; then nothing has changed

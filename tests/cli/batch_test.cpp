@@ -222,6 +222,7 @@ INSTANTIATE_TEST_SUITE_P(
         std::pair{"name\tscan\tclicks\na\t\t0,0,0\n", "list.tsv:2: scan: a volume is missing"},
         std::pair{"name\tscan\tclicks\na\tv\t\n", "list.tsv:2: --seed"},
         std::pair{"name\tscan\tclicks\na\tv\t!1,2,3\n", "list.tsv:2: --seed"},
+        std::pair{"name\tscan\tclicks\na\tv\t0,0\n", "list.tsv:2: --seed: expected three"},
         std::pair{"name\tscan\tclicks\na\tv\t1,2,3; 1,,2\n", "list.tsv:2: --seed: expected three"},
         std::pair{"name\tscan\tclicks\na\tv\tleft lung: 1,2,3;b b!: 1,2,3\n", "list.tsv:2: clicks"},
         std::pair{"name\tscan\tclicks\tpreset\na\tv\t1,2,3\tno-such\n", "list.tsv:2: "},

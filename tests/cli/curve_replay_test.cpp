@@ -16,6 +16,9 @@ TEST_F(CurveReplay, GivesTheSameBytesAndRefusesAnotherImage) {
   EXPECT_EQ(outcome.exit_code, 3);
   EXPECT_NE(outcome.err.find("belongs to another image"), std::string::npos) << outcome.err;
   EXPECT_FALSE(exists("c.json"));
+  const Outcome none = run({"replay", "b.json", "-o", "c.json"});
+  EXPECT_EQ(none.exit_code, 3);
+  EXPECT_NE(none.err.find("b.json: recipe: not a surfseg recipe"), std::string::npos) << none.err;
 }
 
 }  // namespace

@@ -71,6 +71,14 @@ TEST_F(Replay, RefusesAnotherVolumeAndRecipesThatItCannotRead) {
   expect_refused(3, {"r.json", "belongs to another image", "ball.nii.gz"},
                  {"--volume", "box.nii.gz"});
   expect_refused(2, {"--object", "'object 1'", "'spleen'"}, {"--object", "spleen"});
+  const Outcome early = run({"replay", "r.json", "-o", "again.stl", "--object", "spleen"});
+  EXPECT_EQ(early.exit_code, 2);
+  EXPECT_EQ(early.err.find("evolve"), std::string::npos) << early.err;  // before it computes
+  change("/dimension", 2);
+  expect_refused(3, {"r.json: is a recipe of an image; curveseg replays it"});
+  change("/dimension", 4);
+  expect_refused(3, {"r.json: recipe: dimension: expected 2 or 3; got 4"});
+  change("/dimension", 3);
   change("/objects/0/history/1/do", "dance");
   expect_refused(3, {"r.json", "object 1, entry 2", "'dance' is no action"});
   change("/version", 1000);
@@ -78,7 +86,7 @@ TEST_F(Replay, RefusesAnotherVolumeAndRecipesThatItCannotRead) {
   write("files/r.json", "{}");
   expect_refused(3, {"r.json", "not a surfseg recipe"});
   std::filesystem::remove(file("r.json"));
-  expect_refused(3, {"r.json", "cannot be read"});
+  expect_refused(3, {"r.json", "cannot be read: No such file"});
 }
 
 TEST_F(Replay, WithoutRecipeOrOutputIsAUsageError) {

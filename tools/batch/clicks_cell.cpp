@@ -16,9 +16,9 @@ std::string without_blanks(std::string text) {
   return text;
 }
 
-/// Numbers and commas, perhaps after a mark.
+/// Numbers and commas, perhaps after a mark; how many a point has is checked later.
 bool is_point(const std::string& text) {
-  return std::count(text.begin(), text.end(), ',') == 2 &&
+  return text.find(',') != std::string::npos &&
          text.find_first_not_of("!+-.,0123456789eE ") == std::string::npos;
 }
 

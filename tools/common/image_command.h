@@ -16,6 +16,7 @@ namespace surfseg {
 template <int Dim, class TheFiles>
 class ImageCommand : public SegmentCommand<Dim> {
  public:
+  static constexpr int kDimension = Dim;
   using Files = TheFiles;
   using Image = decltype(std::declval<Files>().read({}, {}));
 

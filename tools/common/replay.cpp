@@ -5,6 +5,8 @@
 
 #include <CLI/App.hpp>
 #include <algorithm>
+#include <cerrno>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -24,6 +26,34 @@ namespace {
   throw surf::InputError(fmt::format("{}: {}", a.path, error.what()));
 }
 
+/// Which of the recipe's objects are written: the one that was asked for, the only one, or with
+/// {object} in `output` all. Nothing is computed for it.
+template <int Dim>
+std::vector<bool> wanted_objects(
+    const ReplayArguments& a, const std::string& recipe, const std::string& output,
+    const std::shared_ptr<const surf::segment::Setting<Dim>>& setting) {
+  surf::segment::Segmentation<Dim> segmentation(setting);
+  try {
+    surf::segment::load<Dim>(recipe, segmentation);
+  } catch (const surf::InputError& error) {
+    fail(a, error);
+  }
+  std::vector<std::string> names;
+  for (const int id : segmentation.objects()) names.push_back(segmentation.object(id).name);
+  if (names.empty()) throw surf::InputError(fmt::format("{}: the recipe has no object", a.path));
+  if (has_object(output)) check_object_names(names);
+  if (a.object.empty() && (names.size() == 1 || has_object(output)))
+    return std::vector<bool>(names.size(), true);
+  std::vector<bool> out;
+  for (const std::string& name : names) out.push_back(name == a.object);
+  if (std::find(names.begin(), names.end(), a.object) == names.end())
+    throw surf::UsageError(
+        fmt::format("--object: expected one of '{}', or {{object}} in -o for all "
+                    "of them; got '{}'",
+                    fmt::join(names, "', '"), a.object));
+  return out;
+}
+
 }  // namespace
 
 void add_replay_arguments(CLI::App& command, ReplayArguments& a) {
@@ -40,10 +70,26 @@ void add_replay_arguments(CLI::App& command, ReplayArguments& a) {
 
 std::string read_recipe(const ReplayArguments& a) {
   if (a.path.empty()) throw surf::UsageError("RECIPE: a recipe is missing");
+  if (std::filesystem::is_directory(a.path))
+    throw surf::InputError(fmt::format("{}: is a folder; expected a recipe", a.path));
   std::ifstream stream(a.path, std::ios::binary);
-  if (!stream || std::filesystem::is_directory(a.path))
-    throw surf::InputError(fmt::format("{}: cannot be read", a.path));
+  if (!stream)
+    throw surf::InputError(fmt::format("{}: cannot be read: {}", a.path, std::strerror(errno)));
   return {std::istreambuf_iterator<char>(stream), {}};
+}
+
+void check_dimension(const ReplayArguments& a, const std::string& recipe, int dimension) {
+  int of_recipe = 0;
+  try {
+    of_recipe = surf::segment::dimension_of_recipe(recipe);
+  } catch (const surf::InputError& error) {
+    fail(a, error);
+  }
+  if (of_recipe == dimension) return;
+  const bool is_of_image = of_recipe == 2;
+  throw surf::InputError(fmt::format("{}: is a recipe of {}; {} replays it", a.path,
+                                     is_of_image ? "an image" : "a volume",
+                                     is_of_image ? "curveseg" : "surfseg"));
 }
 
 std::string image_file(const ReplayArguments& a, const std::string& recipe,
@@ -67,6 +113,7 @@ std::vector<SegmentedObject<Dim>> replayed(
     const ReplayArguments& a, const std::string& recipe, const std::string& output,
     const std::shared_ptr<const surf::segment::Setting<Dim>>& setting,
     const surf::segment::ProgressOf<Dim>& progress) {
+  const std::vector<bool> is_wanted = wanted_objects(a, recipe, output, setting);
   surf::segment::Segmentation<Dim> segmentation(setting);
   std::stop_source stop;
   const SignalStop signal;
@@ -83,21 +130,9 @@ std::vector<SegmentedObject<Dim>> replayed(
   } catch (const surf::InputError& error) {
     fail(a, error);
   }
-  std::vector<std::string> names;
   std::vector<SegmentedObject<Dim>> out;
-  for (const int id : segmentation.objects()) {
-    out.push_back({segmentation.object(id), {}});
-    names.push_back(out.back().object.name);
-  }
-  if (names.empty()) throw surf::InputError(fmt::format("{}: the recipe has no object", a.path));
-  if (has_object(output)) check_object_names(names);
-  if (a.object.empty() && (names.size() == 1 || has_object(output))) return out;
-  for (SegmentedObject<Dim>& object : out) object.is_wanted = object.object.name == a.object;
-  if (std::find(names.begin(), names.end(), a.object) == names.end())
-    throw surf::UsageError(
-        fmt::format("--object: expected one of '{}', or {{object}} in -o for all "
-                    "of them; got '{}'",
-                    fmt::join(names, "', '"), a.object));
+  for (const int id : segmentation.objects())
+    out.push_back({segmentation.object(id), {}, is_wanted[out.size()]});
   return out;
 }
 

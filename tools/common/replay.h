@@ -23,6 +23,9 @@ void add_replay_arguments(CLI::App& command, ReplayArguments& a);
 /// @throws surf::InputError  cannot be read
 std::string read_recipe(const ReplayArguments& a);
 
+/// @throws surf::InputError  the recipe is none, or the other program's
+void check_dimension(const ReplayArguments& a, const std::string& recipe, int dimension);
+
 /// The file of the recipe's image: `chosen` if there is one, else as the recipe names it, beside
 /// the recipe if it is not there.
 /// @param option  that would name it

@@ -50,6 +50,7 @@ class ReplayCommand : public Base {
 
   Input read() override {
     recipe_ = read_recipe(arguments_);
+    check_dimension(arguments_, recipe_, Base::kDimension);
     const auto& files = this->files();
     const std::string path = image_file(arguments_, recipe_, files.input(), Base::kInputOption);
     for (const std::string& output : {files.output, files.mask})
