@@ -334,10 +334,13 @@ template <int Dim>
 std::string MovingMesh<Dim>::obstacle() const {
   if (has_vanished()) {  // where a step would leave nothing, the shape is still that before it
     const Simplices<Dim> shape = simplices();
-    return fmt::format("the object vanished: {} its {} of {:.3g} mm^{}",
-                       has_vanished_ ? "a step would leave nothing of" : "little was left with",
-                       Dim == 2 ? "area" : "volume",
-                       flow::content<Dim>(shape.points, shape.elements), Dim);
+    return fmt::format(
+        "the object vanished: {} its {} of {:.3g} mm^{}{}",
+        has_vanished_ ? "a step would leave nothing of" : "little was left with",
+        Dim == 2 ? "area" : "volume", flow::content<Dim>(shape.points, shape.elements), Dim,
+        has_vanished_
+            ? ""
+            : fmt::format(", too little for edges of {:.3g} mm", options_.edge_length_mm));
   }
   const double share = covered_border();
   if (share > options_.max_border_share)

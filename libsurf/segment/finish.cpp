@@ -13,7 +13,8 @@ template <int Dim>
 std::string no_object(const Result<Dim>& result) {
   if (result.outcome == Outcome::kVanished)
     return result.message +
-           "; start from a larger shape, or give the length or area of the boundary less weight";
+           "; start from a larger shape or with shorter edges, or give the length or area of the "
+           "boundary less weight";
   if (result.message.empty()) return "nothing has been made of the clicks yet; let it evolve";
   return fmt::format(
       "no object stands out round the clicks: {}; click in the middle of the object, or say what "

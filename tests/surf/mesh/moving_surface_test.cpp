@@ -164,6 +164,8 @@ TEST(MovingSurface, ReportsThatItVanished) {
   EXPECT_TRUE(
       surface.obstacle().starts_with("the object vanished: little was left with its volume"))
       << surface.obstacle();
+  EXPECT_TRUE(surface.obstacle().ends_with(", too little for edges of 0.5 mm"))
+      << surface.obstacle();
 }
 
 // Two balls that grow towards each other would intersect; they are held apart instead.
