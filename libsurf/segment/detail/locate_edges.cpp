@@ -11,6 +11,7 @@
 #include <optional>
 #include <utility>
 
+#include "libsurf/segment/detail/bend_doubt.h"
 #include "libsurf/segment/detail/cell_noise.h"
 #include "libsurf/segment/detail/edge_profiles.h"
 #include "libsurf/segment/detail/facet_offsets.h"
@@ -29,11 +30,12 @@ constexpr int kPasses = 4;
 constexpr int kFirst = 3, kNext = 0, kCompared = 1;
 constexpr std::array kLengths = {4.0, 6.0, 8.0, 12.0, 16.0, 24.0};  // cells
 constexpr int kMiddle = 3;                                          // of the lengths
-constexpr double kLevelShare = 0.6;  // of the cells tell levels apart from the place
-constexpr double kClearStep = 8;     // deviations of the mean of all cells round a vertex
-constexpr double kExplained = 0.5;   // of the profile's variance
-constexpr double kBentDoubt = 0.1;   // of the content between flat elements and the bent shape
-constexpr double kCauchy = 2.385;    // deviations: 95 % as efficient as squares under normal noise
+constexpr double kLevelShare = 0.6;    // of the cells tell levels apart from the place
+constexpr double kClearStep = 8;       // deviations of the mean of all cells round a vertex
+constexpr double kExplained = 0.5;     // of the profile's variance
+constexpr double kBentDoubt = 0.1;     // of the content between flat elements and the bent shape
+constexpr double kRoundedDoubt = 0.3;  // of the content of what may have been rounded off
+constexpr double kCauchy = 2.385;  // deviations: 95 % as efficient as squares under normal noise
 // Of the weights of a normal variable under this loss: their mean is 0.865, what they tell 0.95.
 constexpr double kInformation = 0.95 / 0.865;
 constexpr double kLeastNoise = 1e-3;  // of the image's range
@@ -148,12 +150,15 @@ class Locator {
         posterior.variances().array().max(posterior.pull().array().square());
     certainty.deviation_mm =
         with_facet_offset((by_place + by_level.array().square()).sqrt().matrix(), offsets);
+    const Eigen::VectorXd by_bend =
+        bend_doubts<Dim>(geometry_.moved_to(geometry_.points() + u.asDiagonal() * normals_),
+                         cell_mm_, out.length_mm);
     certainty.has_edge.assign(std::size_t(u.size()), 0);
     Eigen::VectorXd counted = mass;
     const double pool = kPoolCells * cell_mm_;
     const double pool_area =
         std::min(Dim == 3 ? 4 * std::numbers::pi * pool * pool : 4 * pool, geometry_.measure());
-    double variance = 0, doubtful = 0, bent = 0;
+    double variance = 0, doubtful = 0, bent = 0, rounded = 0;
     std::vector<char> on_border(std::size_t(u.size()), 0);
     const std::vector<char> is_own = have_own_steps<Dim>(geometry_, cells_, profiles, u);
     for (Eigen::Index i = 0; i < u.size(); ++i) {
@@ -170,16 +175,19 @@ class Locator {
           std::abs(u[i]) < reach_mm_ / 2 && certainty.deviation_mm[i] < reach_mm_ / 2;
       certainty.has_edge[std::size_t(i)] = has_edge;
       if (has_edge) {
+        certainty.deviation_mm[i] = std::hypot(certainty.deviation_mm[i], by_bend[i]);
         variance += mass[i] * pool_area * by_level[i] * by_level[i];
         bent += mass[i] * std::abs(offsets[i]);
+        rounded += mass[i] * by_bend[i];
         continue;
       }
       counted[i] = 0;
-      certainty.deviation_mm[i] = std::max(certainty.deviation_mm[i], reach_mm_);
+      certainty.deviation_mm[i] = reach_mm_;
       doubtful += mass[i] * reach_mm_;
     }
     u = faded_moves<Dim>(geometry_, u, certainty.has_edge, reach_mm_);
-    variance += posterior.variance_of(counted) + std::pow(kBentDoubt * bent, 2);
+    variance += posterior.variance_of(counted) + std::pow(kBentDoubt * bent, 2) +
+                std::pow(kRoundedDoubt * rounded, 2);
     certainty.content_deviation = std::hypot(std::sqrt(std::max(variance, 0.0)), doubtful);
     find_doubt<Dim>({geometry_.points() + u.asDiagonal() * normals_, geometry_.elements()},
                     on_border, certainty);

@@ -74,6 +74,21 @@ TEST(LocateEdges, HalvesTheDistanceAndHoldsItsWord) {
   EXPECT_GT(covered, 0.92);
 }
 
+// What the assumed smoothness rounds off of the edges of a box is in the deviations, of the
+// vertices and of the volume.
+TEST(LocateEdges, SaysWhatItRoundsOff) {
+  const volume::PhantomOptions options = phantom(volume::PhantomKind::kBox, 0.1, 64);
+  const volume::Volume image = volume::make_phantom(options);
+  SegmentOptions from_the_middle;
+  from_the_middle.seeds_mm = {Vector<3>::Zero()};
+  const SegmentResult result = segment(image, from_the_middle);
+  ASSERT_TRUE(result.certainty);
+  EXPECT_GT(coverage(options, result.shape.points, result.certainty->deviation_mm), 0.93);
+  const auto measures = make_setting(image)->measures(result.shape);
+  EXPECT_LT(std::abs(measures.content - 8 * 0.6 * 0.4 * 0.3),
+            2.5 * result.certainty->content_deviation);
+}
+
 // The shape stays that of the minimiser, and the whole counts as stopped.
 TEST(LocateEdges, IsStopped) {
   const auto setting = make_setting(volume::make_phantom(phantom(volume::PhantomKind::kBall, 0)));
