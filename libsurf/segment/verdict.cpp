@@ -29,13 +29,13 @@ struct Term {
 // structures of 12 scans, with and without a box; see docs/clicks.md. What competes with a first
 // region speaks for it as often as against it; what differs from a correction does not.
 const std::array kTerms = {
-    Term{[](const F& f) { return f.separation; }, 3.436, 0.796,
+    Term{[](const F& f) { return f.separation; }, 3.376, 0.794,
          "what lies inside and outside of its boundary looks much alike"},
-    Term{[](const F& f) { return f.consent ? kUsuallyKept : f.kept; }, 15.428, 0.934,
+    Term{[](const F& f) { return f.consent ? kUsuallyKept : f.kept; }, 15.531, 0.933,
          "the edges near by are not where its intensities end"},
-    Term{[](const F& f) { return f.consent.value_or(kUsualConsent); }, 18.509, kUsualConsent,
+    Term{[](const F& f) { return f.consent.value_or(kUsualConsent); }, 18.272, kUsualConsent,
          "other corrections fit nearly as well, and differ"}};
-constexpr double kConstant = -33.100;
+constexpr double kConstant = -32.920;
 constexpr double kTrusted = 0.82, kDoubtful = 0.7;
 // What the volume cuts off over more of its boundary is not trusted: where it would go on nobody
 // can see.
@@ -44,7 +44,7 @@ struct Cases {
   int n_right, n;
 };
 // Surfaces, each judged by a fit without its person.
-constexpr Cases kOfTrusted{127, 134}, kOfCheck{41, 56}, kOfDoubtful{48, 122};
+constexpr Cases kOfTrusted{126, 133}, kOfCheck{42, 58}, kOfDoubtful{48, 121};
 
 // Nodes from the region: where another one goes on far beyond, it is there that it leaves this one.
 constexpr double kNearRegion = 5;
