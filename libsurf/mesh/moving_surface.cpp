@@ -355,10 +355,8 @@ bool MovingSurface::mend_mesh(int max_rounds) {
     const std::vector<Vector<3>> too_near = push_away();
     const Triangles mended = to_triangles(mesh_);
     const auto added = added_intersections(to_triangles(unmended), mended);
-    if (added.empty() && too_near.empty()) {
-      if (!frozen_places.empty()) mend_the_rest(mended);
-      return has_changed;
-    }
+    if (added.empty() && too_near.empty())
+      return (!frozen_places.empty() && mend_the_rest(mended)) || has_changed;
     for (const auto& [first, second] : added)
       for (const int triangle : {first, second})
         frozen_places.push_back(centroid(mended.points, mended.elements, triangle));
@@ -370,8 +368,8 @@ bool MovingSurface::mend_mesh(int max_rounds) {
   return adapt(mesh_, sizes, max_rounds).n_refined > 0;
 }
 
-/// The frozen places by shorter and shorter moves.
-void MovingSurface::mend_the_rest(const Triangles& mended) {
+/// The frozen places by shorter and shorter moves; whether it has changed any.
+bool MovingSurface::mend_the_rest(const Triangles& mended) {
   const TriMesh before = mesh_;
   for (const double share : {0.5, 0.25, 0.1}) {
     ImproveOptions improvement;
@@ -381,10 +379,12 @@ void MovingSurface::mend_the_rest(const Triangles& mended) {
     improvement.stop = options_.stop;
     improvement.frozen = unmended_elements();
     if (options_.box) improvement.box = &*options_.box;
-    improve(mesh_, improvement);
-    if (push_away().empty() && added_intersections(mended, to_triangles(mesh_)).empty()) return;
+    const ImproveReport improved = improve(mesh_, improvement);
+    if (push_away().empty() && added_intersections(mended, to_triangles(mesh_)).empty())
+      return improved.n_collapsed + improved.n_flipped + improved.n_moved > 0;
     mesh_ = before;
   }
+  return false;
 }
 
 /// Adapts and improves all but what lies within `radius` of the places.

@@ -26,7 +26,7 @@ class MovingSurface : public MovingMesh<3> {
   void move_whole_to(const Points<3>& to) override;
   bool mend_whole() override;
   bool mend_mesh(int max_rounds);
-  void mend_the_rest(const Triangles& mended);
+  bool mend_the_rest(const Triangles& mended);
   bool mend_apart_from(const std::vector<Vector<3>>& places, double radius, int max_rounds);
   void hold_sheets_apart(const Points<3>& from, Points<3>& to, const Elements<3>& T) const;
   void hold_contested_sheets(const Points<3>& from, Points<3>& to, const Elements<3>& T) const;

@@ -69,19 +69,29 @@ std::vector<std::size_t> part_from(const ImageBox<Dim>& image, std::span<const f
   return out;
 }
 
-/// The first cell of each block of cells, for the least blocks that leave few enough.
+/// The middle one of a block's cells, of equals the first.
+template <int Dim>
+Cell<Dim> middle_of(const std::vector<Cell<Dim>>& cells) {
+  Vector<Dim> centre = Vector<Dim>::Zero();
+  for (const Cell<Dim>& cell : cells) centre += index_of<Dim>(cell) / double(cells.size());
+  return *std::min_element(cells.begin(), cells.end(), [&](const auto& a, const auto& b) {
+    return (index_of<Dim>(a) - centre).squaredNorm() < (index_of<Dim>(b) - centre).squaredNorm();
+  });
+}
+
+/// The middle cell of each block of cells, for the least blocks that leave few enough.
 template <int Dim>
 std::vector<Cell<Dim>> thinned(const std::vector<Cell<Dim>>& cells) {
   for (int side = 1;; ++side) {
-    std::map<Cell<Dim>, Cell<Dim>> blocks;
+    std::map<Cell<Dim>, std::vector<Cell<Dim>>> blocks;
     for (const Cell<Dim>& cell : cells) {
       Cell<Dim> block;
       for (int axis = 0; axis < Dim; ++axis) block[axis] = cell[axis] / side;
-      blocks.try_emplace(block, cell);
+      blocks[block].push_back(cell);
     }
     if (blocks.size() > kMostPointsOfStroke) continue;
     std::vector<Cell<Dim>> out;
-    for (const auto& [block, cell] : blocks) out.push_back(cell);
+    for (const auto& [block, of_block] : blocks) out.push_back(middle_of<Dim>(of_block));
     return out;
   }
 }
@@ -89,16 +99,8 @@ std::vector<Cell<Dim>> thinned(const std::vector<Cell<Dim>>& cells) {
 template <int Dim>
 Click<Dim> stroke_of(const ImageBox<Dim>& image, const std::vector<std::size_t>& part, Side side) {
   std::vector<Cell<Dim>> cells;
-  Vector<Dim> centre = Vector<Dim>::Zero();
-  for (const std::size_t at : part) {
-    cells.push_back(cell_at<Dim>(image, at));
-    centre += index_of<Dim>(cells.back()) / double(part.size());
-  }
-  const auto nearest =
-      *std::min_element(cells.begin(), cells.end(), [&](const Cell<Dim>& a, const Cell<Dim>& b) {
-        return (index_of<Dim>(a) - centre).squaredNorm() <
-               (index_of<Dim>(b) - centre).squaredNorm();
-      });
+  for (const std::size_t at : part) cells.push_back(cell_at<Dim>(image, at));
+  const Cell<Dim> nearest = middle_of<Dim>(cells);
   Click<Dim> out{image.index_to_world * index_of<Dim>(nearest), side};
   for (const Cell<Dim>& cell : thinned<Dim>(cells))
     if (cell != nearest) out.stroke_mm.push_back(image.index_to_world * index_of<Dim>(cell));

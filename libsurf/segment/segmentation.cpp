@@ -160,7 +160,12 @@ void Segmentation<Dim>::set_options(Id id, const Options<Dim>& options) {
     check_click<Dim>(setting().extent(), {}, {point, Side::kInside});
   Object<Dim> after = object(id);
   check_box<Dim>(setting().extent(), options.box_mm, after.clicks);
-  if (!has_same_grid(options, after.options) && after.result->search) {
+  const bool is_sought = options.energies.empty() && after.options.energies.empty() &&
+                         !points_on<Dim>(Side::kInside, after.clicks).empty();
+  if (is_sought && options.box_mm != after.options.box_mm) {
+    // What was found without it, or in another one, is no answer any more.
+    after.result = std::make_shared<const Result<Dim>>();
+  } else if (!has_same_grid(options, after.options) && after.result->search) {
     Result<Dim> result = *after.result;
     result.search = nullptr;
     after.result = std::make_shared<const Result<Dim>>(std::move(result));

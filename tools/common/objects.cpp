@@ -70,6 +70,12 @@ void add_object_option(CLI::App& command, RunArguments& a) {
 
 bool has_object(const std::string& pattern) { return pattern.find(kPattern) != std::string::npos; }
 
+void check_is_of_all(const std::string& option, const std::string& path) {
+  if (has_object(path))
+    throw UsageError(
+        fmt::format("{}: {}: one file tells of all objects; leave {{object}} out", option, path));
+}
+
 std::string object_path(const std::string& pattern, const std::string& name) {
   std::string out = pattern;
   const std::string word = kPattern;
@@ -93,8 +99,17 @@ std::vector<Output> object_outputs(const std::vector<Output>& patterns,
   return out;
 }
 
+std::vector<Output> read_files(const RunArguments& a, std::vector<Output> own) {
+  for (const std::string& path : a.marks) own.emplace_back("--marks", path);
+  if (a.config != a.json) own.emplace_back("--config", a.config);
+  return own;
+}
+
 void check_objects(const CLI::App& command, const RunArguments& a,
                    const std::vector<Output>& each) {
+  for (const auto& [option, path] :
+       {Output{"--json", a.json}, {"--recipe", a.recipe}, {"--checkpoint", a.checkpoint}})
+    check_is_of_all(option, path);
   if (a.objects.empty()) {
     if (a.boxes.size() > 1)
       throw UsageError(fmt::format(

@@ -26,10 +26,17 @@ void add_object_option(CLI::App& command, RunArguments& a);
 bool has_object(const std::string& pattern);
 std::string object_path(const std::string& pattern, const std::string& name);
 
+/// @throws surf::UsageError  a file that tells of all objects has {object} in its name
+void check_is_of_all(const std::string& option, const std::string& path);
+
 /// Each output with the objects' names, without doubles: for check_outputs().
 /// @param names  none = as they are
 std::vector<Output> object_outputs(const std::vector<Output>& patterns,
                                    const std::vector<std::string>& names);
+
+/// Files that a run reads: `own`, those of --marks, and that of --config, but where the summary
+/// takes its place.
+std::vector<Output> read_files(const RunArguments& a, std::vector<Output> own);
 
 /// What is wrong with --object itself, and with the names of files that are written for each
 /// object: with several they need {object}.

@@ -45,14 +45,15 @@ void check_output(const Output& output) {
 
 std::string identity(const std::string& path) {
   std::error_code status;
-  return fs::weakly_canonical(path, status).string();
+  return fs::weakly_canonical(fs::absolute(path, status), status).string();
 }
 
 }  // namespace
 
-void check_outputs(const std::vector<Output>& outputs, const std::string& input) {
+void check_outputs(const std::vector<Output>& outputs, const std::vector<Output>& inputs) {
   std::vector<Output> seen;
-  if (!input.empty()) seen.emplace_back("the input", identity(input));
+  for (const auto& [name, path] : inputs)
+    if (!path.empty()) seen.emplace_back(name, identity(path));
   for (const Output& output : outputs) {
     if (output.second.empty()) continue;
     const std::string path = identity(output.second);

@@ -14,10 +14,11 @@ namespace surfseg {
 /// An option that names an output file, and the name; an empty name is no output.
 using Output = std::pair<std::string, std::string>;
 
-/// Each file can be created, and no two outputs are the same file, nor the same as `input`.
+/// Each file can be created, and no two outputs are the same file, nor is one an input.
+/// @param inputs  that are read as well: what names them, as "--marks" or "the input", and the file
 /// @throws surf::UsageError   a name given twice
 /// @throws surf::OutputError  the folder is missing or cannot be written to, the name is a folder's
-void check_outputs(const std::vector<Output>& outputs, const std::string& input = {});
+void check_outputs(const std::vector<Output>& outputs, const std::vector<Output>& inputs = {});
 
 /// @throws surf::UsageError  a name that does not end as a volume's; an empty one is no output
 void check_volume_name(const std::string& option, const std::string& path);

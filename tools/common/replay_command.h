@@ -45,7 +45,7 @@ class ReplayCommand : public Base {
     check_range("--threads", arguments_.threads, 0, "0 (all) or more");
     std::vector<Output> outputs = this->files().outputs();
     outputs.emplace_back("--json", arguments_.json);
-    check_outputs(outputs, arguments_.path);
+    check_outputs(outputs, {{"RECIPE", arguments_.path}});
   }
 
   Input read() override {
@@ -54,7 +54,7 @@ class ReplayCommand : public Base {
     const auto& files = this->files();
     const std::string path = image_file(arguments_, recipe_, files.input(), Base::kInputOption);
     for (const std::string& output : {files.output, files.mask})
-      check_outputs({{"-o, --mask", output}}, path);
+      check_outputs({{"-o, --mask", output}}, {{"the input", path}});
     const bool is_named = !files.input().empty();
     return {this->open(path, is_named ? "" : surf::segment::series_of_recipe(recipe_)), {}};
   }

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <CLI/App.hpp>
 #include <algorithm>
 #include <filesystem>
 #include <map>
@@ -33,6 +34,15 @@ std::string words(const std::vector<surf::flow::TopologyEvent>& events) {
   for (const auto& [kind, n] : kinds)
     out += fmt::format("{}{} {}", out.empty() ? "  " : ", ", n, kind);
   return out;
+}
+
+/// Whether the order of clicks may matter and is not known.
+bool has_lost_order(const CLI::App& command, const RunArguments& a) {
+  if (a.seeds.size() < 2 || a.outside.empty()) return false;
+  const std::vector<CLI::Option*> typed = command.parse_order();
+  return std::none_of(typed.begin(), typed.end(), [](const CLI::Option* option) {
+    return option->check_lname("seed") || option->check_lname("outside");
+  });
 }
 
 /// "organs/liver.candidate-2.stl"
@@ -140,6 +150,9 @@ ordered_json SegmentCommand<Dim>::write_candidates(const surf::segment::Setting<
                                                    const SegmentedObject<Dim>& object) {
   const std::string output_path = object_path(output(), object.object.name);
   ordered_json out = ordered_json::array();
+  // Those of a run before are no candidates of this one.
+  std::error_code ignored;
+  for (std::size_t n = 1; std::filesystem::remove(candidate_path(output_path, n), ignored);) ++n;
   for (std::size_t n = 0; n < object.candidates.size(); ++n) {
     const surf::segment::Candidate<Dim>& candidate = object.candidates[n];
     const std::string path = candidate_path(output_path, n + 1);
@@ -177,6 +190,10 @@ ExitCode SegmentCommand<Dim>::run() {
   clock_.begin("read");
   const Input input = read();
   for (const std::string& idle : idle_options()) progress_.note("note: " + idle);
+  if (has_lost_order(command_, arguments_))
+    progress_.note(
+        "note: --config does not hold in which order --seed and --outside were given: all seeds "
+        "come first; replay a --recipe, which does");
   catch_signals();
   clock_.begin("segment");
   const Objects objects = segment(input);

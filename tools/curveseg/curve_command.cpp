@@ -13,6 +13,7 @@ namespace surfseg::curve_program {
 void CurveFiles::check() const {
   check_contour_output(output);
   check_picture("--mask", mask);
+  check_is_of_all("--mask", mask);
 }
 
 surf::curve::Image CurveFiles::read(const std::string& path, const std::string& series_uid) const {

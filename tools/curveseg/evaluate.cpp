@@ -171,7 +171,8 @@ void add_evaluate_command(CLI::App& app, ExitCode&) {
   command->add_option("--json", request->json, "Write the scores to this file");
   command->footer(kFooter);
   command->callback([request] {
-    check_outputs({{"--json", request->json}}, request->reference.path);
+    check_outputs({{"--json", request->json}},
+                  {{"the contours", request->contour}, {"--reference", request->reference.path}});
     const ordered_json scores = evaluate(*request);
     if (!request->json.empty()) write_json(request->json, scores);
     const std::string text = text_of(scores);

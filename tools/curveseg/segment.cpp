@@ -82,7 +82,9 @@ class SegmentCurves : public CurveCommand {
                                   {"--checkpoint", checkpoint_path()},
                                   {"--json", arguments_.json}},
                                  arguments_.objects),
-                  arguments_.image.path);
+                  read_files(arguments_, {{"the input", arguments_.image.path},
+                                          {"--contour", arguments_.contour},
+                                          {"--landmarks", arguments_.landmarks}}));
     if (!arguments_.frames.empty() && !std::filesystem::is_directory(arguments_.frames))
       throw surf::OutputError(
           fmt::format("--frames: the folder {} does not exist", arguments_.frames));

@@ -99,7 +99,7 @@ class StackCommand {
     check_curve_arguments(command_, arguments_);
     check_outputs(
         {{"-o", arguments_.output}, {"--mask", arguments_.mask}, {"--json", arguments_.json}},
-        arguments_.volume);
+        {{"the input", arguments_.volume}});
   }
 
   void write(const VoxelSlices& slices) const {

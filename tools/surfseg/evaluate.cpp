@@ -91,7 +91,8 @@ std::string text_of(const ordered_json& scores) {
 }
 
 void run(const Request& request) {
-  check_outputs({{"--json", request.json}}, request.reference);
+  check_outputs({{"--json", request.json}},
+                {{"the surface", request.surface}, {"--reference", request.reference}});
   const ordered_json scores = evaluate(request);
   if (!request.json.empty()) write_json(request.json, scores);
   const std::string text = text_of(scores);

@@ -116,7 +116,8 @@ void check(const Request& request) {
   for (const std::string& seed : request.seeds) parse_point("--seed", seed);
   for (const std::string& point : request.outside) parse_point("--outside", point);
   request.which.check();
-  check_outputs({{"--output", request.output}}, request.volume);
+  check_outputs({{"--output", request.output}},
+                {{"the surface", request.surface}, {"--volume", request.volume}});
 }
 
 surf::io::RenderOptions render_options(const Request& request) {

@@ -73,7 +73,13 @@ class SegmentSurface : public SurfaceCommand {
                                    {"--recipe", arguments_.recipe},
                                    {"--checkpoint", checkpoint_path()},
                                    {"--json", arguments_.json}});
-    check_outputs(object_outputs(outputs, arguments_.objects), arguments_.volume);
+    std::vector<Output> inputs =
+        read_files(arguments_, {{"the input", arguments_.volume},
+                                {"--reference", arguments_.reference},
+                                {"--initial", arguments_.initial.file},
+                                {"--landmarks", arguments_.initial.landmarks}});
+    check_outputs(object_outputs(outputs, arguments_.objects),
+                  object_outputs(inputs, arguments_.objects));
   }
 
   Input read() override {

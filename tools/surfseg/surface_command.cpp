@@ -38,12 +38,12 @@ void SurfaceFiles::check() const {
     throw surf::UsageError(fmt::format("-o: {}: expected a name that ends in {}", output,
                                        surf::io::writable_surfaces()));
   check_label_map_name("--mask", mask);
+  check_is_of_all("--mask", mask);
   check_picture("--picture", picture);
   check_picture("--thumbnail", thumbnail);
   if (!report.empty() && surf::extension(report) != ".html")
     throw surf::UsageError(fmt::format("--report: {}: expected a name that ends in .html", report));
-  if (has_object(report))
-    throw surf::UsageError("--report: one page tells of all objects; leave {object} out");
+  check_is_of_all("--report", report);
   if (reference_label && reference.empty())
     throw surf::UsageError("--reference-label: which --reference has it?");
   if (!reference.empty() && !has_object(reference) && !std::filesystem::exists(reference))

@@ -3,6 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
+#include <map>
+
 #include "libsurf/base/error.h"
 #include "libsurf/mesh/point_obstacles.h"
 #include "libsurf/segment/recipe.h"
@@ -167,6 +170,30 @@ TEST(Clicks, AreLimitedInNumber) {
     s.add_click(object, {{-0.5, 0, 0}, Side::kInside});
   EXPECT_THROW(s.add_click(object, {{-0.5, 0, 0}, Side::kInside}), UsageError);
   EXPECT_EQ(s.object(object).clicks.size(), Segmentation<3>::kMostClicks);
+}
+
+// Points every four voxels far beyond the object: mending begins anew round some of them, and what
+// it then changed was not said to have changed, so that the evolution went on with other triangles.
+TEST(Strokes, FarBeyondTheObjectEndInASoundSurface) {
+  volume::PhantomOptions options;
+  options.size = {48, 48, 48};
+  options.spacing_mm = Vector<3>::Ones();
+  Segmentation<3> segmentation(make_setting(volume::make_phantom(options)));
+  Click<3> stroke;
+  stroke.side = Side::kInside;
+  stroke.point_mm = {-0.5, -0.5, -0.5};
+  std::map<std::array<int, 3>, Vector<3>> blocks;
+  for (int k = 0; k < 48; ++k)
+    for (int j = 0; j < 48; ++j)
+      for (int i = 0; i < 48; ++i)
+        if (const Vector<3> at(i - 23.5, j - 23.5, k - 23.5); at.norm() < 20)
+          blocks.try_emplace({i / 4, j / 4, k / 4}, at);
+  for (const auto& [block, at] : blocks)
+    if (at != stroke.point_mm) stroke.stroke_mm.push_back(at);
+  const int object = segmentation.add_object();
+  segmentation.add_click(object, stroke);
+  segmentation.evolve(object);
+  EXPECT_TRUE(segmentation.measures(object).passed);
 }
 
 }  // namespace

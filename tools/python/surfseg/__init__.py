@@ -85,11 +85,13 @@ class Segmentation:
     def add(self, point: Point, inside: bool = True, *, object: Optional[str] = None,
             space: Optional[str] = None, progress: Optional[ProgressFunction] = None) -> Shape:
         """A click, and the surface that obeys it and those before. See evolve()."""
+        known = self._segmentation.objects()
         self.click(point, inside, object=object, space=space)
         try:
             return self.evolve(object=object, progress=progress)
         except UsageError:  # an outside click alone, say: all stays as it was
             self.undo(object=object)
+            self._drop_new(known)
             raise
 
     def click(self, point: Point, inside: bool = True, *, object: Optional[str] = None,
@@ -99,7 +101,12 @@ class Segmentation:
         at = self._at([point], "point", space)[0]
         if not isinstance(inside, (bool, np.bool_)):
             raise UsageError(f"inside: expected True or False; got {inside!r}")
-        self._segmentation.add_click(self._id(object, True), at, bool(inside))
+        known = self._segmentation.objects()
+        try:
+            self._segmentation.add_click(self._id(object, True), at, bool(inside))
+        except UsageError:
+            self._drop_new(known)
+            raise
 
     def take_back_click(self, index: int, *, object: Optional[str] = None) -> None:
         """index: of clicks(), from 0."""
@@ -117,11 +124,17 @@ class Segmentation:
         corners = None
         if box is not None:
             corners = self._at(box, "box", space)
-        self._segmentation.set_options(self._id(object, True), _words(options), corners)
+        known = self._segmentation.objects()
+        try:
+            self._segmentation.set_options(self._id(object, True), _words(options), corners)
+        except UsageError:
+            self._drop_new(known)
+            raise
 
     def propose(self, *, object: Optional[str] = None,
                 progress: Optional[ProgressFunction] = None) -> list[str]:
-        """What the clicks may mean, best first: a line of words for each."""
+        """What the clicks may mean, best first: a line of words for each. The best takes the place
+        of the surface so far, until evolve()."""
         return self._segmentation.propose(self._id(object), _told(progress))
 
     def choose(self, proposal: int, *, object: Optional[str] = None) -> None:
@@ -174,6 +187,12 @@ class Segmentation:
             return at * pixel(space or "px", self._image)
         return to_ras(at, space or "ras", self._image.affine)
 
+    def _drop_new(self, known: list) -> None:
+        """Removes objects that were added since for an act that failed."""
+        for one in self._segmentation.objects():
+            if one not in known:
+                self._segmentation.remove_object(one[0])
+
     def _id(self, name: Optional[str], may_add: bool = False) -> int:
         if name is not None and not isinstance(name, str):
             raise UsageError(f"object: expected a name; got {name!r}")
@@ -187,7 +206,7 @@ class Segmentation:
             return self._segmentation.add_object(name or "")
         if name is None and objects:
             raise UsageError("object: there are several: " + ", ".join(n for _, n in objects))
-        raise UsageError(f"object: there is no '{name}'" if name else "object: there is none yet")
+        raise UsageError(f"object: there is no '{name}'" if name else "object: there is none yet; add a click")
 
 
 def segment(image: Any, seeds: Iterable[Point], affine: Optional[np.ndarray] = None, *,

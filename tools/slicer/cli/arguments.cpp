@@ -116,7 +116,7 @@ void check(const Arguments& arguments, const std::vector<Parameter>& parameters)
   check_outputs({{"--surface", surface},
                  {"--labels", labels},
                  {"--returnparameterfile", arguments.return_file}},
-                arguments.volume);
+                {{"the input", arguments.volume}});
 }
 
 Words segment_words(const CLI::App& app, const std::vector<Parameter>& parameters,
