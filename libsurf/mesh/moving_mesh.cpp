@@ -113,7 +113,8 @@ template <int Dim>
 void MovingMesh<Dim>::approach_held_points() {
   const auto edges = std::exchange(options_.edge_indicator, {});
   for (std::size_t k = 0; k < is_obstacle_.size(); ++k)
-    for (int step = 0; step < kMostDents && !is_obstacle_[k]; ++step)
+    for (int step = 0; step < kMostDents && !is_obstacle_[k] && !options_.stop.stop_requested();
+         ++step)
       if (!approach(options_.held_points[k])) break;
   options_.edge_indicator = edges;
 }

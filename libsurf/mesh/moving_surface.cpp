@@ -68,8 +68,8 @@ MovingSurface::MovingSurface(const Triangles& initial, const MovingSurfaceOption
     mend_whole();
     if (mesh_.n_faces() > 0.99 * double(n_before)) break;
   }
-  options_.stop = {};  // a run that was stopped ends with a whole step, so that it can be repeated
   approach_held_points();
+  options_.stop = {};  // a run that was stopped ends with a whole step, so that it can be repeated
   find_part();
 }
 

@@ -58,6 +58,17 @@ std::optional<Vector<Dim>> point_in_common(const ImageExtent<Dim>& extent,
   return std::nullopt;
 }
 
+/// "12.0, -30.5, 44.1"
+template <int Dim>
+std::string index_text(const Vector<Dim>& index) {
+  constexpr double kMany = 1e9;  // digits of what is further off say nothing
+  std::string out;
+  for (const double x : index)
+    out += (out.empty() ? "" : ", ") +
+           (std::abs(x) < kMany ? fmt::format("{:.1f}", x) : fmt::format("{:g}", x));
+  return out;
+}
+
 }  // namespace
 
 template <int Dim>
@@ -66,11 +77,11 @@ void check_click(const ImageExtent<Dim>& extent, const std::vector<Click<Dim>>& 
   for (const Vector<Dim>& point : points_of(click))
     if (!point.allFinite() || !extent.contains(point))
       throw UsageError(fmt::format(
-          "Click::point_mm{}: ({}) mm is {} ({:.1f}), outside the {} of {} {}s; is it in another "
+          "Click::point_mm{}: ({}) mm is {} ({}), outside the {} of {} {}s; is it in another "
           "space?",
           click.side == Side::kInside ? "" : "[outside]", point_text<Dim>(point), cell_word<Dim>(),
-          fmt::join(Vector<Dim>(extent.world_to_index * point), ", "),
-          Dim == 3 ? "volume" : "image", fmt::join(extent.size, " x "), cell_word<Dim>()));
+          index_text<Dim>(extent.world_to_index * point), Dim == 3 ? "volume" : "image",
+          fmt::join(extent.size, " x "), cell_word<Dim>()));
   const bool is_inside = click.side == Side::kInside;
   if (const auto point =
           point_in_common<Dim>(extent, clicks, is_inside ? Side::kOutside : Side::kInside, click))

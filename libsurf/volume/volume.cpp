@@ -88,8 +88,8 @@ SliceValues values_of(std::span<const float> values) {
   const auto at = std::size_t(
       std::find_if_not(slice.begin(), slice.end(), [](float v) { return is_usable_value(v); }) -
       slice.begin());
-  throw InputError(fmt::format("{}: voxel ({}, {}, {}) is {}", path, at % size[0], at / size[0], k,
-                               fault_of_value(slice[at])));
+  throw InputError(fmt::format("{}: voxel ({}, {}, {}) is {}", path.empty() ? "array" : path,
+                               at % size[0], at / size[0], k, fault_of_value(slice[at])));
 }
 
 /// The other maps were never tried on smaller voxels; one of 14 nm is this large.

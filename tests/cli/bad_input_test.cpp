@@ -61,6 +61,8 @@ const std::vector<Row> kRows = {
     {"OutputFolderReadOnly", output("/proc/out.stl"), 4, "/proc/out.stl: cannot be written"},
     {"MaskEnding", segment({"--mask", "mask.png"}), 2, "--mask: mask.png: expected a name"},
     {"MaskFolderMissing", segment({"--mask", "no/mask.nii"}), 4, "--mask: no/mask.nii: the folder"},
+    {"MaskOfEach", segment({"--mask", "{object}.nii"}), 2,
+     "--mask: {object}.nii: one file tells of all objects"},
     {"MaskIsVolume", segment({"--mask", "good.nii"}), 2, "is the input too"},
     {"JsonFolderMissing", segment({"--json", "no/s.json"}), 4, "--json: no/s.json: the folder no"},
     {"JsonIsOutput", segment({"--json", "out.stl"}), 2, "is -o too"},

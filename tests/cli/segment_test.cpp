@@ -326,6 +326,54 @@ TEST_F(Segment, WritesTheCandidatesOfEveryClickAndSaysWhere) {
   EXPECT_FALSE(exists("s.candidate-" + std::to_string(candidates.size() + 1) + ".ply"));
 }
 
+TEST_F(Segment, TakesAwayTheCandidatesOfARunBefore) {
+  make_ball();
+  for (int k = 1; k <= 6; ++k)
+    write("files/s.candidate-" + std::to_string(k) + ".stl", "of another scan");
+  must({"segment", "ball.nii.gz", "--seed", "0,0,0", "-o", "s.stl", "--json", "s.json",
+        "--candidates", "-q"});
+  const std::size_t n = json("s.json")["candidates"].size();
+  ASSERT_LT(n, 6u);
+  for (std::size_t k = 1; k <= 6; ++k)
+    EXPECT_EQ(exists("s.candidate-" + std::to_string(k) + ".stl"), k <= n) << k;
+}
+
+TEST_F(Segment, SaysThatASummaryDoesNotHoldTheOrderOfClicks) {
+  make_ball();
+  must({"segment", "ball.nii.gz", "--seed", "0,0,0", "--outside", "0,17,0", "--seed", "0,2,0", "-o",
+        "s.stl", "--json", "s.json"});
+  const Outcome outcome = must({"segment", "--config", "s.json", "-o", "again.stl"});
+  EXPECT_NE(outcome.err.find("note: --config does not hold in which order"), std::string::npos)
+      << outcome.err;
+}
+
+// What a run reads it does not write over.
+TEST_F(Segment, OutputsAreNoInputs) {
+  make_ball();
+  must({"segment", "ball.nii.gz", "--seed", "0,0,0", "-o", "s.stl", "--mask", "m.nii.gz", "--json",
+        "s.json", "-q"});
+  write("files/points.txt", "0 0 0\n1 0 0\n0 1 0\n0 0 1\n1 1 1\n");
+  const std::vector<Words> all = {
+      {"--marks", "m.nii.gz", "--mask", "m.nii.gz", "-o", "t.stl"},
+      {"--reference", "m.nii.gz", "--mask", "m.nii.gz", "--seed", "0,0,0", "-o", "t.stl"},
+      {"--initial", "s.stl", "--energy", "area", "-o", "s.stl"},
+      {"--landmarks", "points.txt", "--energy", "area", "-o", "t.stl", "--json", "points.txt"},
+      {"--config", "s.json", "-o", "t.stl", "--recipe", "s.json"}};
+  for (const Words& words : all) {
+    Words command = {"segment", "ball.nii.gz"};
+    command.insert(command.end(), words.begin(), words.end());
+    const std::string option = words.front(), before = bytes(words[1]);
+    const Outcome outcome = run(command);
+    EXPECT_EQ(outcome.exit_code, 2) << option;
+    EXPECT_NE(outcome.err.find("is " + option + " too; give another file name"), std::string::npos)
+        << outcome.err;
+    EXPECT_EQ(bytes(words[1]), before) << option;
+  }
+  const Outcome outcome = run({"evaluate", "s.stl", "--reference", "m.nii.gz", "--json", "s.stl"});
+  EXPECT_EQ(outcome.exit_code, 2);
+  EXPECT_NE(outcome.err.find("is the surface too"), std::string::npos) << outcome.err;
+}
+
 /// Radii 11.7 and 5.85 mm; the surface starts on the voxels' stairs, cavity included.
 TEST_F(Segment, CavitiesAreReportedAndFilled) {
   must({"phantom", "shell", "--size", "40", "--spacing", "1", "-o", "shell.nii.gz"});

@@ -254,6 +254,22 @@ def test_objects_have_names():
         dialogue.evolve(object="middle")
 
 
+def test_acts_that_fail_leave_no_object_behind():
+    dialogue = surfseg.Segmentation(surfseg.phantom("separate-balls", size=32))
+    with pytest.raises(surfseg.UsageError, match="outside the volume"):
+        dialogue.click((100, 0, 0))
+    with pytest.raises(surfseg.UsageError, match="there is none yet; add a click"):
+        dialogue.evolve()
+    dialogue.add((-0.5, 0, 0), object="left")
+    with pytest.raises(surfseg.UsageError, match="outside the volume"):
+        dialogue.add((100, 0, 0), object="rigth")
+    with pytest.raises(surfseg.UsageError):
+        dialogue.add((0.5, 0, 0), inside=False, object="wrong")
+    with pytest.raises(surfseg.UsageError):
+        dialogue.set_options(object="none", box=[(0, 0, 0), (0, 0, 0)])
+    assert dialogue.objects == ["left"]
+
+
 def test_progress_is_called_and_stops():
     volume = surfseg.phantom("ball", size=96, noise=0.1)
     seen = []

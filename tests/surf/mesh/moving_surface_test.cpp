@@ -5,9 +5,11 @@
 #include <array>
 #include <numbers>
 #include <set>
+#include <stop_token>
 
 #include "libsurf/base/error.h"
 #include "libsurf/mesh/measure.h"
+#include "libsurf/mesh/point_obstacles.h"
 #include "libsurf/mesh/primitives.h"
 #include "libsurf/mesh/self_intersections.h"
 #include "libsurf/mesh/verify.h"
@@ -154,6 +156,21 @@ TEST(MovingSurface, KeepsTheLineWhereItEndsOnTheBorder) {
   // Ten steps of about 1e-3, all the same way, on a disc and half a ball of radius 4.
   EXPECT_NEAR(surface.covered_border(), covered, 2 * 0.01 / 4 * covered);
   EXPECT_NEAR(surface.geometry().enclosed(), enclosed, 3 * 0.01 / 4 * enclosed);
+}
+
+TEST(MovingSurface, IsStoppedOnItsWayToHeldPoints) {
+  MovingSurfaceOptions options{.edge_length_mm = 0.5, .box = {}};
+  options.held_distance_mm = 0.25;
+  options.held_points = {{{3, 0, 0}, true}};
+  const auto is_held = [&] {
+    const MovingSurface surface(ball({0, 0, 0}, 2, 0.5), options);
+    return bool(are_held<3>(surface.simplices(), options.held_points, 0.25, {}).front());
+  };
+  EXPECT_TRUE(is_held());
+  std::stop_source stop;
+  stop.request_stop();
+  options.stop = stop.get_token();
+  EXPECT_FALSE(is_held());
 }
 
 TEST(MovingSurface, ReportsThatItVanished) {

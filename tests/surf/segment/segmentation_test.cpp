@@ -27,6 +27,24 @@ TEST(Segmentation, GoesFromAClickToASurface) {
   EXPECT_TRUE(s.measures(object).passed);
 }
 
+// What was found without a box is no answer to one.
+TEST(Segmentation, LooksAgainInANewBox) {
+  Options<3> options;
+  options.box_mm = BoxCorners<3>{Vector<3>(-0.5, -0.5, -0.5), Vector<3>(0.1, 0.1, 0.1)};
+  Segmentation<3> later = ball(), before = ball();
+  const int a = later.add_object(), b = before.add_object();
+  later.add_click(a, inside(0));
+  const Points<3> whole = later.evolve(a).shape.points;
+  later.set_options(a, options);
+  EXPECT_EQ(later.object(a).state(), Outcome::kEmpty);
+  before.set_options(b, options);
+  before.add_click(b, inside(0));
+  EXPECT_EQ(later.evolve(a).shape.points, before.evolve(b).shape.points);
+  EXPECT_NE(later.object(a).result->shape.points.rows(), whole.rows());
+  ASSERT_TRUE(later.undo(a) && later.undo(a));
+  EXPECT_EQ(later.object(a).result->shape.points, whole);
+}
+
 TEST(Segmentation, NamesTheEnergyThatItMinimised) {
   Segmentation<3> s = ball();
   const int object = s.add_object();

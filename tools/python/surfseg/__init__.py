@@ -114,6 +114,8 @@ class Segmentation:
 
     def clicks(self, *, object: Optional[str] = None) -> list[tuple[tuple[float, ...], bool]]:
         """[((x, y, z) in RAS mm or (x, y) in mm, inside), ...]"""
+        if object is None and not self.objects:
+            return []
         return [(tuple(p), side) for p, side in self._segmentation.clicks(self._id(object))]
 
     def set_options(self, *, object: Optional[str] = None,
