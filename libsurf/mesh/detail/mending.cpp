@@ -6,6 +6,17 @@ namespace surf::mesh {
 
 using Eigen::Vector3d;
 
+namespace {
+
+/// Adjacent faces have corners and midpoints in common: what is among the last ones is left out.
+void add_new(const Vector3d& witness, std::vector<Vector3d>& witnesses) {
+  constexpr std::size_t kLast = 64;
+  const auto first = witnesses.end() - std::ptrdiff_t(std::min(witnesses.size(), kLast));
+  if (std::find(first, witnesses.end(), witness) == witnesses.end()) witnesses.push_back(witness);
+}
+
+}  // namespace
+
 Mending::Mending(TriMesh& mesh_now, const ImproveOptions& options_now)
     : mesh(mesh_now),
       options(options_now),
@@ -45,28 +56,30 @@ Diamond Mending::diamond(EdgeHandle edge) const {
 void Mending::add_witnesses(FaceHandle face, std::vector<Vector3d>& witnesses) const {
   const auto& list = witnesses_[face.idx()];
   if (list.has_value()) {
-    witnesses.insert(witnesses.end(), list->begin(), list->end());
+    for (const Vector3d& witness : *list) add_new(witness, witnesses);
     return;
   }
   for (const HalfedgeHandle h : mesh.fh_range(face)) {
     const Vector3d &from = point(mesh.from_vertex_handle(h)), &to = point(mesh.to_vertex_handle(h));
-    witnesses.push_back(from);
-    witnesses.push_back(0.5 * (from + to));
+    add_new(from, witnesses);
+    add_new(0.5 * (from + to), witnesses);
   }
 }
 
 bool Mending::are_witnesses_near(const std::vector<Vector3d>& witnesses,
                                  const std::vector<Corners>& patch) const {
+  const NearPatch near(patch);
   return std::all_of(witnesses.begin(), witnesses.end(), [&](const Vector3d& witness) {
-    return is_near(witness, patch, options.tolerance_mm);
+    return near.is_near(witness, options.tolerance_mm);
   });
 }
 
 void Mending::hand_over(const std::vector<Vector3d>& witnesses, const std::vector<Corners>& patch,
                         const std::vector<FaceHandle>& faces) {
   for (const FaceHandle face : faces) witnesses_[face.idx()].emplace();
+  const NearPatch near(patch);
   for (const Vector3d& witness : witnesses)
-    witnesses_[faces[closest(witness, patch)].idx()]->push_back(witness);
+    witnesses_[faces[near.closest(witness)].idx()]->push_back(witness);
 }
 
 }  // namespace surf::mesh

@@ -13,9 +13,20 @@ constexpr double kCosTurn = 0.5;  // triangles turn by no more than 60 degrees
 
 }  // namespace
 
+NearPatch::NearPatch(const std::vector<Corners>& patch) {
+  triangles_.reserve(patch.size());
+  for (const Corners& t : patch) {
+    const Vector3d centre = (t[0] + t[1] + t[2]) / 3;
+    const double squared = std::max({(t[0] - centre).squaredNorm(), (t[1] - centre).squaredNorm(),
+                                     (t[2] - centre).squaredNorm()});
+    triangles_.push_back({&t, area_normal(t[0], t[1], t[2]), centre, std::sqrt(squared)});
+  }
+}
+
 /// The plane's point if inside, else on the closest side.
-double squared_distance(const Vector3d& point, const Corners& t) {
-  const Vector3d normal = area_normal(t[0], t[1], t[2]);
+double NearPatch::squared_distance(const Vector3d& point, const Triangle& triangle) {
+  const Corners& t = *triangle.corners;
+  const Vector3d& normal = triangle.normal;
   bool is_inside = normal.squaredNorm() > 0;
   double on_sides = std::numeric_limits<double>::max();
   for (int k = 0; k < 3; ++k) {
@@ -30,27 +41,35 @@ double squared_distance(const Vector3d& point, const Corners& t) {
   return height * height / normal.squaredNorm();
 }
 
-std::size_t closest(const Vector3d& point, const std::vector<Corners>& patch) {
+/// By more than rounding.
+bool NearPatch::is_beyond(const Vector3d& point, const Triangle& triangle, double distance) {
+  constexpr double kMargin = 1 + 1e-9;
+  const double reach = kMargin * (triangle.radius + distance);
+  return (point - triangle.centre).squaredNorm() > reach * reach;
+}
+
+std::size_t NearPatch::closest(const Vector3d& point) const {
   std::size_t triangle = 0;
-  double least = std::numeric_limits<double>::max();
-  for (std::size_t k = 0; k < patch.size(); ++k) {
-    const double squared = squared_distance(point, patch[k]);
-    if (squared < least) least = squared, triangle = k;
+  double least = std::numeric_limits<double>::max(), distance = least;
+  for (std::size_t k = 0; k < triangles_.size(); ++k) {
+    if (is_beyond(point, triangles_[k], distance)) continue;
+    const double squared = squared_distance(point, triangles_[k]);
+    if (squared < least) least = squared, distance = std::sqrt(squared), triangle = k;
   }
   return triangle;
 }
 
-bool is_near(const Vector3d& point, const std::vector<Corners>& patch, double distance) {
-  return std::any_of(patch.begin(), patch.end(), [&](const Corners& triangle) {
-    return squared_distance(point, triangle) <= distance * distance;
+bool NearPatch::is_near(const Vector3d& point, double distance) const {
+  return std::any_of(triangles_.begin(), triangles_.end(), [&](const Triangle& triangle) {
+    return !is_beyond(point, triangle, distance) &&
+           squared_distance(point, triangle) <= distance * distance;
   });
 }
 
-bool is_star_near(const std::vector<Corners>& star, const std::vector<Corners>& patch,
-                  double distance) {
-  if (!is_near(star.front()[0], patch, distance)) return false;
+bool is_star_near(const std::vector<Corners>& star, const NearPatch& patch, double distance) {
+  if (!patch.is_near(star.front()[0], distance)) return false;
   return std::all_of(star.begin(), star.end(), [&](const Corners& t) {
-    return is_near(0.5 * (t[0] + t[1]), patch, distance);
+    return patch.is_near(0.5 * (t[0] + t[1]), distance);
   });
 }
 

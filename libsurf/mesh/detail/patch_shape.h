@@ -12,17 +12,33 @@ namespace surf::mesh {
 
 using Corners = std::array<Eigen::Vector3d, 3>;
 
-/// To the closest point of a triangle; huge if it has no area.
-double squared_distance(const Eigen::Vector3d& point, const Corners& t);
+/// A patch that many points are compared with: triangles whose ball is further away than needs be
+/// known are left out (with every triangle looked at, a fifth of the evolution of an organ).
+class NearPatch {
+ public:
+  /// The patch must outlive this object.
+  explicit NearPatch(const std::vector<Corners>& patch);
 
-/// The triangle of a patch that is closest to a point.
-std::size_t closest(const Eigen::Vector3d& point, const std::vector<Corners>& patch);
+  /// The triangle that is closest to a point.
+  std::size_t closest(const Eigen::Vector3d& point) const;
+  bool is_near(const Eigen::Vector3d& point, double distance) const;
 
-bool is_near(const Eigen::Vector3d& point, const std::vector<Corners>& patch, double distance);
+ private:
+  struct Triangle {
+    const Corners* corners;
+    Eigen::Vector3d normal, centre;
+    double radius;
+  };
+
+  /// To the closest point of a triangle; huge if it has no area.
+  static double squared_distance(const Eigen::Vector3d& point, const Triangle& triangle);
+  static bool is_beyond(const Eigen::Vector3d& point, const Triangle& triangle, double distance);
+
+  std::vector<Triangle> triangles_;
+};
 
 /// Whether the centre of a star and the midpoints of its spokes are near a patch.
-bool is_star_near(const std::vector<Corners>& star, const std::vector<Corners>& patch,
-                  double distance);
+bool is_star_near(const std::vector<Corners>& star, const NearPatch& patch, double distance);
 
 /// Cosine of the smallest angle.
 double sharpest(const std::vector<Corners>& patch);

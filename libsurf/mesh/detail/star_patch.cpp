@@ -57,7 +57,7 @@ bool StarPatch::has_turned() const {
 }
 
 bool StarPatch::is_near_the_old() const {
-  return is_star_near(after, before, options_.tolerance_mm) &&
+  return is_star_near(after, NearPatch(before), options_.tolerance_mm) &&
          work_.are_witnesses_near(witnesses, after);
 }
 
