@@ -1,5 +1,8 @@
 #include "libsurf/segment/detail/local_means.h"
 
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -11,6 +14,7 @@ namespace surf::segment {
 namespace {
 
 constexpr double kMostNodes = 3e6;
+constexpr Eigen::Index kBlock = 256;        // points that one thread takes at once
 constexpr double kMeansPerReach = 4.0 / 3;  // deviation of the Gaussian of the local means
 // Deviations of the edge: what is nearer is a mixture. Beyond, samples lose weight with their
 // depth, by a Gaussian of a share of the means' deviation: a bright layer on a dark object is
@@ -167,64 +171,64 @@ void limit_contrast(const std::vector<float>& distance, const std::vector<float>
 template <int Dim>
 class LocalMeansField : public Field<Dim> {
  public:
-  LocalMeansField(std::shared_ptr<const Field<Dim>> I, NodeField<Dim> inside,
-                  NodeField<Dim> outside, NodeField<Dim> distance, double reach_mm, double noise)
+  /// @param means_and_distance  m_1, m_2 and d
+  LocalMeansField(std::shared_ptr<const Field<Dim>> I, NodeFields<Dim, 3> means_and_distance,
+                  double reach_mm, double noise)
       : I_(std::move(I)),
-        inside_(std::move(inside)),
-        outside_(std::move(outside)),
-        distance_(std::move(distance)),
+        means_and_distance_(std::move(means_and_distance)),
         reach_(reach_mm),
         least_(4 * noise * noise),
         unsure_(std::pow(kSure * noise, 4)) {}
 
   void sample(const Points<Dim>& x, Derivatives order, Samples<Dim>& out) const override {
-    Samples<Dim> a, b, d;
     I_->sample(x, order, out);
-    inside_.sample(x, order, a);
-    outside_.sample(x, order, b);
-    distance_.sample(x, order, d);
-    using Row = Eigen::Matrix<double, 1, Dim>;
-    using Square = Eigen::Matrix<double, Dim, Dim>;
-    for (Eigen::Index at = 0; at < x.rows(); ++at) {
-      // f = -tanh q + u l + p with q = e c / m, e = 2 I - a - b, c = a - b, m = c^2 + least,
-      // u = k / (c^4 + k), l = kHold z, p = kPull z^9, z = d / reach.
-      const double c = a.value[at] - b.value[at], m = c * c + least_,
-                   e = 2 * out.value[at] - a.value[at] - b.value[at], q = e * c / m,
-                   v = std::max(0.0, (q - c * c / m) / 2), t = std::tanh(q - kOver * v * v * v),
-                   s = 1 - t * t, z = d.value[at] / reach_, z2 = z * z, z7 = z2 * z2 * z2 * z,
-                   u = unsure_ / (c * c * c * c + unsure_);
-      out.value[at] = -t + kHold * z * u + kPull * z7 * z2;
-      if (order == Derivatives::kNone) continue;
-      const Row dI = out.gradient.row(at), dc = a.gradient.row(at) - b.gradient.row(at),
-                de = 2 * dI - a.gradient.row(at) - b.gradient.row(at),
-                dz = d.gradient.row(at) / reach_, dm = 2 * c * dc,
-                dq = (de * c + e * dc - q * dm) / m, dv = (dq - least_ / (m * m) * dm) / 2,
-                dQ = dq - 3 * kOver * v * v * dv;
-      const double u_by_c = -4 * c * c * c * u * u / unsure_;
-      out.gradient.row(at) = -s * dQ + kHold * (u * dz + z * u_by_c * dc) + 9 * kPull * z7 * z * dz;
-      if (order == Derivatives::kFirst) continue;
-      const auto square = [&](Samples<Dim>& of) {
-        return Eigen::Map<Square>(of.hessian.row(at).data());
-      };
-      const Square hc = square(a) - square(b), he = 2 * square(out) - square(a) - square(b),
-                   hz = square(d) / reach_,
-                   hn = he * c + de.transpose() * dc + dc.transpose() * de + e * hc,
-                   hm = 2 * (dc.transpose() * dc + c * hc),
-                   hq = (hn - q * hm - dq.transpose() * dm - dm.transpose() * dq) / m,
-                   hv = (hq - least_ / (m * m) * (hm - 2 / m * dm.transpose() * dm)) / 2,
-                   hQ = hq - 3 * kOver * v * (v * hv + 2 * dv.transpose() * dv);
-      const double u_by_cc = -12 * c * c * u * u / unsure_ + 2 * u_by_c * u_by_c / u;
-      const Square hu = u_by_c * hc + u_by_cc * dc.transpose() * dc;
-      square(out) =
-          -s * hQ + 2 * t * s * dQ.transpose() * dQ +
-          kHold * (u * hz + u_by_c * (dz.transpose() * dc + dc.transpose() * dz) + z * hu) +
-          kPull * (9 * z7 * z * hz + 72 * z7 * dz.transpose() * dz);
-    }
+    tbb::parallel_for(tbb::blocked_range<Eigen::Index>(0, x.rows(), kBlock),
+                      [&](const auto& range) {
+                        for (Eigen::Index at = range.begin(); at < range.end(); ++at)
+                          combine(x.row(at).transpose(), order, at, out);
+                      });
   }
 
  private:
+  /// From I at a point to f.
+  void combine(const Vector<Dim>& x, Derivatives order, Eigen::Index at, Samples<Dim>& out) const {
+    using Row = Eigen::Matrix<double, 1, Dim>;
+    using Square = Eigen::Matrix<double, Dim, Dim>;
+    const auto [a, b, d] = means_and_distance_.sample(x, order);
+    // f = -tanh q + u l + p with q = e c / m, e = 2 I - a - b, c = a - b, m = c^2 + least,
+    // u = k / (c^4 + k), l = kHold z, p = kPull z^9, z = d / reach.
+    const double c = a.value - b.value, m = c * c + least_,
+                 e = 2 * out.value[at] - a.value - b.value, q = e * c / m,
+                 v = std::max(0.0, (q - c * c / m) / 2), t = std::tanh(q - kOver * v * v * v),
+                 s = 1 - t * t, z = d.value / reach_, z2 = z * z, z7 = z2 * z2 * z2 * z,
+                 u = unsure_ / (c * c * c * c + unsure_);
+    out.value[at] = -t + kHold * z * u + kPull * z7 * z2;
+    if (order == Derivatives::kNone) return;
+    const Row dI = out.gradient.row(at), dc = a.gradient.transpose() - b.gradient.transpose(),
+              de = 2 * dI - a.gradient.transpose() - b.gradient.transpose(),
+              dz = d.gradient.transpose() / reach_, dm = 2 * c * dc,
+              dq = (de * c + e * dc - q * dm) / m, dv = (dq - least_ / (m * m) * dm) / 2,
+              dQ = dq - 3 * kOver * v * v * dv;
+    const double u_by_c = -4 * c * c * c * u * u / unsure_;
+    out.gradient.row(at) = -s * dQ + kHold * (u * dz + z * u_by_c * dc) + 9 * kPull * z7 * z * dz;
+    if (order == Derivatives::kFirst) return;
+    Eigen::Map<Square> hessian(out.hessian.row(at).data());
+    const Square hc = a.hessian - b.hessian, he = 2 * hessian - a.hessian - b.hessian,
+                 hz = d.hessian / reach_,
+                 hn = he * c + de.transpose() * dc + dc.transpose() * de + e * hc,
+                 hm = 2 * (dc.transpose() * dc + c * hc),
+                 hq = (hn - q * hm - dq.transpose() * dm - dm.transpose() * dq) / m,
+                 hv = (hq - least_ / (m * m) * (hm - 2 / m * dm.transpose() * dm)) / 2,
+                 hQ = hq - 3 * kOver * v * (v * hv + 2 * dv.transpose() * dv);
+    const double u_by_cc = -12 * c * c * u * u / unsure_ + 2 * u_by_c * u_by_c / u;
+    const Square hu = u_by_c * hc + u_by_cc * dc.transpose() * dc;
+    hessian = -s * hQ + 2 * t * s * dQ.transpose() * dQ +
+              kHold * (u * hz + u_by_c * (dz.transpose() * dc + dc.transpose() * dz) + z * hu) +
+              kPull * (9 * z7 * z * hz + 72 * z7 * dz.transpose() * dz);
+  }
+
   std::shared_ptr<const Field<Dim>> I_;
-  NodeField<Dim> inside_, outside_, distance_;
+  NodeFields<Dim, 3> means_and_distance_;
   double reach_, least_, unsure_;
 };
 
@@ -252,13 +256,14 @@ std::shared_ptr<const Field<Dim>> local_means(const Setting<Dim>& setting,
   std::vector<float> distance = signed_distances(
       grid.size_in_space(), setting.rasterized(start, grid.size, grid.node_to_world),
       int(std::ceil(kFarthest * options.reach_mm / node_mm + 0.5)));
-  const std::vector<float> inner = means_of_side(intensities, inside, clear, deviation);
+  std::vector<float> inner = means_of_side(intensities, inside, clear, deviation);
   std::vector<float> outer = means_of_side(intensities, others(inside), clear, deviation);
   limit_contrast(distance, inner, outer);
   for (float& d : distance) d *= float(node_mm);
   return std::make_shared<const LocalMeansField<Dim>>(
-      std::move(I), NodeField<Dim>(grid, inner), NodeField<Dim>(grid, outer),
-      NodeField<Dim>(grid, std::move(distance)), options.reach_mm, options.noise);
+      std::move(I),
+      NodeFields<Dim, 3>(grid, {std::move(inner), std::move(outer), std::move(distance)}),
+      options.reach_mm, options.noise);
 }
 
 template std::shared_ptr<const Field<2>> local_means<2>(const Setting<2>&,

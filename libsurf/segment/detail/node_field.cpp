@@ -1,6 +1,5 @@
 #include "libsurf/segment/detail/node_field.h"
 
-#include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
@@ -12,8 +11,6 @@ namespace surf::segment {
 namespace {
 
 using volume::SplineWeights;
-
-constexpr Eigen::Index kBlock = 1024;  // points that one thread takes at once
 
 /// The four nodes round a coordinate along one axis, those beyond the grid moved to its border.
 struct Stencil {
@@ -125,29 +122,27 @@ Points<Dim> NodeGrid<Dim>::positions() const {
   return out;
 }
 
-template <int Dim>
-NodeField<Dim>::NodeField(const NodeGrid<Dim>& grid, std::vector<float> values)
+template <int Dim, std::size_t N>
+NodeFields<Dim, N>::NodeFields(const NodeGrid<Dim>& grid, std::array<std::vector<float>, N> values)
     : grid_(grid), world_to_node_(grid.node_to_world.inverse()), values_(std::move(values)) {}
 
-template <int Dim>
-void NodeField<Dim>::sample(const Points<Dim>& x, Derivatives order, Samples<Dim>& out) const {
-  out.resize(x.rows(), order);
+template <int Dim, std::size_t N>
+std::array<PointSample<Dim>, N> NodeFields<Dim, N>::sample(const Vector<Dim>& x,
+                                                           Derivatives order) const {
   const Eigen::Matrix<double, Dim, Dim> to_nodes = world_to_node_.linear();
-  const auto sample_one = [&](Eigen::Index at) {
-    const Stencils<Dim> stencils(world_to_node_ * Vector<Dim>(x.row(at).transpose()), grid_.size);
-    const volume::SplineSums<Dim> sums(stencils.weights(), order, [&](int j, int k) {
-      return stencils.row(values_.data(), j, k);
-    });
-    out.value[at] = sums.value;
-    if (order == Derivatives::kNone) return;
-    out.gradient.row(at) = (to_nodes.transpose() * sums.gradient).transpose();
-    if (order == Derivatives::kFirst) return;
-    Eigen::Map<Eigen::Matrix<double, Dim, Dim>>(out.hessian.row(at).data()) =
-        to_nodes.transpose() * sums.hessian * to_nodes;
-  };
-  tbb::parallel_for(tbb::blocked_range<Eigen::Index>(0, x.rows(), kBlock), [&](const auto& range) {
-    for (Eigen::Index at = range.begin(); at < range.end(); ++at) sample_one(at);
-  });
+  const Stencils<Dim> stencils(world_to_node_ * x, grid_.size);
+  const auto weights = stencils.weights();
+  std::array<PointSample<Dim>, N> out;
+  for (std::size_t n = 0; n < N; ++n) {
+    const volume::SplineSums<Dim> sums(
+        weights, order, [&](int j, int k) { return stencils.row(values_[n].data(), j, k); });
+    out[n].value = sums.value;
+    if (order == Derivatives::kNone) continue;
+    out[n].gradient = to_nodes.transpose() * sums.gradient;
+    if (order == Derivatives::kFirst) continue;
+    out[n].hessian = to_nodes.transpose() * sums.hessian * to_nodes;
+  }
+  return out;
 }
 
 void blur(const std::array<int, 3>& size, double deviation, std::vector<float>& values) {
@@ -173,7 +168,9 @@ void blur(const std::array<int, 3>& size, double deviation, std::vector<float>& 
 
 template struct NodeGrid<2>;
 template struct NodeGrid<3>;
-template class NodeField<2>;
-template class NodeField<3>;
+template class NodeFields<2, 1>;
+template class NodeFields<3, 1>;
+template class NodeFields<2, 3>;
+template class NodeFields<3, 3>;
 
 }  // namespace surf::segment

@@ -31,20 +31,30 @@ struct NodeGrid {
   }
 };
 
-/// The C^2 cubic B-spline approximant of the nodes' values (see volume::TiledField), continued
-/// constantly beyond the outermost nodes.
+/// A field at one point: as many derivatives as were asked for.
 template <int Dim>
-class NodeField : public Field<Dim> {
- public:
-  /// @param values  one for each node
-  NodeField(const NodeGrid<Dim>& grid, std::vector<float> values);
+struct PointSample {
+  double value;
+  Vector<Dim> gradient;                     ///< [1/mm]
+  Eigen::Matrix<double, Dim, Dim> hessian;  ///< [1/mm^2]
+};
 
-  void sample(const Points<Dim>& x, Derivatives order, Samples<Dim>& out) const override;
+/// The C^2 cubic B-spline approximants of N lists of values at the same nodes (see
+/// volume::TiledField), continued constantly beyond the outermost nodes. The weights at a point are
+/// found once for all of them.
+template <int Dim, std::size_t N>
+class NodeFields {
+ public:
+  /// @param values  of each field, one for each node
+  NodeFields(const NodeGrid<Dim>& grid, std::array<std::vector<float>, N> values);
+
+  /// @param x  [mm]
+  std::array<PointSample<Dim>, N> sample(const Vector<Dim>& x, Derivatives order) const;
 
  private:
   NodeGrid<Dim> grid_;
   Eigen::Transform<double, Dim, Eigen::Affine> world_to_node_;
-  std::vector<float> values_;
+  std::array<std::vector<float>, N> values_;
 };
 
 /// The values blurred along each axis by three boxes that together are about a Gaussian of this

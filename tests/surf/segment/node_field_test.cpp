@@ -19,7 +19,7 @@ NodeGrid<Dim> skewed_grid() {
 }
 
 template <class T>
-struct NodeFields : ::testing::Test {};
+struct NodeFieldsOf : ::testing::Test {};
 struct DimName {
   template <class T>
   static std::string GetName(int) {
@@ -27,45 +27,42 @@ struct DimName {
   }
 };
 using Dims = ::testing::Types<std::integral_constant<int, 2>, std::integral_constant<int, 3>>;
-TYPED_TEST_SUITE(NodeFields, Dims, DimName);
+TYPED_TEST_SUITE(NodeFieldsOf, Dims, DimName);
 
-TYPED_TEST(NodeFields, ReproduceLinearFunctionsAndTheirGradients) {
+TYPED_TEST(NodeFieldsOf, ReproduceLinearFunctionsAndTheirGradients) {
   constexpr int kDim = TypeParam::value;
   const NodeGrid<kDim> grid = skewed_grid<kDim>();
   const Vector<kDim> slope = Vector<kDim>::LinSpaced(kDim, 1, 2);
   const Eigen::VectorXd values = grid.positions() * slope;
-  const NodeField<kDim> field(grid, {values.begin(), values.end()});
-  Points<kDim> x(1, kDim);
-  const Vector<kDim> node = Vector<kDim>::Constant(5.3);
-  x.row(0) = (grid.node_to_world * node).transpose();
-  Samples<kDim> samples;
-  field.sample(x, Derivatives::kSecond, samples);
-  EXPECT_NEAR(samples.value[0], x.row(0).dot(slope), 1e-6);
-  EXPECT_LT((samples.gradient.row(0).transpose() - slope).norm(), 1e-5);
-  EXPECT_LT(samples.hessian.row(0).norm(), 1e-4);
+  const std::vector<float> linear(values.begin(), values.end());
+  const std::vector<float> constant(values.size(), 7);
+  const NodeFields<kDim, 3> fields(grid, {constant, linear, linear});
+  const Vector<kDim> x = grid.node_to_world * Vector<kDim>(Vector<kDim>::Constant(5.3));
+  const auto samples = fields.sample(x, Derivatives::kSecond);
+  EXPECT_NEAR(samples[0].value, 7, 1e-6);
+  EXPECT_LT(samples[0].gradient.norm(), 1e-5);
+  for (const int n : {1, 2}) {
+    EXPECT_NEAR(samples[n].value, x.dot(slope), 1e-6);
+    EXPECT_LT((samples[n].gradient - slope).norm(), 1e-5);
+    EXPECT_LT(samples[n].hessian.norm(), 1e-4);
+  }
 }
 
-TYPED_TEST(NodeFields, HaveTheDerivativesOfTheirValues) {
+TYPED_TEST(NodeFieldsOf, HaveTheDerivativesOfTheirValues) {
   constexpr int kDim = TypeParam::value;
   const NodeGrid<kDim> grid = skewed_grid<kDim>();
   std::vector<float> values(grid.n());
   for (std::size_t at = 0; at < values.size(); ++at) values[at] = float(std::sin(double(at)));
-  const NodeField<kDim> field(grid, values);
+  const NodeFields<kDim, 1> field(grid, {values});
   constexpr double kStep = 1e-5;
-  Points<kDim> x(2 * kDim + 1, kDim);
-  x.rowwise() = (grid.node_to_world * Vector<kDim>(Vector<kDim>::Constant(4.4))).transpose().eval();
+  const Vector<kDim> x = grid.node_to_world * Vector<kDim>(Vector<kDim>::Constant(4.4));
+  const auto at = field.sample(x, Derivatives::kSecond)[0];
   for (int axis = 0; axis < kDim; ++axis) {
-    x(1 + 2 * axis, axis) += kStep;
-    x(2 + 2 * axis, axis) -= kStep;
-  }
-  Samples<kDim> s;
-  field.sample(x, Derivatives::kSecond, s);
-  for (int axis = 0; axis < kDim; ++axis) {
-    EXPECT_NEAR(s.gradient(0, axis), (s.value[1 + 2 * axis] - s.value[2 + 2 * axis]) / (2 * kStep),
-                1e-6);
-    const auto second =
-        ((s.gradient.row(1 + 2 * axis) - s.gradient.row(2 + 2 * axis)) / (2 * kStep)).eval();
-    EXPECT_LT((s.hessian.row(0).segment(kDim * axis, kDim) - second).norm(), 1e-4);
+    const Vector<kDim> step = kStep * Vector<kDim>::Unit(axis);
+    const auto next = field.sample(x + step, Derivatives::kFirst)[0];
+    const auto last = field.sample(x - step, Derivatives::kFirst)[0];
+    EXPECT_NEAR(at.gradient[axis], (next.value - last.value) / (2 * kStep), 1e-6);
+    EXPECT_LT((at.hessian.col(axis) - (next.gradient - last.gradient) / (2 * kStep)).norm(), 1e-4);
   }
 }
 
