@@ -92,7 +92,11 @@ Topology<Dim>::Topology(Elements<Dim> T, Eigen::Index n_vertices)
   if (T_.minCoeff() < 0 || T_.maxCoeff() >= n_vertices)
     throw InvalidMesh(
         fmt::format("geometry: an element names a vertex outside 0..{}", n_vertices - 1));
-  pattern_ = pattern_of<Dim>(T_, n_vertices);
+}
+
+template <int Dim>
+void Topology<Dim>::make_pattern() const {
+  pattern_ = pattern_of<Dim>(T_, n_vertices_);
   slots_.resize(std::size_t(T_.rows()) * Dim * Dim);
   const int* columns = pattern_.innerIndexPtr();
   tbb::parallel_for(Eigen::Index(0), T_.rows(), [&](Eigen::Index t) {

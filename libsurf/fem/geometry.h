@@ -2,8 +2,10 @@
 // load and energy needs, computed once per position of the vertices.
 #pragma once
 
+#include <cassert>
 #include <cstdint>
 #include <memory>
+#include <mutex>
 #include <vector>
 
 #include "libsurf/base/types.h"
@@ -11,7 +13,7 @@
 namespace surf::fem {
 
 /// The elements of a shape and the sparsity they imply, shared by all its positions: built
-/// once, reused between steps while the mesh stands.
+/// once, when a matrix first asks for it, reused between steps while the mesh stands. Thread-safe.
 template <int Dim>
 class Topology {
  public:
@@ -21,15 +23,24 @@ class Topology {
   const Elements<Dim>& elements() const { return T_; }
   Eigen::Index n_vertices() const { return n_vertices_; }
   /// Matrix of zeros with an entry for each pair of vertices of an element, (n, n).
-  const SparseMatrix& pattern() const { return pattern_; }
-  /// Where entry (i, j) of element t lies in the pattern's values.
-  int slot(Eigen::Index t, int i, int j) const { return slots_[(t * Dim + i) * Dim + j]; }
+  const SparseMatrix& pattern() const {
+    std::call_once(is_made_, [this] { make_pattern(); });
+    return pattern_;
+  }
+  /// Where entry (i, j) of element t lies in the pattern's values. @pre pattern() was asked for
+  int slot(Eigen::Index t, int i, int j) const {
+    assert(!slots_.empty());
+    return slots_[(t * Dim + i) * Dim + j];
+  }
 
  private:
+  void make_pattern() const;
+
   Elements<Dim> T_;
   Eigen::Index n_vertices_;
-  SparseMatrix pattern_;
-  std::vector<int> slots_;
+  mutable std::once_flag is_made_;
+  mutable SparseMatrix pattern_;
+  mutable std::vector<int> slots_;
 };
 
 /// Planes that bound the part of space where something is known, as those of an image's border, and

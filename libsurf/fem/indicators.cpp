@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cassert>
 #include <limits>
+#include <numeric>
+#include <vector>
 
 #include "libsurf/base/products.h"
 #include "libsurf/fem/quadrature.h"
@@ -25,17 +27,43 @@ void for_each_side(const Geometry<2>& shape, const Visit& visit) {
   }
 }
 
-/// The same for each edge with its two triangles. A directed edge belongs to one triangle, and its
-/// place in the matrix pattern names it: the neighbour across (a, b) owns (b, a).
+/// The directed edges of triangles by the vertex they begin at: a directed edge belongs to one
+/// triangle, and the neighbour across (a, b) owns (b, a).
+class DirectedEdges {
+ public:
+  DirectedEdges(const Elements<3>& T, Eigen::Index n_vertices)
+      : first_(std::size_t(n_vertices) + 1, 0), edges_(std::size_t(T.size())) {
+    for (const int vertex : T.reshaped()) ++first_[std::size_t(vertex) + 1];
+    std::partial_sum(first_.begin(), first_.end(), first_.begin());
+    std::vector<int> end(first_.begin(), first_.end() - 1);
+    for (Eigen::Index t = 0; t < T.rows(); ++t)
+      for (int i = 0; i < 3; ++i)
+        edges_[std::size_t(end[std::size_t(T(t, i))]++)] = {T(t, (i + 1) % 3), int(t)};
+  }
+
+  /// The triangle with the edge from one vertex to another; -1 if a part ends there.
+  Eigen::Index owner(int from, int to) const {
+    for (int at = first_[std::size_t(from)]; at < first_[std::size_t(from) + 1]; ++at)
+      if (edges_[std::size_t(at)].to == to) return edges_[std::size_t(at)].triangle;
+    return -1;
+  }
+
+ private:
+  struct Edge {
+    int to, triangle;
+  };
+  std::vector<int> first_;
+  std::vector<Edge> edges_;
+};
+
+/// The same for each edge with its two triangles.
 template <class Visit>
 void for_each_side(const Geometry<3>& shape, const Visit& visit) {
   const Elements<3>& T = shape.elements();
-  std::vector<Eigen::Index> owner(shape.topology().pattern().nonZeros(), -1);
-  for (Eigen::Index t = 0; t < T.rows(); ++t)
-    for (int i = 0; i < 3; ++i) owner[shape.topology().slot(t, i, (i + 1) % 3)] = t;
+  const DirectedEdges edges(T, shape.n_vertices());
   for (Eigen::Index t = 0; t < T.rows(); ++t)
     for (int i = 0; i < 3; ++i) {
-      const Eigen::Index other = owner[shape.topology().slot(t, (i + 1) % 3, i)];
+      const Eigen::Index other = edges.owner(T(t, (i + 1) % 3), T(t, i));
       if (other < t) continue;  // it has been visited, or a part ends there
       const double h = (shape.points().row(T(t, (i + 1) % 3)) - shape.points().row(T(t, i))).norm();
       visit(t, other,

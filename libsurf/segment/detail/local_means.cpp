@@ -2,6 +2,7 @@
 
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
+#include <tbb/parallel_invoke.h>
 
 #include <algorithm>
 #include <cmath>
@@ -253,11 +254,15 @@ std::shared_ptr<const Field<Dim>> local_means(const Setting<Dim>& setting,
   Samples<Dim> values;
   I->sample(grid.positions(), Derivatives::kNone, values);
   const Intensities intensities{grid.size_in_space(), {values.value.begin(), values.value.end()}};
-  std::vector<float> distance = signed_distances(
-      grid.size_in_space(), setting.rasterized(start, grid.size, grid.node_to_world),
-      int(std::ceil(kFarthest * options.reach_mm / node_mm + 0.5)));
-  std::vector<float> inner = means_of_side(intensities, inside, clear, deviation);
-  std::vector<float> outer = means_of_side(intensities, others(inside), clear, deviation);
+  std::vector<float> distance, inner, outer;
+  tbb::parallel_invoke(
+      [&] {
+        distance = signed_distances(grid.size_in_space(),
+                                    setting.rasterized(start, grid.size, grid.node_to_world),
+                                    int(std::ceil(kFarthest * options.reach_mm / node_mm + 0.5)));
+      },
+      [&] { inner = means_of_side(intensities, inside, clear, deviation); },
+      [&] { outer = means_of_side(intensities, others(inside), clear, deviation); });
   limit_contrast(distance, inner, outer);
   for (float& d : distance) d *= float(node_mm);
   return std::make_shared<const LocalMeansField<Dim>>(
