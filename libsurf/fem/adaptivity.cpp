@@ -55,15 +55,28 @@ std::string AdaptivityOptions<Dim>::error() const {
 template <int Dim>
 std::vector<Mark> adaptivity_marks(const Geometry<Dim>& shape,
                                    const AdaptivityOptions<Dim>& options) {
+  Eigen::MatrixXd errors;
+  if (options.integral_tolerance > 0) {
+    errors.resize(shape.n_elements(), Eigen::Index(options.integrands.size()));
+    for (Eigen::Index k = 0; k < errors.cols(); ++k)
+      errors.col(k) = quadrature_error(shape, *options.integrands[std::size_t(k)]);
+  }
+  return adaptivity_marks(shape, options, errors);
+}
+
+template <int Dim>
+std::vector<Mark> adaptivity_marks(const Geometry<Dim>& shape,
+                                   const AdaptivityOptions<Dim>& options,
+                                   const Eigen::MatrixXd& errors) {
   std::vector<Mark> marks(shape.n_elements(),
                           options.gamma_coarsen > 0 ? Mark::kCoarsen : Mark::kKeep);
   if (options.geometry_tolerance_mm > 0)
     combine(marks, mark_geometry(geometric_variation(shape),
                                  marking<Dim>(options, options.geometry_tolerance_mm, 1)));
   if (options.integral_tolerance > 0)
-    for (const auto& f : options.integrands)
+    for (const auto& of_integrand : errors.colwise())
       combine(marks,
-              mark_integral(quadrature_error(shape, *f), shape.measures(),
+              mark_integral(of_integrand, shape.measures(),
                             marking<Dim>(options, options.integral_tolerance * shape.measure(),
                                          kGrowthOfQuadratureError)));
   const Eigen::VectorXd longest = longest_edges(shape);
@@ -87,6 +100,10 @@ std::vector<Mark> adaptivity_marks(const Geometry<Dim>& shape,
 template struct AdaptivityOptions<2>;
 template struct AdaptivityOptions<3>;
 template std::vector<Mark> adaptivity_marks(const Geometry<2>&, const AdaptivityOptions<2>&);
+template std::vector<Mark> adaptivity_marks(const Geometry<2>&, const AdaptivityOptions<2>&,
+                                            const Eigen::MatrixXd&);
 template std::vector<Mark> adaptivity_marks(const Geometry<3>&, const AdaptivityOptions<3>&);
+template std::vector<Mark> adaptivity_marks(const Geometry<3>&, const AdaptivityOptions<3>&,
+                                            const Eigen::MatrixXd&);
 
 }  // namespace surf::fem

@@ -56,4 +56,11 @@ template <int Dim>
 std::vector<Mark> adaptivity_marks(const Geometry<Dim>& shape,
                                    const AdaptivityOptions<Dim>& options);
 
+/// The same with errors that are known, which otherwise are those of quadrature_error().
+/// @param errors  (m, options.integrands); not looked at if options.integral_tolerance is 0
+template <int Dim>
+std::vector<Mark> adaptivity_marks(const Geometry<Dim>& shape,
+                                   const AdaptivityOptions<Dim>& options,
+                                   const Eigen::MatrixXd& errors);
+
 }  // namespace surf::fem

@@ -72,14 +72,19 @@ void for_each_side(const Geometry<3>& shape, const Visit& visit) {
     }
 }
 
-/// Values of f at the quadrature points, one column per element.
+/// |I~_f(T) - I_f(T)| of elements.
 template <int Dim>
-Eigen::MatrixXd sampled(const Geometry<Dim>& shape, const Field<Dim>& f,
-                        const Quadrature<Dim>& rule) {
-  Samples<Dim> samples;
-  f.sample(quadrature_points<Dim>(shape.points(), shape.elements(), rule.points),
-           Derivatives::kNone, samples);
-  return samples.value.reshaped(rule.size(), shape.n_elements());
+Eigen::VectorXd errors_of(const Points<Dim>& X, const Elements<Dim>& T,
+                          const Eigen::VectorXd& measures, const Field<Dim>& f, int order,
+                          int higher_order) {
+  assert(order < higher_order);
+  const auto mean = [&](int of_order) -> Eigen::VectorXd {
+    const auto& rule = quadrature<Dim>(of_order);
+    Samples<Dim> samples;
+    f.sample(quadrature_points<Dim>(X, T, rule.points), Derivatives::kNone, samples);
+    return samples.value.reshaped(rule.size(), T.rows()).transpose() * rule.weights;
+  };
+  return (mean(higher_order) - mean(order)).cwiseAbs().cwiseProduct(measures);
 }
 
 std::vector<Mark> marks_above(const Eigen::VectorXd& eta, double bound) {
@@ -111,12 +116,15 @@ Eigen::VectorXd geometric_variation(const Geometry<Dim>& shape) {
 template <int Dim>
 Eigen::VectorXd quadrature_error(const Geometry<Dim>& shape, const Field<Dim>& f, int order,
                                  int higher_order) {
-  assert(order < higher_order);
-  const auto mean = [&](int of_order) -> Eigen::VectorXd {
-    const auto& rule = quadrature<Dim>(of_order);
-    return sampled<Dim>(shape, f, rule).transpose() * rule.weights;
-  };
-  return (mean(higher_order) - mean(order)).cwiseAbs().cwiseProduct(shape.measures());
+  return errors_of<Dim>(shape.points(), shape.elements(), shape.measures(), f, order, higher_order);
+}
+
+template <int Dim>
+Eigen::VectorXd quadrature_error(const Geometry<Dim>& shape, const std::vector<Eigen::Index>& of,
+                                 const Field<Dim>& f, int order, int higher_order) {
+  if (of.empty()) return Eigen::VectorXd(0);
+  return errors_of<Dim>(shape.points(), shape.elements()(of, Eigen::all), shape.measures()(of), f,
+                        order, higher_order);
 }
 
 std::vector<Mark> mark_geometry(const Eigen::VectorXd& eta, const MarkingOptions& options) {
@@ -157,6 +165,10 @@ void combine(std::vector<Mark>& marks, const std::vector<Mark>& others) {
 template Eigen::VectorXd geometric_variation<2>(const Geometry<2>&);
 template Eigen::VectorXd geometric_variation<3>(const Geometry<3>&);
 template Eigen::VectorXd quadrature_error<2>(const Geometry<2>&, const Field<2>&, int, int);
+template Eigen::VectorXd quadrature_error<2>(const Geometry<2>&, const std::vector<Eigen::Index>&,
+                                             const Field<2>&, int, int);
 template Eigen::VectorXd quadrature_error<3>(const Geometry<3>&, const Field<3>&, int, int);
+template Eigen::VectorXd quadrature_error<3>(const Geometry<3>&, const std::vector<Eigen::Index>&,
+                                             const Field<3>&, int, int);
 
 }  // namespace surf::fem

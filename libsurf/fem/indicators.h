@@ -26,6 +26,11 @@ template <int Dim>
 Eigen::VectorXd quadrature_error(const Geometry<Dim>& shape, const Field<Dim>& f, int order = 2,
                                  int higher_order = 5);
 
+/// The same of some elements, in the order of their list.
+template <int Dim>
+Eigen::VectorXd quadrature_error(const Geometry<Dim>& shape, const std::vector<Eigen::Index>& of,
+                                 const Field<Dim>& f, int order = 2, int higher_order = 5);
+
 /// What is to be done with an element.
 enum class Mark : signed char { kCoarsen = -1, kKeep = 0, kRefine = 1 };
 

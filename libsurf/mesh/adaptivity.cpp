@@ -8,6 +8,7 @@
 
 #include "libsurf/base/error.h"
 #include "libsurf/mesh/bisection.h"
+#include "libsurf/mesh/detail/known_errors.h"
 #include "libsurf/mesh/shape_part.h"
 #include "libsurf/mesh/triangle_shape.h"
 
@@ -54,7 +55,8 @@ class FaceMarks {
 /// One call of adapt().
 class Adaptation {
  public:
-  Adaptation(TriMesh& mesh, const AdaptivityOptions& options) : mesh_(mesh), options_(options) {}
+  Adaptation(TriMesh& mesh, const AdaptivityOptions& options)
+      : mesh_(mesh), options_(options), errors_(mesh, options.integrands) {}
 
   AdaptivityReport run(int max_rounds) {
     for (; report_.n_rounds < max_rounds; ++report_.n_rounds) {
@@ -69,11 +71,15 @@ class Adaptation {
   }
 
  private:
+  std::vector<Mark> marks_of(const fem::Geometry<3>& shape, const std::vector<int>& faces) {
+    if (options_.integral_tolerance == 0) return adaptivity_marks(shape, options_);
+    return adaptivity_marks(shape, options_, errors_(shape, faces));
+  }
+
   /// Of what does not rest, with its neighbours, whose turn the indicators look at.
-  std::vector<Mark> marks_now() const {
+  std::vector<Mark> marks_now() {
     const Triangles all = to_triangles(mesh_);
-    if (!options_.rests)
-      return adaptivity_marks(fem::Geometry<3>(all.points, all.elements), options_);
+    if (!options_.rests) return marks_of(fem::Geometry<3>(all.points, all.elements), {});
     std::vector<char> rests;
     for (const auto& t : all.elements.rowwise())
       rests.push_back(options_.rests(all.points(t, Eigen::all)));
@@ -82,7 +88,7 @@ class Adaptation {
     std::vector<Mark> marks(mesh_.n_faces(), Mark::kKeep);
     if (part.elements.empty()) return marks;
     const std::vector<Mark> of_part =
-        adaptivity_marks(fem::Geometry<3>(part.shape.points, part.shape.elements), options_);
+        marks_of(fem::Geometry<3>(part.shape.points, part.shape.elements), part.elements);
     for (std::size_t n = 0; n < of_part.size(); ++n)
       marks[std::size_t(part.elements[n])] = of_part[n];
     return marks;
@@ -168,6 +174,7 @@ class Adaptation {
 
   TriMesh& mesh_;
   const AdaptivityOptions& options_;
+  KnownErrors errors_;
   AdaptivityReport report_;
 };
 

@@ -19,6 +19,13 @@ constexpr int kBlock = 64;          // points per task
 }  // namespace
 
 struct TiledField::Impl {
+  struct RowsOfTile {
+    const float* coefficients;
+    SURF_INLINE SplineRow operator()(int j, int k) const {
+      return row_of(coefficients + (k * kNodes + j) * kNodes);
+    }
+  };
+
   Impl(const Grid& grid, NodalValues values)
       : size(grid.size),
         world_to_index(grid.index_to_world.inverse()),
@@ -36,7 +43,8 @@ struct TiledField::Impl {
     });
   }
 
-  void sample_point(const Vector<3>& x, Derivatives order, Eigen::Index at, Samples<3>& out) {
+  SURF_INLINE void sample_point(const Vector<3>& x, Derivatives order, Eigen::Index at,
+                                Samples<3>& out) {
     const Vector<3> u = world_to_index * x;
     std::array<int, 3> cell;                // from that before the first node on
     std::array<double, 3> fraction, moves;  // moves: 0 where the constant continuation begins
@@ -49,12 +57,9 @@ struct TiledField::Impl {
     const float* coefficients = tile(cell[0] / kCells, cell[1] / kCells, cell[2] / kCells) +
                                 ((cell[2] % kCells) * kNodes + cell[1] % kCells) * kNodes +
                                 cell[0] % kCells;
-    const SplineSums<3> sums(
-        {SplineWeights(fraction[0]), SplineWeights(fraction[1]), SplineWeights(fraction[2])}, order,
-        [&](int j, int k) -> SplineRow {
-          return Eigen::Map<const Eigen::Array4f>(coefficients + (k * kNodes + j) * kNodes)
-              .cast<double>();
-        });
+    const SplineSums<3> sums({SplineWeights(fraction[0], order), SplineWeights(fraction[1], order),
+                              SplineWeights(fraction[2], order)},
+                             order, RowsOfTile{coefficients});
     out.value[at] = sums.value;
     if (order == Derivatives::kNone) return;
     const Vector<3> inside(moves[0], moves[1], moves[2]);
@@ -65,6 +70,23 @@ struct TiledField::Impl {
                                   (inside.asDiagonal() * sums.hessian * inside.asDiagonal()) *
                                   index_from_world;
     out.hessian.row(at) = Eigen::Map<const Eigen::Matrix<double, 1, 9>>(world.data());
+  }
+
+  using Range = tbb::blocked_range<Eigen::Index>;
+  SURF_INLINE void sample_each(const Points<3>& x, const Range& range, Derivatives order,
+                               Samples<3>& out) {
+    for (Eigen::Index at = range.begin(); at < range.end(); ++at)
+      sample_point(x.row(at), order, at, out);
+  }
+  SURF_AVX2 void sample_by_avx2(const Points<3>& x, const Range& range, Derivatives order,
+                                Samples<3>& out) {
+    sample_each(x, range, order, out);
+  }
+  void sample_range(const Points<3>& x, const Range& range, Derivatives order, Samples<3>& out) {
+    if (has_avx2())
+      sample_by_avx2(x, range, order, out);
+    else
+      sample_each(x, range, order, out);
   }
 
   std::array<int, 3> size;
@@ -83,11 +105,8 @@ void TiledField::sample(const Points<3>& x, Derivatives order, Samples<3>& out) 
   out.resize(x.rows(), order);
   // Isolated: a thread that waits here must not take up another run's work meanwhile.
   tbb::this_task_arena::isolate([&] {
-    tbb::parallel_for(tbb::blocked_range<Eigen::Index>(0, x.rows(), kBlock),
-                      [&](const tbb::blocked_range<Eigen::Index>& range) {
-                        for (Eigen::Index at = range.begin(); at < range.end(); ++at)
-                          impl_->sample_point(x.row(at), order, at, out);
-                      });
+    tbb::parallel_for(Impl::Range(0, x.rows(), kBlock),
+                      [&](const Impl::Range& range) { impl_->sample_range(x, range, order, out); });
   });
 }
 

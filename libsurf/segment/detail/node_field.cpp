@@ -17,15 +17,16 @@ struct Stencil {
   SplineWeights weights;
   std::array<std::size_t, 4> offset;
 
-  Stencil(double u, int size, std::size_t stride) : weights(fraction(u, size)) {
+  SURF_INLINE Stencil(double u, int size, std::size_t stride, Derivatives order)
+      : weights(fraction(u, size), order) {
     const int base = int(std::floor(limited(u, size)));
     for (int s = 0; s < 4; ++s)
       offset[s] = stride * std::size_t(std::clamp(base - 1 + s, 0, size - 1));
   }
 
  private:
-  static double limited(double u, int size) { return std::clamp(u, -3.0, size + 2.0); }
-  static double fraction(double u, int size) {
+  SURF_INLINE static double limited(double u, int size) { return std::clamp(u, -3.0, size + 2.0); }
+  SURF_INLINE static double fraction(double u, int size) {
     const double inside = limited(u, size);
     return inside - std::floor(inside);
   }
@@ -33,39 +34,51 @@ struct Stencil {
 
 /// The four nodes round a place along each axis.
 template <int Dim>
-class Stencils {
- public:
-  Stencils(const Vector<Dim>& node, const std::array<int, Dim>& size) : along_(at(node, size)) {
-    const auto& first = along_[0].offset;
-    is_inside_ = first[3] == first[0] + 3;
-  }
+struct Stencils {
+  std::array<SplineWeights, Dim> weights;
+  std::array<std::array<std::size_t, 4>, Dim> offset;
+  bool is_inside;  // the four nodes of a row lie side by side
 
-  std::array<SplineWeights, Dim> weights() const {
-    if constexpr (Dim == 2)
-      return {along_[0].weights, along_[1].weights};
-    else
-      return {along_[0].weights, along_[1].weights, along_[2].weights};
-  }
-  volume::SplineRow row(const float* values, int j, int k) const {
-    const float* line = values + along_[1].offset[std::size_t(j)];
-    if constexpr (Dim == 3) line += along_[2].offset[std::size_t(k)];
-    const auto& offset = along_[0].offset;
-    if (is_inside_)
-      return Eigen::Map<const Eigen::Array4f>(line + offset[0]).template cast<double>();
-    return {line[offset[0]], line[offset[1]], line[offset[2]], line[offset[3]]};
-  }
+  SURF_INLINE Stencils(const Vector<Dim>& node, const std::array<int, Dim>& size, Derivatives order)
+      : Stencils(along(node, size, order)) {}
 
  private:
-  static std::array<Stencil, Dim> at(const Vector<Dim>& node, const std::array<int, Dim>& size) {
-    const Stencil i(node[0], size[0], 1), j(node[1], size[1], std::size_t(size[0]));
+  SURF_INLINE explicit Stencils(const std::array<Stencil, Dim>& along)
+      : weights(weights_of(along)) {
+    for (int axis = 0; axis < Dim; ++axis) offset[axis] = along[axis].offset;
+    is_inside = offset[0][3] == offset[0][0] + 3;
+  }
+  SURF_INLINE static std::array<SplineWeights, Dim> weights_of(
+      const std::array<Stencil, Dim>& along) {
+    if constexpr (Dim == 2)
+      return {along[0].weights, along[1].weights};
+    else
+      return {along[0].weights, along[1].weights, along[2].weights};
+  }
+  SURF_INLINE static std::array<Stencil, Dim> along(const Vector<Dim>& node,
+                                                    const std::array<int, Dim>& size,
+                                                    Derivatives order) {
+    const Stencil i(node[0], size[0], 1, order), j(node[1], size[1], std::size_t(size[0]), order);
     if constexpr (Dim == 2)
       return {i, j};
     else
-      return {i, j, Stencil(node[2], size[2], std::size_t(size[0]) * size[1])};
+      return {i, j, Stencil(node[2], size[2], std::size_t(size[0]) * size[1], order)};
   }
+};
 
-  std::array<Stencil, Dim> along_;
-  bool is_inside_;  // the four nodes of a row lie side by side
+/// The rows of a field's values that stencils name.
+template <int Dim>
+struct RowsOfField {
+  const Stencils<Dim>& stencils;
+  const float* values;
+
+  SURF_INLINE volume::SplineRow operator()(int j, int k) const {
+    const float* line = values + stencils.offset[1][std::size_t(j)];
+    if constexpr (Dim == 3) line += stencils.offset[2][std::size_t(k)];
+    const auto& offset = stencils.offset[0];
+    if (stencils.is_inside) return volume::row_of(line + offset[0]);
+    return volume::SplineRow{line[offset[0]], line[offset[1]], line[offset[2]], line[offset[3]]};
+  }
 };
 
 constexpr std::size_t kLines = 16;  // that are filtered side by side
@@ -127,15 +140,14 @@ NodeFields<Dim, N>::NodeFields(const NodeGrid<Dim>& grid, std::array<std::vector
     : grid_(grid), world_to_node_(grid.node_to_world.inverse()), values_(std::move(values)) {}
 
 template <int Dim, std::size_t N>
-std::array<PointSample<Dim>, N> NodeFields<Dim, N>::sample(const Vector<Dim>& x,
-                                                           Derivatives order) const {
+SURF_INLINE std::array<PointSample<Dim>, N> NodeFields<Dim, N>::sample_once(
+    const Vector<Dim>& x, Derivatives order) const {
   const Eigen::Matrix<double, Dim, Dim> to_nodes = world_to_node_.linear();
-  const Stencils<Dim> stencils(world_to_node_ * x, grid_.size);
-  const auto weights = stencils.weights();
+  const Stencils<Dim> stencils(world_to_node_ * x, grid_.size, order);
   std::array<PointSample<Dim>, N> out;
   for (std::size_t n = 0; n < N; ++n) {
-    const volume::SplineSums<Dim> sums(
-        weights, order, [&](int j, int k) { return stencils.row(values_[n].data(), j, k); });
+    const volume::SplineSums<Dim> sums(stencils.weights, order,
+                                       RowsOfField<Dim>{stencils, values_[n].data()});
     out[n].value = sums.value;
     if (order == Derivatives::kNone) continue;
     out[n].gradient = to_nodes.transpose() * sums.gradient;
@@ -143,6 +155,18 @@ std::array<PointSample<Dim>, N> NodeFields<Dim, N>::sample(const Vector<Dim>& x,
     out[n].hessian = to_nodes.transpose() * sums.hessian * to_nodes;
   }
   return out;
+}
+
+template <int Dim, std::size_t N>
+SURF_AVX2 std::array<PointSample<Dim>, N> NodeFields<Dim, N>::sample_by_avx2(
+    const Vector<Dim>& x, Derivatives order) const {
+  return sample_once(x, order);
+}
+
+template <int Dim, std::size_t N>
+std::array<PointSample<Dim>, N> NodeFields<Dim, N>::sample(const Vector<Dim>& x,
+                                                           Derivatives order) const {
+  return volume::has_avx2() ? sample_by_avx2(x, order) : sample_once(x, order);
 }
 
 void blur(const std::array<int, 3>& size, double deviation, std::vector<float>& values) {

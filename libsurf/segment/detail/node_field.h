@@ -52,6 +52,10 @@ class NodeFields {
   std::array<PointSample<Dim>, N> sample(const Vector<Dim>& x, Derivatives order) const;
 
  private:
+  // See volume/detail/spline.h.
+  std::array<PointSample<Dim>, N> sample_once(const Vector<Dim>& x, Derivatives order) const;
+  std::array<PointSample<Dim>, N> sample_by_avx2(const Vector<Dim>& x, Derivatives order) const;
+
   NodeGrid<Dim> grid_;
   Eigen::Transform<double, Dim, Eigen::Affine> world_to_node_;
   std::array<std::vector<float>, N> values_;
