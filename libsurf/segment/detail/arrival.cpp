@@ -50,9 +50,11 @@ class RadixQueue {
     ++n_;
   }
   bool is_empty() const { return n_ == 0; }
-  /// One of the earliest.
-  Entry pop() {
-    if (buckets_[0].empty()) refill();
+  /// One of the earliest. @pre not empty
+  /// @param is_stale  of an entry: what is no longer needed may be left out on the way
+  template <class IsStale>
+  Entry pop(const IsStale& is_stale) {
+    if (buckets_[0].empty()) refill(is_stale);
     const Entry out = buckets_[0].back();
     buckets_[0].pop_back();
     --n_;
@@ -64,18 +66,25 @@ class RadixQueue {
   void put(const Entry& entry) {
     buckets_[std::bit_width(entry.time_bits ^ last_)].push_back(entry);
   }
-  void refill() {
+  /// The earliest entry is never left out.
+  template <class IsStale>
+  void refill(const IsStale& is_stale) {
     const auto next = std::find_if(buckets_.begin(), buckets_.end(),
                                    [](const auto& bucket) { return !bucket.empty(); });
     last_ = std::min_element(next->begin(), next->end(), [](const Entry& a, const Entry& b) {
               return a.time_bits < b.time_bits;
             })->time_bits;
-    std::vector<Entry> entries;
-    entries.swap(*next);
-    for (const Entry& entry : entries) put(entry);
+    moved_.swap(*next);  // its memory is for the bucket that is moved next
+    for (const Entry& entry : moved_)
+      if (entry.time_bits == last_ || !is_stale(entry))
+        put(entry);
+      else
+        --n_;
+    moved_.clear();
   }
 
   std::array<std::vector<Entry>, 33> buckets_;
+  std::vector<Entry> moved_;
   std::uint32_t last_ = 0;
   std::size_t n_ = 0;
 };
@@ -95,7 +104,8 @@ std::vector<float> times(const NodeBox<Dim>& box, std::span<const std::size_t> s
   std::size_t n_done = 0;
   float last = 0;
   while (!front.is_empty()) {
-    const RadixQueue::Entry entry = front.pop();
+    const RadixQueue::Entry entry = front.pop(
+        [&](const RadixQueue::Entry& other) { return other.time() > out[other.at]; });
     const std::size_t at = entry.at;
     const float time = entry.time();
     if (n_done >= max_nodes && time > last) break;
