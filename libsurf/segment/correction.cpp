@@ -1,6 +1,7 @@
 #include "libsurf/segment/correction.h"
 
 #include <tbb/parallel_for.h>
+#include <tbb/parallel_invoke.h>
 
 #include <algorithm>
 #include <array>
@@ -108,8 +109,9 @@ class Corrector {
         edge_(SeedView<Dim>(scene.grid, {scene.click().seed}, scene.noise).edge) {}
 
   std::vector<Candidate<Dim>> all() {
-    std::vector<Candidate<Dim>> out = with_pieces();
-    for (Candidate<Dim>& cut : cuts()) out.push_back(std::move(cut));
+    std::vector<Candidate<Dim>> out, by_cut;
+    tbb::parallel_invoke([&] { out = with_pieces(); }, [&] { by_cut = cuts(); });
+    for (Candidate<Dim>& cut : by_cut) out.push_back(std::move(cut));
     for (Candidate<Dim>& whole : wholes()) out.push_back(std::move(whole));
     tbb::parallel_for(std::size_t(0), out.size(), [&](std::size_t c) {
       if (stop_.stop_requested()) return;

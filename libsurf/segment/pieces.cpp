@@ -1,5 +1,8 @@
 #include "libsurf/segment/pieces.h"
 
+#include <tbb/parallel_for.h>
+#include <tbb/parallel_invoke.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -87,35 +90,43 @@ class Pieces {
   }
 
   std::vector<Rung<Dim>> all() {
-    climb_at_click();
-    climb_in_layer();
-    if (adds()) climb_jointly();
-    compete();
-    if (!adds()) cut_necks();
-    add_ball();
+    std::array<Found, 6> found;  // in the order in which the first of equals is kept
+    tbb::parallel_invoke([&] { found[0] = climb_at_click(); }, [&] { found[1] = climb_in_layer(); },
+                         [&] {
+                           if (adds()) found[2] = climb_jointly();
+                         },
+                         [&] { found[3] = compete(); },
+                         [&] {
+                           if (!adds()) found[4] = cut_necks();
+                         },
+                         [&] { found[5] = ball(); });
+    for (Found& some : found)
+      for (Rung<Dim>& rung : some) add(std::move(rung));
     return std::move(found_);
   }
 
  private:
+  using Found = std::vector<Rung<Dim>>;
+
   bool adds() const { return scene_.click().side == Side::kInside; }
 
-  void climb_at_click() {
+  Found climb_at_click() const {
     const SeedView<Dim> view(scene_.grid, {scene_.click().seed}, scene_.noise);
     std::vector<Ladder> ladders;
     for (const Family family : kFamilies)
       ladders.push_back(make_ladder(view, family, kNeckRadii, {&domain_, kLeast, most_}));
-    keep(view, ladders, kLeast);
+    return climbed(view, ladders, kLeast);
   }
 
   /// An error all round the object has its deepest place in the middle between the object's
   /// boundary and where it should be, so that it is twice as thick as that is far.
-  void climb_in_layer() {
+  Found climb_in_layer() const {
     const NodeSet<Dim> from = adds() ? scene_.before : scene_.before.complement();
     const std::vector<float> squared = exact_squared_distances(box_, from.flags());
     float farthest = 0;
     for (const Index& node : scene_.click().seed.nodes)
       farthest = std::max(farthest, squared[box_.at(node)]);
-    if (!(farthest <= kMostToLayer * kMostToLayer)) return;
+    if (!(farthest <= kMostToLayer * kMostToLayer)) return {};
     const float thick = 2 * std::sqrt(farthest) + kLayerSlack;
     const NodeSet<Dim> layer = domain_ & NodeSet<Dim>::where(box_, [&](std::size_t at) {
                                  return squared[at] <= thick * thick;
@@ -124,10 +135,10 @@ class Pieces {
     std::vector<Ladder> ladders;
     for (const Family family : kLayerFamilies)
       ladders.push_back(make_ladder(view, family, kLayerRadii, {&layer, kLeast, most_}));
-    keep(view, ladders, kLeast);
+    return climbed(view, ladders, kLeast);
   }
 
-  void climb_jointly() {
+  Found climb_jointly() const {
     std::vector<SeedNodes<Dim>> seeds;
     for (const GridClick<Dim>& click : scene_.clicks)
       if (click.side == Side::kInside) seeds.push_back(click.seed);
@@ -138,25 +149,26 @@ class Pieces {
     std::vector<Ladder> ladders;
     for (const Family family : kJointFamilies)
       ladders.push_back(make_ladder(view, family, kJointRadii, {&allowed, kLeastJoint, most_}));
-    keep(view, ladders, kLeastJoint);
+    return climbed(view, ladders, kLeastJoint);
   }
 
-  void compete() {
+  Found compete() const {
     const std::vector<std::size_t> rivals = nodes_of(scene_, other(scene_.click().side), false);
-    if (rivals.empty()) return;
+    if (rivals.empty()) return {};
     std::vector<std::size_t> starts;
     for (const auto& node : scene_.click().seed.nodes) starts.push_back(box_.at(node));
     const SeedView<Dim> view(scene_.grid, {scene_.click().seed}, scene_.noise);
-    std::vector<Ladder> ladders;
-    for (const double calm : kCalm) {
-      std::vector<float> cost = front_cost(view, calm);
+    std::vector<Ladder> ladders(kCalm.size());
+    tbb::parallel_for(std::size_t(0), kCalm.size(), [&](std::size_t n) {
+      std::vector<float> cost = front_cost(view, kCalm[n]);
       if (!adds() && !cost.empty())
         scene_.before.complement().for_each(
             [&](std::size_t at) { cost[at] = std::numeric_limits<float>::infinity(); });
       const auto times = [&](const std::vector<std::size_t>& from) {
         return arrival_times(box_, cost, std::span<const std::size_t>(from), box_.n());
       };
-      const std::vector<float> own = times(starts), others = times(rivals);
+      std::vector<float> own, others;
+      tbb::parallel_invoke([&] { own = times(starts); }, [&] { others = times(rivals); });
       Ladder ladder{Family::kCompetition,
                     std::vector<float>(box_.n(), std::numeric_limits<float>::infinity()),
                     {},
@@ -168,18 +180,19 @@ class Pieces {
               std::isfinite(others[at]) ? own[at] / std::max(own[at] + others[at], 1e-9f) : 0.f;
       });
       ladder.levels.assign(kShares.begin(), kShares.end());
-      ladders.push_back(std::move(ladder));
-    }
-    keep(view, ladders, kLeast);
+      ladders[n] = std::move(ladder);
+    });
+    return climbed(view, ladders, kLeast);
   }
 
-  void cut_necks() {
+  Found cut_necks() const {
     const std::vector<std::size_t> inner = nodes_of(scene_, Side::kInside, false);
-    if (inner.empty()) return;
+    if (inner.empty()) return {};
     const std::vector<float> depth =
         exact_squared_distances(box_, scene_.before.complement().flags());
+    Found out;
     for (const double r : kNecks) {
-      if (stop_.stop_requested()) return;
+      if (stop_.stop_requested()) return out;
       const auto deep =
           NodeSet<Dim>::where(box_, [&](std::size_t at) { return depth[at] > r * r; });
       std::vector<Index> own, others;
@@ -196,11 +209,12 @@ class Pieces {
           NodeSet<Dim>::where(box_, [&](std::size_t at) { return to_gone[at] < to_kept[at]; });
       Rung<Dim> rung = cut_to(nearer & domain_, Family::kNeck);
       rung.neck_radius = r;
-      add(std::move(rung), kLeastNodes);
+      out.push_back(std::move(rung));
     }
+    return out;
   }
 
-  void add_ball() {
+  Found ball() const {
     const std::vector<float> squared = exact_squared_distances(box_, domain_.complement().flags());
     const auto distance_to = [&](const auto& node) {
       double out = std::numeric_limits<double>::infinity();
@@ -219,14 +233,15 @@ class Pieces {
     reach = std::max(kLeastBall, kBall * reach);
     for (const std::size_t at : nodes_of(scene_, other(scene_.click().side), false))
       reach = std::min(reach, std::max(1.0, kToOthers * distance_to(box_.node(at))));
-    NodeSet<Dim> ball(box_);
+    NodeSet<Dim> near(box_);
     domain_.for_each([&](std::size_t at) {
-      if (distance_to(box_.node(at)) <= reach) ball.insert(box_.node(at));
+      if (distance_to(box_.node(at)) <= reach) near.insert(box_.node(at));
     });
-    add(cut_to(ball, Family::kBall), 1);
+    return {cut_to(near, Family::kBall)};
   }
 
-  void keep(const SeedView<Dim>& view, std::span<const Ladder> ladders, double least) {
+  Found climbed(const SeedView<Dim>& view, std::span<const Ladder> ladders, double least) const {
+    Found out;
     for (Windows<Dim>& windows : climb<Dim>(
              view, ladders, [](const Rung<Dim>*) {}, stop_))
       for (std::size_t w = 0; w < windows.size(); ++w)
@@ -236,15 +251,16 @@ class Pieces {
               double(rung.n_nodes) > kLargestShare * double(box_.n()) ||
               (w > 0 && windows[w - 1][n].n_nodes == rung.n_nodes))
             continue;
-          add(rung, kLeastNodes);
+          out.push_back(std::move(rung));
         }
+    return out;
   }
 
   /// Without what is off the domain.
-  void add(Rung<Dim> piece, std::size_t least) {
+  void add(Rung<Dim> piece) {
     piece.inside &= domain_.in(piece.inside.box());
     piece.n_nodes = piece.inside.count();
-    if (piece.n_nodes < least) return;
+    if (piece.n_nodes < (piece.family == Family::kBall ? 1 : kLeastNodes)) return;
     const auto holds = [&](const GridClick<Dim>& click) {
       return std::any_of(click.seed.nodes.begin(), click.seed.nodes.end(),
                          [&](const auto& node) { return piece.inside.contains(node); });
