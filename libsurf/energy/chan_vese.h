@@ -55,6 +55,7 @@ class ChanVese : public RegionEnergy<Dim> {
   std::array<double, 2> means() const;
 
  private:
+  bool is_cheap_from_scratch() const override { return bool(antiderivative_); }
   Eigen::VectorXd integrals_over(const fem::Geometry<Dim>& shape) const override;
   Eigen::VectorXd change_between(const fem::Geometry<Dim>& from,
                                  const fem::Geometry<Dim>& to) const override;

@@ -17,7 +17,9 @@ using Integrands = std::function<void(const Eigen::VectorXd& value, Eigen::Matri
 /// c)) ds, div P = F: samples along the rays from c (the centroid of the vertices) to the
 /// boundary, for any closed shape, whether or not c lies inside. Changes from what the boundary
 /// sweeps: int_0^1 int_{Gamma_s} F d . nu dS ds along X_s = X + s d, two Gauss points in s, exact
-/// for constant F.
+/// for constant F. Between two meshes of which most elements are the same, by the others alone:
+/// those of one and those of the other, turned round, bound what has changed, and rays from the
+/// middle of each such part are as short as it is.
 template <int Dim>
 class DomainIntegrals {
  public:
@@ -29,8 +31,17 @@ class DomainIntegrals {
                            const fem::Geometry<Dim>& shape) const;
   Eigen::VectorXd swept(const Field<Dim>& field, const Integrands& integrands,
                         const fem::Geometry<Dim>& from, const fem::Geometry<Dim>& to) const;
+  /// Over `to` less over `from`; elements are the same if their corners are. O(elements), samples
+  /// at those that are not.
+  Eigen::VectorXd between(const Field<Dim>& field, const Integrands& integrands,
+                          const fem::Geometry<Dim>& from, const fem::Geometry<Dim>& to) const;
 
  private:
+  /// Along rays from a point to elements, by their flux: each row weight * area vector.
+  Eigen::VectorXd along_rays(const Field<Dim>& field, const Integrands& integrands,
+                             const Vector<Dim>& from, Points<Dim> to,
+                             const Points<Dim>& weighted_normals) const;
+
   int quadrature_order_;
   double ray_spacing_mm_;
   int n_integrands_;

@@ -95,7 +95,8 @@ class ShapeEnergy {
   /// derivative depends on them.
   virtual void remesh(const fem::Geometry<Dim>& shape) = 0;
   /// Takes `shape`, whose domain has been changed by topology surgery, as current. What the
-  /// derivative depends on is computed anew; J may be off by a constant until the next reset.
+  /// derivative depends on follows the change, or is computed anew if `shape` is the current one; J
+  /// may be off by a constant until the next reset.
   virtual void rebuild(const fem::Geometry<Dim>& shape) { reset(shape); }
   /// Adds weight * (first derivative, g, alpha, beta) at the current shape.
   /// @param curvature  of the current shape, for alpha, beta and the bilaplacian

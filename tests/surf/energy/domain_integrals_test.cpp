@@ -1,5 +1,7 @@
 #include "libsurf/energy/domain_integrals.h"
 
+#include <atomic>
+
 #include "libsurf/energy/fields.h"
 #include "tests/surf/fixtures.h"
 
@@ -54,6 +56,41 @@ TYPED_TEST(Integrals, AbsoluteOfASquareConvergesToTheSecondMomentOfTheBall) {
   };
   EXPECT_NEAR(std::log2(error(3) / error(4)), 2, 0.1);  // of the polyhedron
   EXPECT_LT(error(4), 0.01 * kShift * kShift * content);
+}
+
+/// Where it is looked at.
+template <int Dim>
+class CountedSquares : public SquareField<Dim> {
+ public:
+  void sample(const Points<Dim>& x, Derivatives order, Samples<Dim>& out) const override {
+    n += x.rows();
+    SquareField<Dim>::sample(x, order, out);
+  }
+  mutable std::atomic<Eigen::Index> n = 0;
+};
+
+// Two places of a mesh are changed, whose elements and vertices come in another order.
+TYPED_TEST(Integrals, BetweenTwoMeshesIsTheirDifferenceByWhatTheyDoNotShare) {
+  constexpr int Dim = TypeParam::value;
+  const auto arrays = test::unit_sphere<Dim>(5);
+  const fem::Geometry<Dim> from(arrays.X, arrays.T);
+  Points<Dim> X = arrays.X;
+  X.row(3) *= 0.9;
+  X.row(X.rows() / 2) *= 1.05;
+  const Points<Dim> turned = X.colwise().reverse();
+  const Elements<Dim> T = (int(X.rows()) - 1 - arrays.T.array()).colwise().reverse();
+  const fem::Geometry<Dim> to(turned, T);
+  const DomainIntegrals<Dim> integrals(3, 0.02, 1);
+  const CountedSquares<Dim> squares;
+  const double all = integrals.absolute(squares, value_itself, to)[0] -
+                     integrals.absolute(squares, value_itself, from)[0];
+  const Eigen::Index n_all = squares.n;
+  EXPECT_NEAR(integrals.between(squares, value_itself, from, to)[0], all, 1e-7);
+  EXPECT_LT(squares.n - n_all, n_all / 20);
+  const auto one = constant_field<Dim>(1);
+  EXPECT_NEAR(integrals.between(*one, value_itself, from, to)[0], to.enclosed() - from.enclosed(),
+              1e-13);
+  EXPECT_EQ(integrals.between(*one, value_itself, to, to)[0], 0);
 }
 
 // The torus is not star-shaped about its centre, which even lies outside it.
