@@ -43,10 +43,11 @@ class Surgery {
     for (int t = 0; t < static_cast<int>(is_event.size()); ++t)
       is_event[t] = is_event_[FaceHandle(t)];
     make_clusters(surface, is_event);
+    LargeParts large(surface, is_event);
     SurgeryReport report;
     constexpr int kRounds = 200;  // each enlarges or joins a cluster
     for (int round = 0; round < kRounds; ++round) {
-      if (!plan(surface, is_event)) break;
+      if (!plan(surface, large, is_event)) break;
       if (join_overlapping(surface)) continue;
       if (!enlarge_intersecting(surface, is_event)) {
         const std::vector<Cluster> refused = refuse_handles(surface);
@@ -102,26 +103,31 @@ class Surgery {
   }
 
   /// Plans what has no plan yet; false if a cluster has failed too often.
-  bool plan(const ConnectedSurface& surface, std::vector<char>& is_event) {
+  bool plan(const ConnectedSurface& surface, LargeParts& large, std::vector<char>& is_event) {
     for (std::size_t c = 0; c < clusters_.size(); ++c) {
       Cluster& cluster = clusters_[c];
       while (!cluster.is_planned) {
         if (cluster.n_failures >= options_.max_attempts) return false;
-        RegionPlan plan_of_region =
-            plan_region(surface, is_event, {cluster.events, cluster.others, reach(cluster)}, h_);
+        RegionPlan plan_of_region = plan_region(
+            surface, large, is_event, {cluster.events, cluster.others, reach(cluster)}, h_);
         switch (plan_of_region.state) {
           case RegionPlan::State::kFits:
             cluster.patch = std::move(plan_of_region.patch);
             cluster.is_planned = true;
             break;
           case RegionPlan::State::kFails:
-            if (const bool is_whole = std::isinf(reach(cluster));
-                !take_in(plan_of_region.wanted, cluster, is_event) || !is_whole)
-              ++cluster.n_failures;
+            if (const double failed = reach(cluster);
+                take_in(plan_of_region.wanted, cluster, is_event)) {
+              if (!std::isinf(failed)) ++cluster.n_failures;
+            } else {
+              // The same again would fail again: on to another reach.
+              do ++cluster.n_failures;
+              while (reach(cluster) == failed && cluster.n_failures < options_.max_attempts);
+            }
             break;
           case RegionPlan::State::kWantsMore:
             if (!join_owners(c, plan_of_region.wanted)) ++cluster.n_failures;
-            return plan(surface, is_event);
+            return plan(surface, large, is_event);
         }
       }
     }

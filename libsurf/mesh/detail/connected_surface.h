@@ -1,6 +1,8 @@
 // A closed surface in arrays and who is next to whom. Private to surgery.
 #pragma once
 
+#include <Eigen/Geometry>
+#include <array>
 #include <span>
 #include <vector>
 
@@ -27,14 +29,21 @@ class Stars {
   std::vector<int> first_, triangles_;
 };
 
-/// A surface and who is next to whom.
+/// Least and largest coordinates, not smaller than what they hold.
+using FloatBox = std::array<std::array<float, 2>, 3>;
+
+/// A surface, who is next to whom, and where.
 struct ConnectedSurface {
   Triangles triangles;
   Stars stars;
   /// The triangle across the side of each corner and the next one.
   Elements<3> across;
+  std::vector<FloatBox> boxes;  ///< of the triangles
 
   explicit ConnectedSurface(const TriMesh& mesh);
+
+  /// Triangles whose boxes meet another along this many axes at least, and maybe some next to it.
+  std::vector<int> triangles_near(const Eigen::AlignedBox3d& box, int n_axes = 3) const;
 
   int n_triangles() const { return static_cast<int>(triangles.elements.rows()); }
   int n_vertices() const { return static_cast<int>(triangles.points.rows()); }

@@ -18,25 +18,19 @@ void remove_star(const ConnectedSurface& surface, int vertex, TriangleFlags& is_
 
 void remove_in_cells(const ConnectedSurface& surface, const CubicGrid& grid, const GridCells& cells,
                      TriangleFlags& is_removed) {
-  const Eigen::Vector3d low = grid.position(0, 0, 0),
-                        high = grid.position(grid.size[0] - 1, grid.size[1] - 1, grid.size[2] - 1);
-  for (int t = 0; t < surface.n_triangles(); ++t) {
-    if (is_removed[t]) continue;
-    bool is_far = false;
-    for (int axis = 0; axis < 3 && !is_far; ++axis) {
-      const auto [least, most] = std::minmax(
-          {surface.corner(t, 0)[axis], surface.corner(t, 1)[axis], surface.corner(t, 2)[axis]});
-      is_far = most < low[axis] || least > high[axis];
-    }
-    if (!is_far) is_removed[t] = cells.is_any_at(surface.triangles, t);
-  }
+  for (const int t : surface.triangles_near(grid.box()))
+    if (!is_removed[t]) is_removed[t] = cells.is_any_at(surface.triangles, t);
 }
 
-/// Flags of the vertices of triangles that are not chosen.
+/// Flags of the vertices of chosen triangles that others have too.
 std::vector<char> border_vertices(const ConnectedSurface& surface, const TriangleFlags& is_chosen) {
   std::vector<char> is_border(surface.n_vertices(), 0);
   for (int t = 0; t < surface.n_triangles(); ++t)
-    for (int i = 0; !is_chosen[t] && i < 3; ++i) is_border[surface.vertex(t, i)] = 1;
+    for (int i = 0; is_chosen[t] && i < 3; ++i) {
+      if (is_chosen[surface.across(t, i)]) continue;
+      // The run of chosen triangles round a vertex ends at a side.
+      is_border[surface.vertex(t, i)] = is_border[surface.vertex(t, (i + 1) % 3)] = 1;
+    }
   return is_border;
 }
 
@@ -249,13 +243,42 @@ bool add_necks(const ConnectedSurface& surface, const std::vector<int>& core,
   return near.size() > n_before;
 }
 
-std::vector<int> remove_phantom_parts(const ConnectedSurface& surface,
+LargeParts::LargeParts(const ConnectedSurface& surface, const TriangleFlags& is_event)
+    : surface_(surface), part_(surface.n_triangles(), -1) {
+  std::vector<int> queue;
+  for (int start = 0; start < surface.n_triangles(); ++start) {
+    if (part_[start] >= 0 || is_event[start]) continue;
+    const int part = int(parts_.size());
+    queue = {start};
+    part_[start] = part;
+    for (std::size_t at = 0; at < queue.size(); ++at)
+      for (int i = 0; i < 3; ++i)
+        if (const int next = surface.across(queue[at], i); part_[next] < 0 && !is_event[next]) {
+          part_[next] = part;
+          queue.push_back(next);
+        }
+    parts_.push_back({queue.size(), largest_of(surface, queue), {}});
+  }
+}
+
+bool LargeParts::are_known_to_bound(int triangle) {
+  if (part_[triangle] < 0) return false;
+  Part& part = parts_[part_[triangle]];
+  if (part.n_triangles < kLarge) return false;
+  if (!part.bounds)
+    part.bounds =
+        winding_beside(surface_.triangles.points, surface_.triangles.elements, part.largest)
+            .outer == 0;
+  return *part.bounds;
+}
+
+std::vector<int> remove_phantom_parts(const ConnectedSurface& surface, LargeParts& large,
                                       const TriangleFlags& is_event, TriangleFlags& is_removed) {
   std::vector<int> wanted;
   TriangleFlags is_seen(surface.n_triangles(), 0);
   const TriangleFlags is_cut = is_removed;
   for (const int start : staying_at_rims(surface, is_cut)) {
-    if (is_seen[start] || is_event[start]) continue;
+    if (is_seen[start] || is_event[start] || large.are_known_to_bound(start)) continue;
     std::vector<int> part = {start}, border;
     is_seen[start] = 1;
     for (std::size_t at = 0; at < part.size(); ++at)

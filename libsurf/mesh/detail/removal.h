@@ -2,6 +2,7 @@
 #pragma once
 
 #include <limits>
+#include <optional>
 #include <vector>
 
 #include "libsurf/mesh/detail/connected_surface.h"
@@ -38,11 +39,34 @@ bool add_bridges(const ConnectedSurface& surface, const RemovedTriangles& remova
 bool add_necks(const ConnectedSurface& surface, const std::vector<int>& core,
                std::vector<int>& near);
 
+/// Parts of a surface between its events that are too large to be looked at for each region anew.
+class LargeParts {
+ public:
+  /// @param surface  must outlive this object
+  LargeParts(const ConnectedSurface& surface, const TriangleFlags& is_event);
+
+  /// Whether a triangle is in one that bounds the domain: its winding numbers are 1 and 0 wherever
+  /// it is cut.
+  bool are_known_to_bound(int triangle);
+
+ private:
+  static constexpr std::size_t kLarge = 2000;  // triangles
+  struct Part {
+    std::size_t n_triangles;
+    int largest;  // triangle
+    std::optional<bool> bounds;
+  };
+
+  const ConnectedSurface& surface_;
+  std::vector<int> part_;  // of the triangles; -1 = event
+  std::vector<Part> parts_;
+};
+
 /// Removes parts of the surface that border on what is removed, cross no event and do not bound the
 /// domain.
 /// @param is_event  events of all regions: no part crosses them
 /// @return events that such a part borders on; if there are any, what is removed is of no use
-std::vector<int> remove_phantom_parts(const ConnectedSurface& surface,
+std::vector<int> remove_phantom_parts(const ConnectedSurface& surface, LargeParts& large,
                                       const TriangleFlags& is_event, TriangleFlags& is_removed);
 
 }  // namespace surf::mesh

@@ -1,5 +1,6 @@
 #include "libsurf/mesh/detail/surgery_region.h"
 
+#include <algorithm>
 #include <cstdint>
 #include <memory>
 #include <utility>
@@ -48,15 +49,31 @@ void fill(const ConnectedSurface& surface, const std::vector<int>& core, RegionC
   GridCells of_core(region.grid), of_others(region.grid);
   TriangleFlags is_core(surface.n_triangles(), 0);
   for (const int t : core) is_core[t] = 1;
-  for (int t = 0; t < surface.n_triangles(); ++t)
+  for (const int t : surface.triangles_near(region.grid.box()))
     (is_core[t] ? of_core : of_others).set_at(surface.triangles, t);
   of_core.subtract(of_others);
   region.cells.add(of_core);
 }
 
+/// The triangles that lines of a grid may cross, with the points that they have: in the order of
+/// the surface's, by which crossings are found the same.
+Triangles crossed_by_lines(const ConnectedSurface& surface, const CubicGrid& grid) {
+  const std::vector<int> near = surface.triangles_near(grid.box(), 2);
+  Triangles out;
+  out.elements = surface.triangles.elements(near, Eigen::all);
+  std::vector<int> used(out.elements.data(), out.elements.data() + out.elements.size());
+  std::sort(used.begin(), used.end());
+  used.erase(std::unique(used.begin(), used.end()), used.end());
+  out.points = surface.triangles.points(used, Eigen::all);
+  for (int& vertex : out.elements.reshaped())
+    vertex = int(std::lower_bound(used.begin(), used.end(), vertex) - used.begin());
+  return out;
+}
+
 /// What grows in the cells of a region, which may become more.
 std::optional<GrownPart> grow_in(RegionCells& region, const ConnectedSurface& surface) {
-  const WindingGrid winding(surface.triangles.points, surface.triangles.elements, region.grid);
+  const Triangles crossed = crossed_by_lines(surface, region.grid);
+  const WindingGrid winding(crossed.points, crossed.elements, region.grid);
   std::vector<std::uint8_t> inside = winding.inside();
   open_thin_parts(region.grid, region.zone, 0, inside);
   open_thin_parts(region.grid, region.zone, 1, inside);
@@ -66,9 +83,9 @@ std::optional<GrownPart> grow_in(RegionCells& region, const ConnectedSurface& su
 /// One attempt of a plan.
 /// @param near  triangles of the region; some are added
 /// @param core  of what was last removed, even if the plan fails
-RegionPlan plan_with(const ConnectedSurface& surface, const TriangleFlags& is_event,
-                     const std::vector<int>& events, double resolution, std::vector<int>& near,
-                     std::vector<int>& core) {
+RegionPlan plan_with(const ConnectedSurface& surface, LargeParts& large,
+                     const TriangleFlags& is_event, const std::vector<int>& events,
+                     double resolution, std::vector<int>& near, std::vector<int>& core) {
   std::unique_ptr<RegionCells> region;
   RemovedTriangles removal;
   do {
@@ -84,7 +101,8 @@ RegionPlan plan_with(const ConnectedSurface& surface, const TriangleFlags& is_ev
     removal = choose_removal(surface, region->grid, removal.core, region->cells);
     core = removal.core;
   }
-  if (auto wanted = remove_phantom_parts(surface, is_event, removal.is_removed); !wanted.empty())
+  if (auto wanted = remove_phantom_parts(surface, large, is_event, removal.is_removed);
+      !wanted.empty())
     return {State::kWantsMore, {}, std::move(wanted)};
   JoinedRims joined = join_rims(surface, events, std::move(removal), std::move(*grown), resolution);
   if (!joined.patch) return {State::kFails, {}, std::move(joined.without_event)};
@@ -93,15 +111,16 @@ RegionPlan plan_with(const ConnectedSurface& surface, const TriangleFlags& is_ev
 
 }  // namespace
 
-RegionPlan plan_region(const ConnectedSurface& surface, const TriangleFlags& is_event,
-                       const RegionRequest& request, double resolution_mm) {
+RegionPlan plan_region(const ConnectedSurface& surface, LargeParts& large,
+                       const TriangleFlags& is_event, const RegionRequest& request,
+                       double resolution_mm) {
   std::vector<int> near = neighbourhood(surface, request.events, request.reach_mm);
   near.insert(near.end(), request.others.begin(), request.others.end());
   std::vector<int> core;
-  RegionPlan plan = plan_with(surface, is_event, request.events, resolution_mm, near, core);
+  RegionPlan plan = plan_with(surface, large, is_event, request.events, resolution_mm, near, core);
   for (int attempt = 1; attempt < kAttempts && plan.state == State::kFails; ++attempt) {
     if (!add_necks(surface, core, near)) break;
-    plan = plan_with(surface, is_event, request.events, resolution_mm, near, core);
+    plan = plan_with(surface, large, is_event, request.events, resolution_mm, near, core);
   }
   return plan;
 }

@@ -6,6 +6,7 @@
 
 #include "libsurf/mesh/detail/connected_surface.h"
 #include "libsurf/mesh/detail/join_rims.h"
+#include "libsurf/mesh/detail/removal.h"
 
 namespace surf::mesh {
 
@@ -26,9 +27,11 @@ struct RegionPlan {
 
 /// Plans the patch for a region of a surface, see operate(). That it does not intersect the rest is
 /// not looked at.
+/// @param large          of the surface and the events of the beginning
 /// @param is_event       one flag per triangle: events of this region and others
 /// @param resolution_mm  spacing of the grid
-RegionPlan plan_region(const ConnectedSurface& surface, const TriangleFlags& is_event,
-                       const RegionRequest& request, double resolution_mm);
+RegionPlan plan_region(const ConnectedSurface& surface, LargeParts& large,
+                       const TriangleFlags& is_event, const RegionRequest& request,
+                       double resolution_mm);
 
 }  // namespace surf::mesh

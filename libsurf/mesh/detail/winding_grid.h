@@ -1,7 +1,7 @@
 // Where a surface's winding number is at least one, on a grid of cubic cells.
 #pragma once
 
-#include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <array>
 #include <cstdint>
 #include <vector>
@@ -23,6 +23,9 @@ struct CubicGrid {
   }
   Eigen::Vector3d position(int i, int j, int k) const {
     return origin + spacing * Eigen::Vector3d(i, j, k);
+  }
+  Eigen::AlignedBox3d box() const {
+    return {origin, position(size[0] - 1, size[1] - 1, size[2] - 1)};
   }
 };
 

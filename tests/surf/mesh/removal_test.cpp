@@ -170,7 +170,8 @@ TEST(Removal, TakesPhantomPartsAndTheirEventsAreWanted) {
   }
   ASSERT_GT(n_phantom, 50);
   TriangleFlags removed = is_removed;
-  EXPECT_TRUE(remove_phantom_parts(surface, is_event, removed).empty());
+  LargeParts large(surface, is_event);
+  EXPECT_TRUE(remove_phantom_parts(surface, large, is_event, removed).empty());
   for (int t = 0; t < surface.n_triangles(); ++t) {
     EXPECT_TRUE(removed[t] || !is_phantom(t));
     EXPECT_TRUE(!removed[t] || std::abs(surface.centroid(t)[0]) < 0.8);
@@ -184,7 +185,7 @@ TEST(Removal, TakesPhantomPartsAndTheirEventsAreWanted) {
   ASSERT_GE(in_lens, 0);
   is_event[in_lens] = 1;
   removed = is_removed;
-  const std::vector<int> wanted = remove_phantom_parts(surface, is_event, removed);
+  const std::vector<int> wanted = remove_phantom_parts(surface, large, is_event, removed);
   EXPECT_EQ(std::set<int>(wanted.begin(), wanted.end()), std::set<int>{in_lens});
 }
 

@@ -31,7 +31,10 @@ struct TwoBalls {
       if (is_event[t]) request.events.push_back(t);
     request.reach_mm = kReach;
   }
-  RegionPlan plan() const { return plan_region(surface, is_event, request, kResolution); }
+  RegionPlan plan(double resolution = kResolution) const {
+    LargeParts large(surface, is_event);
+    return plan_region(surface, large, is_event, request, resolution);
+  }
 };
 
 std::vector<std::array<int, 3>> staying(const ConnectedSurface& surface,
@@ -87,8 +90,9 @@ TEST(PlanOfRegion, OfAWholeBallIsABall) {
   const ConnectedSurface surface(to_mesh(ball({0, 0, 0}, 1, kEdge)));
   TriangleFlags is_event(surface.n_triangles(), 0);
   is_event[0] = 1;
+  LargeParts large(surface, is_event);
   const RegionPlan plan = plan_region(
-      surface, is_event,
+      surface, large, is_event,
       {.events = {0}, .others = {}, .reach_mm = std::numeric_limits<double>::infinity()},
       kResolution);
   ASSERT_EQ(plan.state, RegionPlan::State::kFits);
@@ -99,8 +103,7 @@ TEST(PlanOfRegion, OfAWholeBallIsABall) {
 
 TEST(PlanOfRegion, FailsWithTooManyNodes) {
   const TwoBalls balls(1.9);
-  EXPECT_EQ(plan_region(balls.surface, balls.is_event, balls.request, 1e-4).state,
-            RegionPlan::State::kFails);
+  EXPECT_EQ(balls.plan(1e-4).state, RegionPlan::State::kFails);
 }
 
 /// The lens between the balls is asked for the events of the other region that it borders on.
