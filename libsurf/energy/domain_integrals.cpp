@@ -159,11 +159,16 @@ Eigen::VectorXd DomainIntegrals<Dim>::along_rays(const Field<Dim>& field,
 }
 
 template <int Dim>
-Eigen::VectorXd DomainIntegrals<Dim>::between(const Field<Dim>& field, const Integrands& integrands,
-                                              const fem::Geometry<Dim>& from,
-                                              const fem::Geometry<Dim>& to) const {
+std::optional<Eigen::VectorXd> DomainIntegrals<Dim>::between(const Field<Dim>& field,
+                                                             const Integrands& integrands,
+                                                             const fem::Geometry<Dim>& from,
+                                                             const fem::Geometry<Dim>& to) const {
   const auto& rule = fem::quadrature<Dim>(quadrature_order_);
   const std::vector<ChangedPart<Dim>> parts = changed_parts<Dim>(from, to);
+  std::size_t n_changed = 0;
+  for (const ChangedPart<Dim>& part : parts) n_changed += part.gone.size() + part.added.size();
+  if (double(n_changed) > kMostChanged * double(from.n_elements() + to.n_elements()))
+    return std::nullopt;
   Eigen::MatrixXd sums = Eigen::MatrixXd::Zero(n_integrands_, Eigen::Index(parts.size()));
   tbb::parallel_for(std::size_t(0), parts.size(), [&](std::size_t n) {
     const ChangedPart<Dim>& part = parts[n];

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 
 #include "libsurf/base/field.h"
 #include "libsurf/fem/geometry.h"
@@ -32,11 +33,15 @@ class DomainIntegrals {
   Eigen::VectorXd swept(const Field<Dim>& field, const Integrands& integrands,
                         const fem::Geometry<Dim>& from, const fem::Geometry<Dim>& to) const;
   /// Over `to` less over `from`; elements are the same if their corners are. O(elements), samples
-  /// at those that are not.
-  Eigen::VectorXd between(const Field<Dim>& field, const Integrands& integrands,
-                          const fem::Geometry<Dim>& from, const fem::Geometry<Dim>& to) const;
+  /// at those that are not. Nothing if these are more than kMostChanged of all: from scratch costs
+  /// less.
+  std::optional<Eigen::VectorXd> between(const Field<Dim>& field, const Integrands& integrands,
+                                         const fem::Geometry<Dim>& from,
+                                         const fem::Geometry<Dim>& to) const;
 
  private:
+  static constexpr double kMostChanged = 0.25;
+
   /// Along rays from a point to elements, by their flux: each row weight * area vector.
   Eigen::VectorXd along_rays(const Field<Dim>& field, const Integrands& integrands,
                              const Vector<Dim>& from, Points<Dim> to,

@@ -76,12 +76,15 @@ void RegionEnergy<Dim>::rebuild(const fem::Geometry<Dim>& shape) {
   const bool is_same = shape.points().rows() == shape_->points().rows() &&
                        shape.elements().rows() == shape_->elements().rows() &&
                        shape.points() == shape_->points() && shape.elements() == shape_->elements();
-  if (is_same || is_cheap_from_scratch() || counts_from_start_ || shape.is_part() ||
-      shape_->is_part()) {
-    reset(shape);
-  } else {
-    p_ += integrals_.between(*I_, w_, *shape_, shape);
+  std::optional<Eigen::VectorXd> change;
+  if (!is_same && !is_cheap_from_scratch() && !counts_from_start_ && !shape.is_part() &&
+      !shape_->is_part())
+    change = integrals_.between(*I_, w_, *shape_, shape);
+  if (change) {
+    p_ += *change;
     shape_ = std::make_unique<fem::Geometry<Dim>>(shape);
+  } else {
+    reset(shape);
   }
   drift_ = value_of(p_) - before;
 }

@@ -91,6 +91,25 @@ TYPED_TEST(RegionEnergyOf, ANewMeshChangesTheIntegralsByTheContent) {
   EXPECT_NEAR(J.try_move(larger) + J.drift(), expected, kRelative * expected);
 }
 
+TYPED_TEST(RegionEnergyOf, SurgeryIsFollowedByWhatItHasChanged) {
+  constexpr int Dim = TypeParam::value;
+  const auto shape = test::sphere_geometry<Dim>(5);
+  Points<Dim> X = shape.points();
+  X.row(7) *= 0.8;
+  const fem::Geometry<Dim> operated(X, shape.elements().colwise().reverse().eval());
+  SquaredContent<Dim> J;
+  J.reset(shape);
+  const double before = J.value();
+  J.rebuild(operated);
+  EXPECT_EQ(J.n_scratch(), 1) << "at the reset";
+  EXPECT_NEAR(J.integrals()[0], operated.enclosed(), kRelative * operated.enclosed());
+  EXPECT_NEAR(J.value(), before, kRelative * before);
+  J.rebuild(operated);  // the current one: anew
+  EXPECT_EQ(J.n_scratch(), 2);
+  J.rebuild(shape.moved_to(2 * shape.points()));  // all of it
+  EXPECT_EQ(J.n_scratch(), 3);
+}
+
 TYPED_TEST(RegionEnergyOf, ItsDensityIsThatOfTheCurrentShape) {
   constexpr int Dim = TypeParam::value;
   const auto shape = test::sphere_geometry<Dim>(3);
