@@ -104,8 +104,8 @@ std::vector<float> times(const NodeBox<Dim>& box, std::span<const std::size_t> s
   std::size_t n_done = 0;
   float last = 0;
   while (!front.is_empty()) {
-    const RadixQueue::Entry entry = front.pop(
-        [&](const RadixQueue::Entry& other) { return other.time() > out[other.at]; });
+    const RadixQueue::Entry entry =
+        front.pop([&](const RadixQueue::Entry& other) { return other.time() > out[other.at]; });
     const std::size_t at = entry.at;
     const float time = entry.time();
     if (n_done >= max_nodes && time > last) break;
