@@ -32,6 +32,21 @@ std::vector<std::uint64_t> steps_to_neighbours(const std::array<int, Dim>& size)
   }
 }
 
+/// The first place from `from` on with a value >= least, looked for in longer and longer strides: a
+/// twentieth of the values are met (a sixth of locating the edges of a ball in 256^3 was this).
+std::size_t first_at_least(const std::vector<std::uint64_t>& ascending, std::size_t from,
+                           std::uint64_t least) {
+  std::size_t stride = 1;
+  while (from + stride < ascending.size() && ascending[from + stride] < least) {
+    from += stride;
+    stride *= 2;
+  }
+  const auto end =
+      ascending.begin() + std::ptrdiff_t(std::min(from + stride + 1, ascending.size()));
+  return std::size_t(std::lower_bound(ascending.begin() + std::ptrdiff_t(from), end, least) -
+                     ascending.begin());
+}
+
 }  // namespace
 
 template <int Dim>
@@ -52,7 +67,7 @@ double noise_correlation(const std::vector<EdgeCell<Dim>>& cells,
   tbb::parallel_for(std::size_t(0), steps.size(), [&](std::size_t lag) {
     double product = 0, n = 0;
     for (std::size_t k = 0, other = 0; k < index.size(); k += stride) {
-      while (other < index.size() && index[other] < index[k] + steps[lag]) ++other;
+      other = first_at_least(index, other, index[k] + steps[lag]);
       if (other == index.size()) break;
       if (index[other] != index[k] + steps[lag]) continue;
       product += clipped[k] * clipped[other];

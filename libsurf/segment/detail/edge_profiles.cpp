@@ -1,6 +1,7 @@
 #include "libsurf/segment/detail/edge_profiles.h"
 
 #include <ceres/tiny_solver.h>
+#include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
@@ -218,14 +219,17 @@ EdgeProfiles fit_edge_profiles(const fem::Geometry<Dim>& geometry,
   tbb::parallel_for(Eigen::Index(0), n, fit);
   // What single cells have besides.
   Eigen::MatrixXd squares = Eigen::MatrixXd::Zero(n, 2);
-  std::vector<double> residuals, amounts;
-  for (const EdgeCell<Dim>& cell : cells) {
-    double place = 0;
-    for (int i = 0; i < Dim; ++i) place += cell.lambda[i] * out.place_mm[T(cell.element, i)];
-    const double d = distance_after<Dim>(cell, T, moved_mm) - place;
-    residuals.push_back(cell.value - expected_value<Dim>(out, cell, T, d).value);
-    amounts.push_back(std::abs(residuals.back()));
-  }
+  std::vector<double> residuals(cells.size()), amounts(cells.size());
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, cells.size()), [&](const auto& range) {
+    for (std::size_t k = range.begin(); k < range.end(); ++k) {
+      const EdgeCell<Dim>& cell = cells[k];
+      double place = 0;
+      for (int i = 0; i < Dim; ++i) place += cell.lambda[i] * out.place_mm[T(cell.element, i)];
+      const double d = distance_after<Dim>(cell, T, moved_mm) - place;
+      residuals[k] = cell.value - expected_value<Dim>(out, cell, T, d).value;
+      amounts[k] = std::abs(residuals[k]);
+    }
+  });
   const double typical = std::max(robust_deviation(std::move(amounts)), options.least_noise);
   for (std::size_t k = 0; k < cells.size(); ++k)
     for (int i = 0; i < Dim; ++i) {

@@ -228,8 +228,10 @@ class Locator {
   /// say so: what they do not agree on is noise, and a longer one tells more of it from the shape.
   std::pair<double, SmoothMoves<Dim>> best_prior(const Expectations& expected,
                                                  const Eigen::VectorXd& u) const {
-    const std::array parts = {observations(expected, u, Part::kOne),
-                              observations(expected, u, Part::kOther)};
+    std::array<Observations, 2> parts;
+    tbb::parallel_for(0, 2, [&](int half) {
+      parts[half] = observations(expected, u, half == 0 ? Part::kOne : Part::kOther);
+    });
     std::array<std::optional<SmoothMoves<Dim>>, kLengths.size()> priors;
     std::array<std::array<double, 2>, kLengths.size()> losses{};
     const auto compare = [&](int first, int n) {

@@ -152,6 +152,24 @@ TEST(Removal, GetsNecksWhereItsCoreIsAnEdgeWide) {
   EXPECT_FALSE(add_necks(surface, {top}, near));
 }
 
+TEST(Removal, LargePartsAreKnownToBoundBetweenEventsAlone) {
+  const Triangles left = ball({-0.6, 0, 0}, 1, kEdge / 2), right = ball({0.6, 0, 0}, 1, kEdge / 2);
+  const ConnectedSurface surface(to_mesh(joined({left, right})));
+  TriangleFlags is_event(surface.n_triangles(), 0);
+  for (int t = 0; t < surface.n_triangles(); ++t)
+    is_event[t] = std::abs(surface.centroid(t)[0]) < 0.2;
+  LargeParts large(surface, is_event);
+  int n_known = 0;
+  for (int t = 0; t < surface.n_triangles(); ++t) {
+    const Vector<3> x = surface.centroid(t);
+    const bool is_outer =
+        std::min((x - Vector<3>(-0.6, 0, 0)).norm(), (x - Vector<3>(0.6, 0, 0)).norm()) > 0.9;
+    EXPECT_FALSE(large.are_known_to_bound(t) && (is_event[t] || !is_outer));
+    n_known += large.are_known_to_bound(t);
+  }
+  EXPECT_GT(n_known, 4000);
+}
+
 /// Two balls that overlap: the lens between the two circles is inside the domain.
 TEST(Removal, TakesPhantomPartsAndTheirEventsAreWanted) {
   const ConnectedSurface surface(
@@ -169,6 +187,7 @@ TEST(Removal, TakesPhantomPartsAndTheirEventsAreWanted) {
     n_phantom += is_phantom(t);
   }
   ASSERT_GT(n_phantom, 50);
+  is_event = is_removed;  // of this region, as all that intersects is
   TriangleFlags removed = is_removed;
   LargeParts large(surface, is_event);
   EXPECT_TRUE(remove_phantom_parts(surface, large, is_event, removed).empty());
