@@ -57,14 +57,15 @@ std::vector<Bits> keys_of_points(const Points<Dim>& X) {
   return out;
 }
 
-/// Of elements, whichever corner comes first; with their numbers, sorted.
+/// Of elements as they are turned, whichever corner of a triangle comes first; with their numbers,
+/// sorted.
 template <int Dim>
 std::vector<std::pair<Bits, int>> keys_of_elements(const Elements<Dim>& T,
                                                    const std::vector<Bits>& of_points) {
   std::vector<std::pair<Bits, int>> out;
   for (Eigen::Index t = 0; t < T.rows(); ++t) {
     Bits key = 0;
-    for (int i = 0; i < Dim; ++i)
+    for (int i = 0; i < (Dim == 2 ? 1 : Dim); ++i)
       key += mixed(of_points[std::size_t(T(t, i))] ^
                    mixed(of_points[std::size_t(T(t, (i + 1) % Dim))] + 1));
     out.emplace_back(key, int(t));

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 #include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>
@@ -92,6 +93,13 @@ Topology<Dim>::Topology(Elements<Dim> T, Eigen::Index n_vertices)
   if (T_.minCoeff() < 0 || T_.maxCoeff() >= n_vertices)
     throw InvalidMesh(
         fmt::format("geometry: an element names a vertex outside 0..{}", n_vertices - 1));
+}
+
+/// Isolated: a thread that waits in there must not take up work that asks for the same pattern.
+template <int Dim>
+const SparseMatrix& Topology<Dim>::pattern() const {
+  std::call_once(is_made_, [this] { tbb::this_task_arena::isolate([this] { make_pattern(); }); });
+  return pattern_;
 }
 
 template <int Dim>

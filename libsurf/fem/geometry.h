@@ -23,10 +23,7 @@ class Topology {
   const Elements<Dim>& elements() const { return T_; }
   Eigen::Index n_vertices() const { return n_vertices_; }
   /// Matrix of zeros with an entry for each pair of vertices of an element, (n, n).
-  const SparseMatrix& pattern() const {
-    std::call_once(is_made_, [this] { make_pattern(); });
-    return pattern_;
-  }
+  const SparseMatrix& pattern() const;
   /// Where entry (i, j) of element t lies in the pattern's values. @pre pattern() was asked for
   int slot(Eigen::Index t, int i, int j) const {
     assert(!slots_.empty());

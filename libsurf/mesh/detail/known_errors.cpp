@@ -52,11 +52,7 @@ Eigen::MatrixXd KnownErrors::operator()(const fem::Geometry<3>& shape, std::span
   std::vector<Eigen::Index> fresh;
   for (Eigen::Index t = 0; t < T.rows(); ++t) {
     const Eigen::Matrix3d corners = shape.points()(T.row(t), Eigen::all);
-    FaceErrors& errors = of_element(t);
-    if (errors.corners != corners) {
-      errors.corners = corners;
-      fresh.push_back(t);
-    }
+    if (of_element(t).corners != corners) fresh.push_back(t);
   }
   for (std::size_t k = 0; k < integrands_.size(); ++k) {
     const Eigen::VectorXd errors = fem::quadrature_error(shape, fresh, *integrands_[k]);
@@ -64,6 +60,8 @@ Eigen::MatrixXd KnownErrors::operator()(const fem::Geometry<3>& shape, std::span
       of_element(fresh[n]).errors[k] = errors[Eigen::Index(n)];
     for (Eigen::Index t = 0; t < T.rows(); ++t) out(t, Eigen::Index(k)) = of_element(t).errors[k];
   }
+  // Now that they are known: sampling may have thrown.
+  for (const Eigen::Index t : fresh) of_element(t).corners = shape.points()(T.row(t), Eigen::all);
   return out;
 }
 

@@ -24,8 +24,10 @@ struct CubicGrid {
   Eigen::Vector3d position(int i, int j, int k) const {
     return origin + spacing * Eigen::Vector3d(i, j, k);
   }
+  /// Round all nodes, larger by what rounding of indices may come to.
   Eigen::AlignedBox3d box() const {
-    return {origin, position(size[0] - 1, size[1] - 1, size[2] - 1)};
+    const Eigen::Vector3d slack = Eigen::Vector3d::Constant(1e-6 * spacing);
+    return {origin - slack, position(size[0] - 1, size[1] - 1, size[2] - 1) + slack};
   }
 };
 

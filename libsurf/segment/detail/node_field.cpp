@@ -84,7 +84,7 @@ struct RowsOfField {
 constexpr std::size_t kLines = 16;  // that are filtered side by side
 
 /// Three boxes of 2 r + 1 nodes along `width` neighbouring lines of `n` nodes `stride` apart.
-SURF_INLINE void filter_lines(float* line, int n, std::size_t stride, std::size_t width, int r) {
+void box_filters(float* line, int n, std::size_t stride, std::size_t width, int r) {
   std::vector<double> sums((std::size_t(n) + 1) * width);
   const double scale = 1.0 / (2 * r + 1);
   for (int round = 0; round < 3; ++round) {
@@ -102,20 +102,6 @@ SURF_INLINE void filter_lines(float* line, int n, std::size_t stride, std::size_
       for (std::size_t k = 0; k < width; ++k) to[k] = float(scale * (high[k] - low[k]));
     }
   }
-}
-
-SURF_AVX2 void filter_lines_by_avx2(float* line, int n, std::size_t stride, std::size_t width,
-                                    int r) {
-  filter_lines(line, n, stride, width, r);
-}
-
-void box_filters(float* line, int n, std::size_t stride, std::size_t width, int r) {
-  // So that loops over whole blocks have a number of turns that is known.
-  if (width == kLines)
-    volume::has_avx2() ? filter_lines_by_avx2(line, n, stride, kLines, r)
-                       : filter_lines(line, n, stride, kLines, r);
-  else
-    filter_lines(line, n, stride, width, r);
 }
 
 /// Lines along the first axis, which are turned so that they too lie side by side.

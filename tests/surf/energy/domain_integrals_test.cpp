@@ -91,6 +91,9 @@ TYPED_TEST(Integrals, BetweenTwoMeshesIsTheirDifferenceByWhatTheyDoNotShare) {
   EXPECT_NEAR((*integrals.between(*one, value_itself, from, to))[0],
               to.enclosed() - from.enclosed(), 1e-13);
   EXPECT_EQ((*integrals.between(*one, value_itself, to, to))[0], 0);
+  Elements<Dim> inverted = arrays.T;  // the same places, but none of the same elements
+  inverted.col(0).swap(inverted.col(1));
+  EXPECT_FALSE(integrals.between(*one, value_itself, from, fem::Geometry<Dim>(arrays.X, inverted)));
   EXPECT_FALSE(integrals.between(*one, value_itself, from, from.moved_to(2 * from.points())));
 }
 
