@@ -21,10 +21,10 @@ struct DomainIntegralOptions {
 };
 
 /// J(Omega) = Phi(p), p_k = int_Omega w_k(I) dx. The integrals follow the surface: from scratch at
-/// a reset, by what the boundary sweeps at a move, by the parts that surgery has rebuilt (0.03 of
-/// the time from scratch, which took a third of a step on 260,000 triangles) and, where Phi is not
-/// linear, by what mending changes: with it left out a disc's p drifted by 2 % in a thousand steps,
-/// and G with it.
+/// a reset, by what the boundary sweeps at a move, by the parts that surgery has rebuilt (from
+/// scratch they took a third of an evolution of 260,000 triangles) and, where Phi is not linear, by
+/// what mending changes: with it left out a disc's p drifted by 2 % in a thousand steps, and G with
+/// it.
 ///
 /// G = sum_k Phi_k w_k(I) (Theorem 2.2.6), g = 0; d2J = int (d_nu G + kappa G) V W dS at fixed
 /// Phi_k plus the terms Phi_kl <w_k, V> <w_l, W> (Theorem 2.2.7).

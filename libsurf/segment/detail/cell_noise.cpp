@@ -32,8 +32,8 @@ std::vector<std::uint64_t> steps_to_neighbours(const std::array<int, Dim>& size)
   }
 }
 
-/// The first place from `from` on with a value >= least, looked for in longer and longer strides: a
-/// twentieth of the values are met (a sixth of locating the edges of a ball in 256^3 was this).
+/// The first place from `from` on with a value >= least, looked for in longer and longer strides
+/// (one by one it was a sixth of locating the edges of a ball in 256^3).
 std::size_t first_at_least(const std::vector<std::uint64_t>& ascending, std::size_t from,
                            std::uint64_t least) {
   std::size_t stride = 1;
