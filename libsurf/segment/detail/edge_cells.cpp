@@ -6,6 +6,8 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <span>
 #include <tuple>
 
 namespace surf::segment {
@@ -48,18 +50,18 @@ class Prism {
   }
 
   /// Indices of cells that may lie in it.
-  void box(const ImageExtent<Dim>& extent, std::array<int, Dim>& lower,
+  void box(const ImageBox<Dim>& cells, std::array<int, Dim>& lower,
            std::array<int, Dim>& upper) const {
     Vector<Dim> low = Vector<Dim>::Constant(1e300), high = -low;
     for (int i = 0; i < Dim; ++i)
       for (const double t_mm : {-reach_mm_, reach_mm_}) {
-        const Vector<Dim> at = extent.world_to_index * Vector<Dim>(p_[i] + t_mm * n_[i]);
+        const Vector<Dim> at = cells.world_to_index * Vector<Dim>(p_[i] + t_mm * n_[i]);
         low = low.cwiseMin(at);
         high = high.cwiseMax(at);
       }
     for (int axis = 0; axis < Dim; ++axis) {
       lower[axis] = int(std::ceil(std::max(low[axis], 0.0)));
-      upper[axis] = int(std::floor(std::min(high[axis], extent.size[axis] - 1.0))) + 1;
+      upper[axis] = int(std::floor(std::min(high[axis], cells.size[axis] - 1.0))) + 1;
     }
   }
 
@@ -115,10 +117,10 @@ class Prism {
 
 /// Those of an element.
 template <int Dim>
-void add_cells(const ImageExtent<Dim>& extent, const Prism<Dim>& prism, int element,
+void add_cells(const ImageBox<Dim>& cells, const Prism<Dim>& prism, int element,
                std::vector<EdgeCell<Dim>>& out) {
   std::array<int, Dim> lower, upper;
-  prism.box(extent, lower, upper);
+  prism.box(cells, lower, upper);
   for (int axis = 0; axis < Dim; ++axis)
     if (lower[axis] >= upper[axis]) return;
   for (std::array<int, Dim> at = lower; at[Dim - 1] < upper[Dim - 1];) {
@@ -126,10 +128,10 @@ void add_cells(const ImageExtent<Dim>& extent, const Prism<Dim>& prism, int elem
     std::uint64_t number = 0;
     for (int axis = Dim - 1; axis >= 0; --axis) {
       index[axis] = at[axis];
-      number = number * std::uint64_t(extent.size[axis]) + std::uint64_t(at[axis]);
+      number = number * std::uint64_t(cells.size[axis]) + std::uint64_t(at[axis]);
     }
     EdgeCell<Dim> cell;
-    const Vector<Dim> x = extent.index_to_world * index;
+    const Vector<Dim> x = cells.index_to_world * index;
     if (!prism.is_beyond(x) && prism.locate(x, cell)) {
       cell.index = number;
       cell.element = element;
@@ -154,23 +156,58 @@ void keep_nearest(std::vector<EdgeCell<Dim>>& cells) {
   cells.erase(std::unique(cells.begin(), cells.end(), is_same), cells.end());
 }
 
-/// Fills in the values, slab by slab along the last axis.
+/// Fills in the values of those of one layer of blocks along the last axis, which are asked for
+/// where there are any.
 template <int Dim>
-void read_values(const Setting<Dim>& setting, std::vector<EdgeCell<Dim>>& cells) {
-  std::array<int, Dim> lower = {}, upper = setting.extent().size;
-  std::uint64_t slab = 1;
-  for (int axis = 0; axis < Dim - 1; ++axis) slab *= std::uint64_t(upper[axis]);
-  std::vector<float> values;
-  std::uint64_t there = ~std::uint64_t(0);
-  for (EdgeCell<Dim>& cell : cells) {
-    if (cell.index / slab != there) {
-      there = cell.index / slab;
-      lower[Dim - 1] = int(there);
-      upper[Dim - 1] = int(there) + 1;
-      values = setting.values(lower, upper);
+void read_layer(const Setting<Dim>& setting, const CellBlocks<Dim>& blocks,
+                std::span<EdgeCell<Dim>> cells) {
+  const int side = blocks.side;
+  std::vector<std::array<int, Dim>> places(cells.size());
+  std::array<int, Dim> lower, upper = {};
+  lower.fill(std::numeric_limits<int>::max());
+  for (std::size_t k = 0; k < cells.size(); ++k) {
+    std::uint64_t index = cells[k].index;
+    for (int axis = 0; axis < Dim; ++axis) {
+      const auto n = std::uint64_t(blocks.box.size[axis]);
+      const int at = int(axis == Dim - 1 ? index : index % n) * side;
+      index /= n;
+      places[k][axis] = at;
+      lower[axis] = std::min(lower[axis], at);
+      upper[axis] = std::max(upper[axis], at + side);
     }
-    cell.value = values[cell.index % slab];
   }
+  const std::vector<float> values = setting.values(lower, upper);
+  std::array<int, Dim> block;  // so many cells along each axis
+  block.fill(side);
+  const int n_cells = int(std::pow(side, Dim));
+  for (std::size_t k = 0; k < cells.size(); ++k) {
+    double sum = 0;
+    for (int n = 0; n < n_cells; ++n) {
+      std::size_t at = 0;
+      for (int axis = Dim - 1, scale = n_cells / side, left = n; axis >= 0; --axis) {
+        at = at * std::size_t(upper[axis] - lower[axis]) +
+             std::size_t(places[k][axis] - lower[axis] + left / scale);
+        left %= scale;
+        scale /= side;
+      }
+      sum += values[at];
+    }
+    cells[k].value = sum / n_cells;
+  }
+}
+
+template <int Dim>
+void read_values(const Setting<Dim>& setting, const CellBlocks<Dim>& blocks,
+                 std::vector<EdgeCell<Dim>>& cells) {
+  std::uint64_t layer = 1;
+  for (int axis = 0; axis < Dim - 1; ++axis) layer *= std::uint64_t(blocks.box.size[axis]);
+  std::vector<std::span<EdgeCell<Dim>>> layers;
+  for (std::size_t begin = 0, end = 0; begin < cells.size(); begin = end) {
+    while (end < cells.size() && cells[end].index / layer == cells[begin].index / layer) ++end;
+    layers.emplace_back(cells.data() + begin, end - begin);
+  }
+  tbb::parallel_for(std::size_t(0), layers.size(),
+                    [&](std::size_t k) { read_layer<Dim>(setting, blocks, layers[k]); });
 }
 
 }  // namespace
@@ -179,7 +216,7 @@ template <int Dim>
 std::vector<EdgeCell<Dim>> edge_cells(const Setting<Dim>& setting,
                                       const fem::Geometry<Dim>& geometry,
                                       const Points<Dim>& normals, double reach_mm,
-                                      const std::stop_token& stop) {
+                                      const CellBlocks<Dim>& blocks, const std::stop_token& stop) {
   const Eigen::Index n = geometry.n_elements();
   std::vector<std::vector<EdgeCell<Dim>>> parts(std::size_t((n + kElements - 1) / kElements));
   tbb::parallel_for(std::size_t(0), parts.size(), [&](std::size_t part) {
@@ -187,19 +224,21 @@ std::vector<EdgeCell<Dim>> edge_cells(const Setting<Dim>& setting,
     const Eigen::Index first = Eigen::Index(part) * kElements;
     for (Eigen::Index t = first; t < std::min(first + kElements, n); ++t)
       if (geometry.place(t) != fem::Place::kBorder)
-        add_cells<Dim>(setting.extent(), {geometry, normals, t, reach_mm}, int(t), parts[part]);
+        add_cells<Dim>(blocks.box, {geometry, normals, t, reach_mm}, int(t), parts[part]);
   });
   if (stop.stop_requested()) return {};
   std::vector<EdgeCell<Dim>> out;
   for (const auto& part : parts) out.insert(out.end(), part.begin(), part.end());
   keep_nearest<Dim>(out);
-  read_values<Dim>(setting, out);
+  read_values<Dim>(setting, blocks, out);
   return out;
 }
 
 template std::vector<EdgeCell<2>> edge_cells<2>(const Setting<2>&, const fem::Geometry<2>&,
-                                                const Points<2>&, double, const std::stop_token&);
+                                                const Points<2>&, double, const CellBlocks<2>&,
+                                                const std::stop_token&);
 template std::vector<EdgeCell<3>> edge_cells<3>(const Setting<3>&, const fem::Geometry<3>&,
-                                                const Points<3>&, double, const std::stop_token&);
+                                                const Points<3>&, double, const CellBlocks<3>&,
+                                                const std::stop_token&);
 
 }  // namespace surf::segment

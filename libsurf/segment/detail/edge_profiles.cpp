@@ -20,6 +20,7 @@ constexpr double kFewCells = 6;     // on either side
 
 using Sparse = Eigen::SparseMatrix<double>;
 
+constexpr int kBins = 21;
 constexpr double kLeastMass = 1e-3;   // of the mean mass of vertices
 constexpr double kHuber = 2;          // deviations of a bin's mean
 constexpr double kLeastCells = 0.5;   // of a bin that counts
@@ -38,19 +39,18 @@ struct Bin {
 class ProfileCost {
  public:
   using Scalar = double;
-  enum { NUM_RESIDUALS = Eigen::Dynamic, NUM_PARAMETERS = 4 };
+  // Of a fixed number, which Eigen unrolls: those of bins that are not there are 0.
+  enum { NUM_RESIDUALS = kBins + 2, NUM_PARAMETERS = 4 };
 
   ProfileCost(const std::vector<Bin>& bins, const ProfileOptions& options)
       : bins_(bins), options_(options) {}
-  // NOLINTNEXTLINE(readability-identifier-naming): as Ceres asks for it
-  int NumResiduals() const { return int(bins_.size()) + 2; }
 
   /// Column-major J, (residuals, 4).
   bool operator()(const double* x, double* residuals, double* J) const {
-    const int n = NumResiduals();
+    const int n = NUM_RESIDUALS, n_bins = int(bins_.size());
     const auto entry = [&](int row, int column) -> double& { return J[column * n + row]; };
     const double width = std::exp(x[3]);
-    for (int k = 0; k < n - 2; ++k) {
+    for (int k = 0; k < n_bins; ++k) {
       const Bin& bin = bins_[k];
       const double z = (bin.distance - x[2]) / width, step = erf_step(z);
       const double raw = bin.weight * (x[0] + x[1] * step - bin.mean);
@@ -69,8 +69,9 @@ class ProfileCost {
     const double place = kPlaceRange * options_.reach_mm, range = std::log(options_.width_range);
     residuals[n - 2] = x[2] / place;
     residuals[n - 1] = (x[3] - std::log(options_.width_mm)) / range;
+    std::fill(residuals + n_bins, residuals + n - 2, 0.0);
     if (J) {
-      for (int row : {n - 2, n - 1})
+      for (int row = n_bins; row < n; ++row)
         for (int column = 0; column < 4; ++column) entry(row, column) = 0;
       entry(n - 2, 2) = 1 / place;
       entry(n - 1, 3) = 1 / range;
@@ -140,7 +141,7 @@ EdgeProfiles fit_edge_profiles(const fem::Geometry<Dim>& geometry,
                                const ProfileOptions& options) {
   const Elements<Dim>& T = geometry.elements();
   const Eigen::Index n = geometry.n_vertices();
-  const int n_bins = 21;
+  const int n_bins = kBins;
   const double bin_mm = 2 * options.reach_mm / n_bins;
   BinSums sums{Eigen::MatrixXd::Zero(n, n_bins), Eigen::MatrixXd::Zero(n, n_bins),
                Eigen::MatrixXd::Zero(n, n_bins)};

@@ -13,6 +13,7 @@
 
 #include "libsurf/segment/detail/bend_doubt.h"
 #include "libsurf/segment/detail/cell_noise.h"
+#include "libsurf/segment/detail/choose_prior.h"
 #include "libsurf/segment/detail/edge_profiles.h"
 #include "libsurf/segment/detail/facet_offsets.h"
 #include "libsurf/segment/detail/faded_moves.h"
@@ -22,14 +23,13 @@ namespace surf::segment {
 namespace {
 
 constexpr double kReachBlurs = 3, kReachCells = 1.5;
+constexpr double kBlockBlurs = 1, kBlockEdges = 0.5;  // a block's side at most
 constexpr double kPoolCells = 4;
 constexpr int kPasses = 4;
-// Of the prior: in the first pass, in those after it, which begin where the one before has ended,
-// and where lengths are compared. With 3 everywhere errors on phantoms are the same to a thousandth
-// of a voxel, for twice the time.
-constexpr int kFirst = 3, kNext = 0, kCompared = 1;
-constexpr std::array kLengths = {4.0, 6.0, 8.0, 12.0, 16.0, 24.0};  // cells
-constexpr int kMiddle = 3;                                          // of the lengths
+// Reweightings of the prior: in the first pass, and in those after it, which begin where the one
+// before has ended. With 3 everywhere errors on phantoms are the same to a thousandth of a voxel,
+// for twice the time.
+constexpr int kFirst = 3, kNext = 0;
 constexpr double kLevelShare = 0.6;    // of the cells tell levels apart from the place
 constexpr double kClearStep = 8;       // deviations of the mean of all cells round a vertex
 constexpr double kExplained = 0.5;     // of the profile's variance
@@ -56,6 +56,20 @@ Points<Dim> directions_of(const fem::Geometry<Dim>& geometry) {
   return out;
 }
 
+/// Where the blur is as wide as several cells, blocks of them tell as much: the side of a block in
+/// cells.
+template <int Dim>
+int cells_along_block(const ImageExtent<Dim>& extent, const fem::Geometry<Dim>& geometry,
+                      double blur_mm) {
+  const double spacing_mm = extent.index_to_world.linear().colwise().norm().maxCoeff();
+  const double element_mm =
+      geometry.measure() / double(std::max<Eigen::Index>(geometry.n_elements(), 1));
+  const double edge_mm = Dim == 3 ? std::sqrt(4 / std::sqrt(3.0) * element_mm) : element_mm;
+  const double side_mm = std::min(kBlockBlurs * blur_mm, kBlockEdges * edge_mm);
+  const int most = *std::min_element(extent.size.begin(), extent.size.end());
+  return std::clamp(int(side_mm / spacing_mm), 1, most);
+}
+
 template <int Dim>
 class Locator {
  public:
@@ -65,12 +79,13 @@ class Locator {
         stop_(stop),
         geometry_(geometry_of(setting.extent(), shape, is_held)),
         normals_(directions_of<Dim>(geometry_)),
-        cell_mm_(setting.extent().cell_mm()),
+        blocks_(setting.extent(), cells_along_block<Dim>(setting.extent(), geometry_, blur_mm)),
+        cell_mm_(blocks_.side * setting.extent().cell_mm()),
         blur_mm_(blur_mm),
         reach_mm_(kReachBlurs * blur_mm + kReachCells * cell_mm_),
         bending_(geometry_),
         pool_(geometry_, kPoolCells * cell_mm_),
-        cells_(edge_cells<Dim>(setting, geometry_, normals_, reach_mm_, stop)) {}
+        cells_(edge_cells<Dim>(setting, geometry_, normals_, reach_mm_, blocks_, stop)) {}
 
   LocatedEdges<Dim> run() {
     const Eigen::Index n = geometry_.n_vertices();
@@ -82,7 +97,7 @@ class Locator {
     options.least_noise =
         kLeastNoise * (setting_.extent().range[1] - double(setting_.extent().range[0]));
     EdgeProfiles profiles;
-    std::unique_ptr<Posterior> posterior;
+    std::unique_ptr<Posterior> after;
     std::optional<SmoothMoves<Dim>> prior;
     for (int pass = 0; pass < kPasses; ++pass) {
       out.was_stopped = stop_.stop_requested();
@@ -98,20 +113,20 @@ class Locator {
       out.correlation = expected.correlation;
       const Observations data = observations(expected, u, Part::kAll);
       if (pass == 1) {
-        auto [length_mm, best] = best_prior(expected, u);
+        PriorChoice<Dim> chosen = prior_of(expected, u);
         out.was_stopped = stop_.stop_requested();
         if (out.was_stopped) return out;
-        out.length_mm = length_mm;
-        prior.emplace(std::move(best));
+        out.length_mm = chosen.length_mm;
+        prior.emplace(std::move(chosen.prior));
       }
-      posterior =
-          std::make_unique<Posterior>(posterior ? after(*prior, data, posterior->mean(), kNext)
-                                                : after(*prior, data, prior->smoothing(), kFirst));
-      u = limited(posterior->mean());
+      after = std::make_unique<Posterior>(posterior<Dim>(*prior, bending_, geometry_, data,
+                                                         after ? after->mean() : prior->smoothing(),
+                                                         after ? kNext : kFirst, stop_));
+      u = limited(after->mean());
     }
     out.blur_mm = median(profiles.width_mm);
     out.noise = median(profiles.noise);
-    judge(profiles, *posterior, u, out);
+    judge(profiles, *after, u, out);
     out.points = geometry_.points() + u.asDiagonal() * normals_;
     return out;
   }
@@ -202,65 +217,13 @@ class Locator {
     double correlation = 1;
   };
 
-  /// @param moves  that the prior's first weights are of
-  Posterior after(const SmoothMoves<Dim>& prior, const Observations& data,
-                  const Eigen::VectorXd& moves, int n_reweightings) const {
-    const Eigen::VectorXd information =
-        (data.P * Eigen::VectorXd::Ones(data.b.size()))
-            .cwiseQuotient(geometry_.lumped_mass().cwiseMax(1e-300));
-    // Of the vertices that see cells: those on the image's border do not.
-    std::vector<double> seen;
-    for (const double one : information)
-      if (one > 0) seen.push_back(one);
-    const auto n_seen = Eigen::Index(seen.size());
-    const double tau = prior.stiffness(
-        n_seen == 0 ? 1 : median(Eigen::Map<const Eigen::VectorXd>(seen.data(), n_seen)));
-    Eigen::VectorXd weights = prior.weights(moves, tau);
-    for (int round = 0;; ++round) {
-      Posterior out(bending_.cholesky(), prior.precision(tau, weights), data, prior.smoothing());
-      if (round == n_reweightings || stop_.stop_requested()) return out;
-      weights = prior.weights(out.mean(), tau);
-    }
-  }
-
-  /// The prior of the length [mm] that predicts one half of the cells best from the other: found
-  /// from the middle, to the side where it gets better. A shorter one is better only if both halves
-  /// say so: what they do not agree on is noise, and a longer one tells more of it from the shape.
-  std::pair<double, SmoothMoves<Dim>> best_prior(const Expectations& expected,
-                                                 const Eigen::VectorXd& u) const {
-    std::array<Observations, 2> parts;
+  PriorChoice<Dim> prior_of(const Expectations& expected, const Eigen::VectorXd& u) const {
+    std::array<Observations, 2> halves;
     tbb::parallel_for(0, 2, [&](int half) {
-      parts[half] = observations(expected, u, half == 0 ? Part::kOne : Part::kOther);
+      halves[half] = observations(expected, u, half == 0 ? Part::kOne : Part::kOther);
     });
-    std::array<std::optional<SmoothMoves<Dim>>, kLengths.size()> priors;
-    std::array<std::array<double, 2>, kLengths.size()> losses{};
-    const auto compare = [&](int first, int n) {
-      tbb::parallel_for(0, n, [&](int k) {
-        const SmoothMoves<Dim>& prior = priors[first + k].emplace(bending_, geometry_, normals_,
-                                                                  kLengths[first + k] * cell_mm_);
-        tbb::parallel_for(0, 2, [&](int half) {
-          if (stop_.stop_requested()) return;
-          // Moves further than they are allowed to go say nothing of the length.
-          const Eigen::VectorXd moves =
-              limited(after(prior, parts[half], prior.smoothing(), kCompared).mean());
-          losses[first + k][half] =
-              moves.dot(parts[1 - half].P * moves) / 2 - parts[1 - half].b.dot(moves);
-        });
-      });
-    };
-    const auto is_better = [&](int shorter, int longer) {
-      return losses[shorter][0] < losses[longer][0] && losses[shorter][1] < losses[longer][1];
-    };
-    compare(kMiddle - 1, 2);
-    const int step = is_better(kMiddle - 1, kMiddle) ? -1 : 1;
-    int best = step == 1 ? kMiddle : kMiddle - 1;
-    for (int next = best + step;
-         !stop_.stop_requested() && next >= 0 && next < int(kLengths.size()); next += step) {
-      compare(next, 1);
-      if (step == 1 ? is_better(best, next) : !is_better(next, best)) break;
-      best = next;
-    }
-    return {kLengths[best] * cell_mm_, *std::move(priors[best])};
+    return choose_prior<Dim>(geometry_, bending_, normals_, halves, u, cell_mm_, reach_mm_ / 2,
+                             stop_);
   }
 
   Eigen::VectorXd limited(const Eigen::VectorXd& moves) const {
@@ -268,8 +231,8 @@ class Locator {
   }
 
   Part part_of(const EdgeCell<Dim>& cell, double correlation) const {
-    return is_in_first_half<Dim>(cell.index, setting_.extent().size, correlation) ? Part::kOne
-                                                                                  : Part::kOther;
+    return is_in_first_half<Dim>(cell.index, blocks_.box.size, correlation) ? Part::kOne
+                                                                            : Part::kOther;
   }
 
   Expectations expectations(const EdgeProfiles& profiles, const Eigen::VectorXd& u) const {
@@ -284,7 +247,7 @@ class Locator {
         out.residuals[k] = (cells_[k].value - out.values[k].value) / out.values[k].noise;
       }
     });
-    out.correlation = noise_correlation<Dim>(cells_, out.residuals, setting_.extent().size);
+    out.correlation = noise_correlation<Dim>(cells_, out.residuals, blocks_.box.size);
     return out;
   }
 
@@ -321,7 +284,8 @@ class Locator {
   std::stop_token stop_;
   fem::Geometry<Dim> geometry_;
   Points<Dim> normals_;
-  double cell_mm_, blur_mm_, reach_mm_;
+  CellBlocks<Dim> blocks_;
+  double cell_mm_, blur_mm_, reach_mm_;  // a block counts as a cell
   BendingMatrices bending_;
   ProfilePool<Dim> pool_;
   std::vector<EdgeCell<Dim>> cells_;

@@ -2,6 +2,7 @@
 
 #include <tbb/parallel_for.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <stdexcept>
@@ -66,13 +67,19 @@ Sparse BendingMatrices::operator()(const Eigen::VectorXd& d) const {
 
 template <int Dim>
 SmoothMoves<Dim>::SmoothMoves(const BendingMatrices& bending, const fem::Geometry<Dim>& geometry,
-                              const Points<Dim>& normals, double length_mm)
+                              double length_mm)
     : bending_(bending),
       k_(2 * std::numbers::pi / length_mm),
       mass_(geometry.lumped_mass().cwiseMax(kLeastMass * geometry.lumped_mass().mean())),
       is_free_(Eigen::VectorXd::Ones(mass_.size())) {
   for (Eigen::Index i = 0; i < mass_.size(); ++i)
     if (geometry.is_on_border(i)) is_free_[i] = 0;
+}
+
+template <int Dim>
+SmoothMoves<Dim>::SmoothMoves(const BendingMatrices& bending, const fem::Geometry<Dim>& geometry,
+                              const Points<Dim>& normals, double length_mm)
+    : SmoothMoves(bending, geometry, length_mm) {
   const Sparse high = std::pow(k_ / kReference, -4) * bending_(mass_.cwiseInverse());
   const SparseCholesky factor(bending_.cholesky(), high + Sparse(mass_.asDiagonal()));
   Eigen::MatrixXd X = geometry.points();
@@ -114,9 +121,35 @@ double Posterior::variance_of(const Eigen::VectorXd& c) const {
   return c.dot(factor_.solve(c).col(0));
 }
 
-template BendingMatrices::BendingMatrices(const fem::Geometry<2>&);
-template BendingMatrices::BendingMatrices(const fem::Geometry<3>&);
-template class SmoothMoves<2>;
-template class SmoothMoves<3>;
+template <int Dim>
+Posterior posterior(const SmoothMoves<Dim>& prior, const BendingMatrices& bending,
+                    const fem::Geometry<Dim>& geometry, const Observations& data,
+                    const Eigen::VectorXd& moves, int n_reweightings, const std::stop_token& stop) {
+  const Eigen::VectorXd information = (data.P * Eigen::VectorXd::Ones(data.b.size()))
+                                          .cwiseQuotient(geometry.lumped_mass().cwiseMax(1e-300));
+  // Of the vertices that see cells: those on the image's border do not.
+  std::vector<double> seen;
+  for (const double one : information)
+    if (one > 0) seen.push_back(one);
+  const auto middle = seen.begin() + std::ptrdiff_t(seen.size() / 2);
+  std::nth_element(seen.begin(), middle, seen.end());
+  const double tau = prior.stiffness(seen.empty() ? 1 : *middle);
+  Eigen::VectorXd weights = prior.weights(moves, tau);
+  for (int round = 0;; ++round) {
+    Posterior out(bending.cholesky(), prior.precision(tau, weights), data, prior.smoothing());
+    if (round == n_reweightings || stop.stop_requested()) return out;
+    weights = prior.weights(out.mean(), tau);
+  }
+}
+
+#define SURF_INSTANTIATE(Dim)                                                        \
+  template BendingMatrices::BendingMatrices(const fem::Geometry<Dim>&);              \
+  template class SmoothMoves<Dim>;                                                   \
+  template Posterior posterior<Dim>(const SmoothMoves<Dim>&, const BendingMatrices&, \
+                                    const fem::Geometry<Dim>&, const Observations&,  \
+                                    const Eigen::VectorXd&, int, const std::stop_token&);
+SURF_INSTANTIATE(2)
+SURF_INSTANTIATE(3)
+#undef SURF_INSTANTIATE
 
 }  // namespace surf::segment

@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <Eigen/SparseCore>
 #include <memory>
+#include <stop_token>
 #include <vector>
 
 #include "libsurf/base/sparse_cholesky.h"
@@ -55,6 +56,13 @@ class SmoothMoves {
   /// @param normals  of the vertices; on the image's border nothing is known
   SmoothMoves(const BendingMatrices& bending, const fem::Geometry<Dim>& geometry,
               const Points<Dim>& normals, double length_mm);
+  /// Of a part, with the u_s of the whole at its vertices: its own would bend at its rim.
+  static SmoothMoves of_part(const BendingMatrices& bending, const fem::Geometry<Dim>& geometry,
+                             const Eigen::VectorXd& smoothing, double length_mm) {
+    SmoothMoves out(bending, geometry, length_mm);
+    out.smoothing_ = smoothing;
+    return out;
+  }
 
   /// u_s, (n).
   const Eigen::VectorXd& smoothing() const { return smoothing_; }
@@ -67,6 +75,8 @@ class SmoothMoves {
   Eigen::SparseMatrix<double> precision(double tau, const Eigen::VectorXd& weights) const;
 
  private:
+  SmoothMoves(const BendingMatrices& bending, const fem::Geometry<Dim>& geometry, double length_mm);
+
   const BendingMatrices& bending_;
   double k_;
   Eigen::VectorXd mass_, is_free_, smoothing_;
@@ -93,5 +103,14 @@ class Posterior {
   SparseCholesky factor_;
   Eigen::VectorXd mean_, pull_;
 };
+
+/// The moves after observations of usual strength: by a prior whose weights are those of the moves,
+/// then so many times those of the mean.
+/// @param bending  of the geometry, as the prior's
+template <int Dim>
+Posterior posterior(const SmoothMoves<Dim>& prior, const BendingMatrices& bending,
+                    const fem::Geometry<Dim>& geometry, const Observations& data,
+                    const Eigen::VectorXd& moves, int n_reweightings,
+                    const std::stop_token& stop = {});
 
 }  // namespace surf::segment

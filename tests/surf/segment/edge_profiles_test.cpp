@@ -61,7 +61,8 @@ TEST(EdgeCells, AreThoseNearASphereOnceWithTheirDistances) {
   const Triangles ball = mesh::ball(kCenter, kRadius, 2);
   const fem::Geometry<3> geometry(ball.points, ball.elements);
   const double reach = 3;
-  const auto cells = edge_cells<3>(*setting, geometry, unit_normals(geometry), reach);
+  const auto cells =
+      edge_cells<3>(*setting, geometry, unit_normals(geometry), reach, {setting->extent(), 1});
   // Flat elements lie up to h^2 / (6 R) inside the sphere, normals of vertices lean by h / R.
   const double tolerance = 0.12;
   std::set<std::uint64_t> known;
@@ -87,13 +88,43 @@ TEST(EdgeCells, AreThoseNearASphereOnceWithTheirDistances) {
   EXPECT_GT(n_near, 5000);
 }
 
+TEST(EdgeCells, InBlocksAreTheirMeansAtTheirCentres) {
+  const auto linear = [](const Vector<3>& x) { return 50 + x[0] - 2 * x[1] + 3 * x[2]; };
+  const auto setting = make_setting(volume_of(linear));
+  const Triangles ball = mesh::ball(kCenter, kRadius, 2);
+  const fem::Geometry<3> geometry(ball.points, ball.elements);
+  const CellBlocks<3> blocks(setting->extent(), 3);
+  EXPECT_EQ(blocks.box.size[2], kSize / 3);
+  const auto cells = edge_cells<3>(*setting, geometry, unit_normals(geometry), 4, blocks);
+  EXPECT_GT(cells.size(), 400u);
+  for (const auto& cell : cells) {
+    Vector<3> index;
+    for (std::uint64_t axis = 0, left = cell.index; axis < 3; ++axis, left /= kSize / 3)
+      index[Eigen::Index(axis)] = double(left % (kSize / 3));
+    const Vector<3> x = blocks.box.index_to_world * index;
+    EXPECT_NEAR(cell.value, linear(x), 1e-4);
+    EXPECT_NEAR(cell.distance_mm, (x - kCenter).norm() - kRadius, 0.12);
+  }
+}
+
+// Blocks of two voxels, where a blur has a deviation of three.
+TEST(LocateEdges, FindsAWideEdgeByBlocks) {
+  const double s = 3;
+  const auto setting = make_setting(radial_step(s));
+  const LocatedEdges<3> located =
+      locate_edges<3>(*setting, mesh::ball(kCenter, kRadius - 0.5, 4.5), s);
+  EXPECT_NEAR(mean_radius(located.points) - 4.5 * 4.5 / (8 * kRadius), kRadius, 0.1);
+  EXPECT_NEAR(located.blur_mm, s, 0.1 * s);
+}
+
 TEST(EdgeProfiles, FindLevelsWidthAndPlace) {
   const double s = 1.2, off = 0.4;
   const auto setting = make_setting(radial_step(s));
   const Triangles ball = mesh::ball(kCenter, kRadius - off, 1.5);
   const fem::Geometry<3> geometry(ball.points, ball.elements);
   const double reach = 5;
-  const auto cells = edge_cells<3>(*setting, geometry, unit_normals(geometry), reach);
+  const auto cells =
+      edge_cells<3>(*setting, geometry, unit_normals(geometry), reach, {setting->extent(), 1});
   ProfileOptions options;
   options.reach_mm = reach;
   options.width_mm = 1;
