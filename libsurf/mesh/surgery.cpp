@@ -116,8 +116,10 @@ class Surgery {
             cluster.is_planned = true;
             break;
           case RegionPlan::State::kFails:
-            if (const double failed = reach(cluster);
-                take_in(plan_of_region.wanted, cluster, is_event)) {
+            if (plan_of_region.is_large && !std::isinf(reach(cluster)))
+              cluster.n_failures = options_.max_attempts - 1;
+            else if (const double failed = reach(cluster);
+                     take_in(plan_of_region.wanted, cluster, is_event)) {
               if (!std::isinf(failed)) ++cluster.n_failures;
             } else {
               // The same again would fail again: on to another reach.

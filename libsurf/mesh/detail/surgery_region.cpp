@@ -14,6 +14,10 @@ namespace {
 using State = RegionPlan::State;
 
 constexpr int kAttempts = 4;  // of a plan that fails, with more cells in narrow parts
+constexpr int kAttemptsIfLarge = 2;
+// A region of so many triangles, and of such a share of all, takes about as long as the whole
+// surface does: a quarter of the steps of a bone's meshwork of 250,000 triangles.
+constexpr double kLarge = 4000, kLargeShare = 0.02;
 
 /// The cells of a region, and those where thin parts are removed.
 struct RegionCells {
@@ -118,10 +122,15 @@ RegionPlan plan_region(const ConnectedSurface& surface, LargeParts& large,
   near.insert(near.end(), request.others.begin(), request.others.end());
   std::vector<int> core;
   RegionPlan plan = plan_with(surface, large, is_event, request.events, resolution_mm, near, core);
+  const auto is_large = [&] {
+    return double(near.size()) > std::max(kLarge, kLargeShare * surface.n_triangles());
+  };
   for (int attempt = 1; attempt < kAttempts && plan.state == State::kFails; ++attempt) {
+    if (is_large() && attempt >= kAttemptsIfLarge) break;
     if (!add_necks(surface, core, near)) break;
     plan = plan_with(surface, large, is_event, request.events, resolution_mm, near, core);
   }
+  plan.is_large = is_large();
   return plan;
 }
 

@@ -23,6 +23,7 @@ struct RegionPlan {
   /// Events of other regions that a phantom part of this one borders on, after kWantsMore; what
   /// else passes through the cells, after kFails.
   std::vector<int> wanted;
+  bool is_large = false;  ///< the whole surface would be planned as fast
 };
 
 /// Plans the patch for a region of a surface, see operate(). That it does not intersect the rest is
