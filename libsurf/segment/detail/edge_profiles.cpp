@@ -138,7 +138,7 @@ template <int Dim>
 EdgeProfiles fit_edge_profiles(const fem::Geometry<Dim>& geometry,
                                const std::vector<EdgeCell<Dim>>& cells,
                                const Eigen::VectorXd& moved_mm, const ProfilePool<Dim>& pool,
-                               const ProfileOptions& options) {
+                               const ProfileOptions& options, const Eigen::VectorXd& misfit) {
   const Elements<Dim>& T = geometry.elements();
   const Eigen::Index n = geometry.n_vertices();
   const int n_bins = kBins;
@@ -163,7 +163,7 @@ EdgeProfiles fit_edge_profiles(const fem::Geometry<Dim>& geometry,
                         values = pool(sums.values);
   EdgeProfiles out;
   for (Eigen::VectorXd* field : {&out.inside, &out.outside, &out.width_mm, &out.place_mm,
-                                 &out.noise, &out.explained, &out.n_cells})
+                                 &out.noise, &out.explained, &out.n_cells, &out.misfit})
     field->setZero(n);
   const auto fit = [&](Eigen::Index i) {
     std::vector<Bin> bins;
@@ -188,9 +188,10 @@ EdgeProfiles fit_edge_profiles(const fem::Geometry<Dim>& geometry,
     outer = n_outer > 0 ? outer / n_outer : mean;
     Eigen::Vector4d x((inner + outer) / 2, (outer - inner) / 2, 0, std::log(options.width_mm));
     // Weights by the deviation of a bin's mean: first of all bins, then of what the fit leaves.
-    double deviation = std::max(std::sqrt(variance), options.least_noise);
+    const bool is_first = misfit.size() == 0 || !(misfit[i] > 0);
+    double deviation = is_first ? std::max(std::sqrt(variance), options.least_noise) : misfit[i];
     std::vector<Bin> weighted = bins;
-    for (int round = 0; round < 2; ++round) {
+    for (int round = is_first ? 0 : 1; round < 2; ++round) {
       for (std::size_t k = 0; k < bins.size(); ++k)
         weighted[k].weight =
             1 / std::hypot(deviation / std::sqrt(bins[k].weight / total * bins.size()),
@@ -206,6 +207,7 @@ EdgeProfiles fit_edge_profiles(const fem::Geometry<Dim>& geometry,
             std::sqrt(bin.weight / total * bins.size()));
       deviation = std::max(robust_deviation(std::move(amounts)), options.least_noise / 10);
     }
+    out.misfit[i] = deviation;
     double left = 0;
     for (const Bin& bin : bins)
       left +=
@@ -289,7 +291,7 @@ std::vector<char> have_own_steps(const fem::Geometry<Dim>& geometry,
                                              const Elements<Dim>&, double);                 \
   template EdgeProfiles fit_edge_profiles<Dim>(                                             \
       const fem::Geometry<Dim>&, const std::vector<EdgeCell<Dim>>&, const Eigen::VectorXd&, \
-      const ProfilePool<Dim>&, const ProfileOptions&);                                      \
+      const ProfilePool<Dim>&, const ProfileOptions&, const Eigen::VectorXd&);              \
   template std::vector<char> have_own_steps<Dim>(const fem::Geometry<Dim>&,                 \
                                                  const std::vector<EdgeCell<Dim>>&,         \
                                                  const EdgeProfiles&, const Eigen::VectorXd&);

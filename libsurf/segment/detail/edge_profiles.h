@@ -15,6 +15,7 @@ struct EdgeProfiles {
   Eigen::VectorXd noise;      ///< deviation of the cells from it [intensity], > 0
   Eigen::VectorXd explained;  ///< share of the profile's variance that the step explains
   Eigen::VectorXd n_cells;    ///< that it was fitted to
+  Eigen::VectorXd misfit;     ///< robust deviation of the bins' means from it [intensity]
 };
 
 /// What the fit takes for granted.
@@ -46,11 +47,12 @@ class ProfilePool {
 /// TinySolver: least squares, robust (pseudo-Huber), the width as probable as a log-normal number.
 /// @param moved_mm  by which the vertices have moved along their normals, (n): distances count
 ///                  from there
+/// @param misfit    of the fit before, by which bins are weighted; empty = of a first fit
 template <int Dim>
 EdgeProfiles fit_edge_profiles(const fem::Geometry<Dim>& geometry,
                                const std::vector<EdgeCell<Dim>>& cells,
                                const Eigen::VectorXd& moved_mm, const ProfilePool<Dim>& pool,
-                               const ProfileOptions& options);
+                               const ProfileOptions& options, const Eigen::VectorXd& misfit = {});
 
 /// Signed distance of a cell to its element after the vertices moved [mm].
 template <int Dim>
