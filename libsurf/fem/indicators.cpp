@@ -1,5 +1,7 @@
 #include "libsurf/fem/indicators.h"
 
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
 #include <cassert>
 #include <limits>
@@ -61,14 +63,26 @@ template <class Visit>
 void for_each_side(const Geometry<3>& shape, const Visit& visit) {
   const Elements<3>& T = shape.elements();
   const DirectedEdges edges(T, shape.n_vertices());
+  struct Side {
+    Eigen::Index other;
+    double h_theta;
+  };
+  std::vector<Side> sides(std::size_t(T.size()));
+  tbb::parallel_for(Eigen::Index(0), T.rows(), [&](Eigen::Index t) {
+    for (int i = 0; i < 3; ++i) {
+      Side& side = sides[std::size_t(3 * t + i)];
+      side = {edges.owner(T(t, (i + 1) % 3), T(t, i)), 0};
+      if (side.other < t) continue;
+      const double h = (shape.points().row(T(t, (i + 1) % 3)) - shape.points().row(T(t, i))).norm();
+      side.h_theta = h * angle_between(Vector<3>(shape.normals().row(t)),
+                                       Vector<3>(shape.normals().row(side.other)));
+    }
+  });
   for (Eigen::Index t = 0; t < T.rows(); ++t)
     for (int i = 0; i < 3; ++i) {
-      const Eigen::Index other = edges.owner(T(t, (i + 1) % 3), T(t, i));
-      if (other < t) continue;  // it has been visited, or a part ends there
-      const double h = (shape.points().row(T(t, (i + 1) % 3)) - shape.points().row(T(t, i))).norm();
-      visit(t, other,
-            h * angle_between(Vector<3>(shape.normals().row(t)),
-                              Vector<3>(shape.normals().row(other))));
+      const Side& side = sides[std::size_t(3 * t + i)];
+      // Else it has been visited, or a part ends there.
+      if (side.other >= t) visit(t, side.other, side.h_theta);
     }
 }
 

@@ -1,6 +1,7 @@
 #include "libsurf/flow/step_control.h"
 
 #include <fmt/format.h>
+#include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <cmath>
@@ -79,18 +80,23 @@ std::optional<Step> choose_step(const StepOptions& options, double tau_first, do
 template <int Dim>
 double max_velocity_gradient(const fem::Geometry<Dim>& shape, const Points<Dim>& velocity,
                              double exempt_share) {
-  std::vector<std::pair<double, double>> of_elements;  // gradient and measure
-  for (Eigen::Index t = 0; t < shape.n_elements(); ++t) {
+  std::vector<std::pair<double, double>> of_elements(
+      std::size_t(shape.n_elements()));  // gradient and measure
+  tbb::parallel_for(Eigen::Index(0), shape.n_elements(), [&](Eigen::Index t) {
     Eigen::Matrix<double, Dim, Dim> gradient = Eigen::Matrix<double, Dim, Dim>::Zero();
     for (int i = 0; i < Dim; ++i)
       gradient +=
           velocity.row(shape.elements()(t, i)).transpose() * shape.basis_gradients(t).row(i);
-    of_elements.emplace_back(gradient.norm(), shape.measures()[t]);
-  }
-  std::sort(of_elements.begin(), of_elements.end(), std::greater<>());
+    of_elements[std::size_t(t)] = {gradient.norm(), shape.measures()[t]};
+  });
+  // From the steepest on, of which few are looked at.
+  std::make_heap(of_elements.begin(), of_elements.end());
   double left = exempt_share * shape.measure();
-  for (const auto& [gradient, measure] : of_elements)
+  for (auto end = of_elements.end(); end != of_elements.begin(); --end) {
+    const auto [gradient, measure] = of_elements.front();
     if ((left -= measure) < 0) return gradient;
+    std::pop_heap(of_elements.begin(), end);
+  }
   return 0;
 }
 

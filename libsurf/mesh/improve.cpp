@@ -1,10 +1,15 @@
 #include "libsurf/mesh/improve.h"
 
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <optional>
 #include <stdexcept>
+#include <utility>
 #include <vector>
 
 #include "libsurf/base/option_checks.h"
@@ -12,7 +17,7 @@
 #include "libsurf/mesh/detail/collapses.h"
 #include "libsurf/mesh/detail/flips.h"
 #include "libsurf/mesh/detail/mending.h"
-#include "libsurf/mesh/detail/star_patch.h"
+#include "libsurf/mesh/detail/plans_ahead.h"
 #include "libsurf/mesh/triangle_shape.h"
 
 namespace surf::mesh {
@@ -24,12 +29,7 @@ using Eigen::Vector3d;
 class Improvement {
  public:
   Improvement(TriMesh& mesh, const ImproveOptions& options)
-      : mesh_(mesh),
-        options_(options),
-        work_(mesh, options),
-        flips_(work_),
-        collapses_(work_),
-        patch_(work_) {}
+      : mesh_(mesh), options_(options), work_(mesh, options), flips_(work_), collapses_(work_) {}
 
   ImproveReport run() {
     for (int sweep = 0; sweep < options_.n_sweeps && !work_.is_stopped(); ++sweep) {
@@ -50,14 +50,24 @@ class Improvement {
     return work_.report.n_collapsed + work_.report.n_flipped + work_.report.n_moved;
   }
 
+  /// Of each face the cosine of its smallest angle; -1 of those that are gone.
+  std::vector<double> sharpest_cosines() const {
+    std::vector<double> out(mesh_.n_faces());
+    tbb::parallel_for(tbb::blocked_range<int>(0, int(out.size()), 1024), [&](const auto& faces) {
+      for (int j = faces.begin(); j < faces.end(); ++j)
+        out[std::size_t(j)] =
+            work_.is_deleted(FaceHandle(j)) ? -1 : angle_cosines(mesh_, FaceHandle(j)).sharpest;
+    });
+    return out;
+  }
+
   /// Faces with a smaller angle than the bound, the worst first.
   std::vector<FaceHandle> poor_faces(double cos_bound) const {
+    const std::vector<double> cosines = sharpest_cosines();
     std::vector<std::pair<float, int>> found;
-    for (const auto face : mesh_.faces()) {
-      if (work_.is_deleted(face) || work_.is_frozen(face)) continue;
-      const double cosine = angle_cosines(mesh_, face).sharpest;
-      if (cosine > cos_bound) found.emplace_back(static_cast<float>(-cosine), face.idx());
-    }
+    for (int j = 0; j < static_cast<int>(cosines.size()); ++j)
+      if (cosines[j] > cos_bound && !work_.is_frozen(FaceHandle(j)))
+        found.emplace_back(static_cast<float>(-cosines[j]), j);
     std::sort(found.begin(), found.end());
     std::vector<FaceHandle> faces;
     for (const auto& [unused, index] : found) faces.emplace_back(index);
@@ -87,39 +97,37 @@ class Improvement {
 
   /// Towards the centroid of the star by area and towards the mean of the neighbours, all of the
   /// way and in part, in the plane through the vertex that keeps the volume.
-  std::vector<Vector3d> places_in_plane(const Vector3d& z) const {
+  static std::vector<Vector3d> places_in_plane(const StarPatch& patch, const Vector3d& z) {
     Vector3d by_area = Vector3d::Zero(), mean = Vector3d::Zero();
     double area = 0;
-    for (const Corners& t : patch_.before) {
+    for (const Corners& t : patch.before) {
       const double weight = area_normal(t[0], t[1], t[2]).norm();
       by_area += weight * (t[1] + t[2] - 2 * z) / 3;
       mean += t[1] - z;
       area += weight;
     }
-    const Vector3d normal = patch_.rim_normal(z);
+    const Vector3d normal = patch.rim_normal(z);
     std::vector<Vector3d> places;
     if (!(area > 0) || !(normal.norm() > 0.01 * area)) return places;
     by_area /= area;
-    mean /= static_cast<double>(patch_.before.size());
+    mean /= static_cast<double>(patch.before.size());
     for (const Vector3d& shift : {by_area, mean})
       for (const double part : {1.0, 0.5, 0.2})
         places.push_back(z + part * (shift - normal.dot(shift) / normal.squaredNorm() * normal));
     return places;
   }
 
-  void try_move(VertexHandle vertex) {
-    if (work_.is_stopped() || work_.ends_on_border(vertex)) return;
-    patch_.collect(vertex);
+  std::optional<StarPlan> plan_move(VertexHandle vertex, StarPatch& patch) const {
+    if (work_.ends_on_border(vertex)) return std::nullopt;
+    patch.collect(vertex);
     // By 1 % of the angle at least, so that sweeps end.
-    const double angle = std::acos(std::min(1.0, sharpest(patch_.before)));
-    std::vector<Vector3d> places = places_in_plane(work_.point(vertex));
+    const double angle = std::acos(std::min(1.0, sharpest(patch.before)));
+    std::vector<Vector3d> places = places_in_plane(patch, work_.point(vertex));
     work_.keep_on_border(vertex, vertex, places);
-    const auto best =
-        patch_.best_place(places, std::cos(1.01 * angle),
-                          std::max(options_.max_length, longest_spoke(patch_.before)));
-    if (!best) return;
-    patch_.apply(vertex, *best);
-    ++work_.report.n_moved;
+    const auto best = patch.best_place(places, std::cos(1.01 * angle),
+                                       std::max(options_.max_length, longest_spoke(patch.before)));
+    if (!best) return std::nullopt;
+    return patch.plan(*best);
   }
 
   void move_vertices() {
@@ -128,8 +136,17 @@ class Improvement {
       for (const VertexHandle vertex : mesh_.fv_range(face)) vertices.push_back(vertex.idx());
     std::sort(vertices.begin(), vertices.end());
     vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
+    std::vector<VertexHandle> moving;
     for (const int vertex : vertices)
-      if (!work_.is_at_frozen(VertexHandle(vertex))) try_move(VertexHandle(vertex));
+      if (!work_.is_at_frozen(VertexHandle(vertex))) moving.emplace_back(vertex);
+    plan_ahead(
+        work_, moving, [](VertexHandle vertex) { return std::pair(vertex, VertexHandle()); },
+        [](VertexHandle) { return true; },
+        [this](VertexHandle vertex, StarPatch& patch) { return plan_move(vertex, patch); },
+        [this](VertexHandle vertex, const StarPlan& planned) {
+          apply(planned, vertex, work_);
+          ++work_.report.n_moved;
+        });
   }
 
   /// Each vertex whose star has changed is in one of these faces: flips and collapses leave the
@@ -146,8 +163,7 @@ class Improvement {
     mark_reconnected_faces();
     if (work_.report.n_collapsed > 0) collect_garbage(mesh_);
     double cosine = -1;
-    for (int j = 0; j < static_cast<int>(mesh_.n_faces()); ++j) {
-      const double sharp = angle_cosines(mesh_, FaceHandle(j)).sharpest;
+    for (const double sharp : sharpest_cosines()) {
       if (sharp > cos_bound_) ++work_.report.n_poor;
       cosine = std::max(cosine, sharp);
     }
@@ -162,7 +178,6 @@ class Improvement {
   Mending work_;
   Flips flips_;
   Collapses collapses_;
-  StarPatch patch_;
 };
 
 }  // namespace

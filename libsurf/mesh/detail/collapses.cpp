@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "libsurf/base/products.h"
+#include "libsurf/mesh/detail/plans_ahead.h"
 
 namespace surf::mesh {
 namespace {
@@ -16,66 +17,88 @@ double cone(const Vector3d& apex, const Corners& t) {
   return triple(t[0] - apex, t[1] - apex, t[2] - apex);
 }
 
+/// The shortest first.
+std::vector<EdgeHandle> by_rank(std::vector<std::pair<float, int>> edges) {
+  std::sort(edges.begin(), edges.end());
+  std::vector<EdgeHandle> out;
+  for (const auto& [unused, index] : edges) out.emplace_back(index);
+  return out;
+}
+
 }  // namespace
 
 /// Puts places where the volume is that of the two stars: along the rim's normal.
-void Collapses::keep_volume(std::vector<Vector3d>& places) const {
+void Collapses::keep_volume(const StarPatch& patch, std::vector<Vector3d>& places) {
   for (Vector3d& place : places) {
     double volume = 0;  // 6 times that of the stars' cones from the place
-    for (std::size_t k = 0; k < patch_.before.size(); ++k)
-      volume += patch_.weight[k] * cone(place, patch_.before[k]);
-    const Vector3d normal = patch_.rim_normal(place);
+    for (std::size_t k = 0; k < patch.before.size(); ++k)
+      volume += patch.weight[k] * cone(place, patch.before[k]);
+    const Vector3d normal = patch.rim_normal(place);
     if (normal.squaredNorm() > 0) place += volume / normal.squaredNorm() * normal;
   }
 }
 
-bool Collapses::is_collapse_safe(HalfedgeHandle halfedge) {
-  if (!mesh_.is_collapse_ok(halfedge)) return false;
-  if (work_.is_at_frozen(mesh_.from_vertex_handle(halfedge)) ||
-      work_.is_at_frozen(mesh_.to_vertex_handle(halfedge)))
-    return false;
-  const Diamond v = work_.diamond(mesh_.edge_handle(halfedge));
+std::pair<VertexHandle, VertexHandle> Collapses::ends(EdgeHandle edge) const {
+  const HalfedgeHandle halfedge = mesh_.halfedge_handle(edge, 0);
+  return {mesh_.to_vertex_handle(halfedge), mesh_.from_vertex_handle(halfedge)};
+}
+
+bool Collapses::leaves_valences(EdgeHandle edge) const {
+  const Diamond v = work_.diamond(edge);
   return mesh_.valence(v.c) > 3 && mesh_.valence(v.d) > 3 &&
          mesh_.valence(v.a) + mesh_.valence(v.b) >= 7;
 }
 
-bool Collapses::try_collapse(EdgeHandle edge, double cos_bound, CollapseFor aim) {
-  const HalfedgeHandle halfedge = mesh_.halfedge_handle(edge, 0);
-  if (work_.is_stopped() || !is_collapse_safe(halfedge)) return false;
-  const VertexHandle removed = mesh_.from_vertex_handle(halfedge);
-  const VertexHandle kept = mesh_.to_vertex_handle(halfedge);
-  patch_.collect(kept, removed);
+std::optional<StarPlan> Collapses::plan(EdgeHandle edge, double cos_bound, CollapseFor aim,
+                                        StarPatch& patch) const {
+  const auto [kept, removed] = ends(edge);
+  if (work_.is_at_frozen(kept) || work_.is_at_frozen(removed) || !leaves_valences(edge))
+    return std::nullopt;
+  patch.collect(kept, removed);
   const Vector3d &from = work_.point(removed), &to = work_.point(kept);
   std::vector<Vector3d> places = {0.5 * (from + to), from, to};
-  keep_volume(places);
+  keep_volume(patch, places);
   work_.keep_on_border(removed, kept, places);
-  const double before = sharpest(patch_.before);
+  const double before = sharpest(patch.before);
   const double bound = aim == CollapseFor::kAngle    ? before
                        : aim == CollapseFor::kLength ? std::max(before, cos_bound)
                                                      : cos_bound;
-  const auto best = patch_.best_place(places, bound, options_.max_length);
-  if (!best) return false;
-  if (aim == CollapseFor::kCoarseness) {
-    patch_.set_place(*best);
-    if (patch_variation() > options_.max_variation_mm) return false;
-  }
+  const auto best = patch.best_place(places, bound, options_.max_length);
+  if (!best) return std::nullopt;
+  patch.set_place(*best);
+  if (aim == CollapseFor::kCoarseness && variation(patch) > options_.max_variation_mm)
+    return std::nullopt;
+  return patch.plan(*best);
+}
+
+bool Collapses::carry_out(EdgeHandle edge, const StarPlan& plan) {
+  const HalfedgeHandle halfedge = mesh_.halfedge_handle(edge, 0);
+  // It sets flags of vertices, so that it is not for several threads.
+  if (!mesh_.is_collapse_ok(halfedge)) return false;
+  const VertexHandle kept = mesh_.to_vertex_handle(halfedge);
   mesh_.collapse(halfedge);
-  for (const FaceHandle face : patch_.faces) work_.is_reconnected[face.idx()] = true;
-  patch_.apply(kept, *best);
+  for (const FaceHandle face : plan.faces) work_.is_reconnected[face.idx()] = true;
+  apply(plan, kept, work_);
   ++work_.report.n_collapsed;
   return true;
 }
 
+bool Collapses::try_collapse(EdgeHandle edge, double cos_bound, CollapseFor aim) {
+  if (work_.is_stopped()) return false;
+  const auto planned = plan(edge, cos_bound, aim, patch_);
+  return planned && carry_out(edge, *planned);
+}
+
 /// Largest sum of h_S theta_S over the sides of a triangle of `after`.
-double Collapses::patch_variation() const {
+double Collapses::variation(const StarPatch& patch) const {
   std::vector<Vector3d> normals;
-  for (const Corners& t : patch_.after) normals.push_back(area_normal(t[0], t[1], t[2]));
+  for (const Corners& t : patch.after) normals.push_back(area_normal(t[0], t[1], t[2]));
   double largest = 0;
-  for (std::size_t k = 0; k < patch_.after.size(); ++k) {
-    const Corners& t = patch_.after[k];
-    double sum = (t[2] - t[1]).norm() * angle_between(normals[k], normal_beyond_rim(k));
-    for (std::size_t other = 0; other < patch_.after.size(); ++other) {
-      const Corners& u = patch_.after[other];
+  for (std::size_t k = 0; k < patch.after.size(); ++k) {
+    const Corners& t = patch.after[k];
+    double sum = (t[2] - t[1]).norm() * angle_between(normals[k], normal_beyond_rim(patch, k));
+    for (std::size_t other = 0; other < patch.after.size(); ++other) {
+      const Corners& u = patch.after[other];
       if (u[1] == t[2]) sum += (t[2] - t[0]).norm() * angle_between(normals[k], normals[other]);
       if (u[2] == t[1]) sum += (t[1] - t[0]).norm() * angle_between(normals[k], normals[other]);
     }
@@ -85,10 +108,10 @@ double Collapses::patch_variation() const {
 }
 
 /// Normal of the triangle across the rim's edge of a triangle that stays.
-Vector3d Collapses::normal_beyond_rim(std::size_t k) const {
-  for (const HalfedgeHandle h : mesh_.fh_range(patch_.faces[k])) {
-    if (work_.point(mesh_.from_vertex_handle(h)) != patch_.kept[k][1] ||
-        work_.point(mesh_.to_vertex_handle(h)) != patch_.kept[k][2])
+Vector3d Collapses::normal_beyond_rim(const StarPatch& patch, std::size_t k) const {
+  for (const HalfedgeHandle h : mesh_.fh_range(patch.faces[k])) {
+    if (work_.point(mesh_.from_vertex_handle(h)) != patch.kept[k][1] ||
+        work_.point(mesh_.to_vertex_handle(h)) != patch.kept[k][2])
       continue;
     const HalfedgeHandle beyond = mesh_.opposite_halfedge_handle(h);
     const HalfedgeHandle next = mesh_.next_halfedge_handle(beyond);
@@ -104,12 +127,15 @@ void Collapses::collapse_short_edges(double cos_bound) {
   for (const auto edge : mesh_.edges())
     if (work_.may_change(edge) && work_.length(edge) < options_.min_length)
       edges.emplace_back(work_.rank(edge), edge.idx());
-  std::sort(edges.begin(), edges.end());
-  for (const auto& [unused, index] : edges) {
-    const EdgeHandle edge(index);
-    if (!work_.is_deleted(edge) && work_.length(edge) < options_.min_length)
-      try_collapse(edge, cos_bound, CollapseFor::kLength);
-  }
+  plan_ahead(
+      work_, by_rank(std::move(edges)), [this](EdgeHandle edge) { return ends(edge); },
+      [this](EdgeHandle edge) {
+        return !work_.is_deleted(edge) && work_.length(edge) < options_.min_length;
+      },
+      [&](EdgeHandle edge, StarPatch& patch) {
+        return plan(edge, cos_bound, CollapseFor::kLength, patch);
+      },
+      [this](EdgeHandle edge, const StarPlan& planned) { carry_out(edge, planned); });
 }
 
 bool Collapses::is_star_flagged(const std::vector<char>& flags, VertexHandle vertex) const {
@@ -121,20 +147,31 @@ bool Collapses::is_star_flagged(const std::vector<char>& flags, VertexHandle ver
 void Collapses::coarsen(double cos_bound) {
   assert(options_.may_coarsen.size() == mesh_.n_faces() && "one flag per face");
   std::vector<char> flags = options_.may_coarsen;
+  std::vector<char> is_within(mesh_.n_vertices(), 0);
+  for (const auto vertex : mesh_.vertices())
+    is_within[std::size_t(vertex.idx())] = is_star_flagged(flags, vertex);
   std::vector<std::pair<float, int>> edges;
-  for (const auto edge : mesh_.edges())
-    if (work_.may_change(edge)) edges.emplace_back(work_.rank(edge), edge.idx());
-  std::sort(edges.begin(), edges.end());
-  for (const auto& [unused, index] : edges) {
-    const EdgeHandle edge(index);
-    if (work_.is_deleted(edge)) continue;
-    const HalfedgeHandle h = mesh_.halfedge_handle(edge, 0);
-    const VertexHandle kept = mesh_.to_vertex_handle(h);
-    if (!is_star_flagged(flags, mesh_.from_vertex_handle(h)) || !is_star_flagged(flags, kept) ||
-        !try_collapse(edge, cos_bound, CollapseFor::kCoarseness))
-      continue;
-    for (const FaceHandle face : mesh_.vf_range(kept)) flags[face.idx()] = 0;
+  for (const auto edge : mesh_.edges()) {
+    if (!work_.may_change(edge)) continue;
+    const auto [kept, removed] = ends(edge);
+    if (is_within[std::size_t(kept.idx())] && is_within[std::size_t(removed.idx())])
+      edges.emplace_back(work_.rank(edge), edge.idx());
   }
+  plan_ahead(
+      work_, by_rank(std::move(edges)), [this](EdgeHandle edge) { return ends(edge); },
+      [&](EdgeHandle edge) {
+        if (work_.is_deleted(edge)) return false;
+        const auto [kept, removed] = ends(edge);
+        return is_star_flagged(flags, removed) && is_star_flagged(flags, kept);
+      },
+      [&](EdgeHandle edge, StarPatch& patch) {
+        return plan(edge, cos_bound, CollapseFor::kCoarseness, patch);
+      },
+      [&](EdgeHandle edge, const StarPlan& planned) {
+        const VertexHandle kept = ends(edge).first;
+        if (!carry_out(edge, planned)) return;
+        for (const FaceHandle face : mesh_.vf_range(kept)) flags[face.idx()] = 0;
+      });
 }
 
 }  // namespace surf::mesh

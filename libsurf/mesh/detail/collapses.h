@@ -1,6 +1,8 @@
 // Collapses of edges. Private to improve().
 #pragma once
 
+#include <optional>
+#include <utility>
 #include <vector>
 
 #include "libsurf/mesh/detail/mending.h"
@@ -25,10 +27,15 @@ class Collapses {
   void coarsen(double cos_bound);
 
  private:
-  void keep_volume(std::vector<Eigen::Vector3d>& places) const;
-  bool is_collapse_safe(OpenMesh::HalfedgeHandle halfedge);
-  double patch_variation() const;
-  Eigen::Vector3d normal_beyond_rim(std::size_t k) const;
+  /// What try_collapse() would do; looks at the stars of the edge's ends and their neighbours only.
+  std::optional<StarPlan> plan(OpenMesh::EdgeHandle edge, double cos_bound, CollapseFor aim,
+                               StarPatch& patch) const;
+  bool carry_out(OpenMesh::EdgeHandle edge, const StarPlan& plan);
+  std::pair<OpenMesh::VertexHandle, OpenMesh::VertexHandle> ends(OpenMesh::EdgeHandle edge) const;
+  bool leaves_valences(OpenMesh::EdgeHandle edge) const;
+  static void keep_volume(const StarPatch& patch, std::vector<Eigen::Vector3d>& places);
+  double variation(const StarPatch& patch) const;
+  Eigen::Vector3d normal_beyond_rim(const StarPatch& patch, std::size_t k) const;
   bool is_star_flagged(const std::vector<char>& flags, OpenMesh::VertexHandle vertex) const;
 
   Mending& work_;

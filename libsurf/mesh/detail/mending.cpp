@@ -21,6 +21,7 @@ Mending::Mending(TriMesh& mesh_now, const ImproveOptions& options_now)
     : mesh(mesh_now),
       options(options_now),
       is_reconnected(mesh_now.n_faces(), false),
+      changed_(mesh_now.n_vertices(), 0),
       witnesses_(mesh_now.n_faces()) {}
 
 bool Mending::ends_on_border(VertexHandle vertex) const {
@@ -74,12 +75,25 @@ bool Mending::are_witnesses_near(const std::vector<Vector3d>& witnesses,
   });
 }
 
-void Mending::hand_over(const std::vector<Vector3d>& witnesses, const std::vector<Corners>& patch,
+void Mending::hand_over(const std::vector<Vector3d>& witnesses,
+                        const std::vector<std::size_t>& keepers,
                         const std::vector<FaceHandle>& faces) {
   for (const FaceHandle face : faces) witnesses_[face.idx()].emplace();
-  const NearPatch near(patch);
-  for (const Vector3d& witness : witnesses)
-    witnesses_[faces[near.closest(witness)].idx()]->push_back(witness);
+  for (std::size_t n = 0; n < witnesses.size(); ++n)
+    witnesses_[faces[keepers[n]].idx()]->push_back(witnesses[n]);
+}
+
+void Mending::note_change_at(VertexHandle vertex) {
+  changed_[std::size_t(vertex.idx())] = ++n_changes_;
+  for (const VertexHandle neighbour : mesh.vv_range(vertex))
+    changed_[std::size_t(neighbour.idx())] = n_changes_;
+}
+
+bool Mending::has_changed_at(VertexHandle vertex, int n_changes) const {
+  if (changed_[std::size_t(vertex.idx())] > n_changes) return true;
+  for (const VertexHandle neighbour : mesh.vv_range(vertex))
+    if (changed_[std::size_t(neighbour.idx())] > n_changes) return true;
+  return false;
 }
 
 }  // namespace surf::mesh

@@ -1,6 +1,7 @@
 // What the operations of improve() share. Private to improve().
 #pragma once
 
+#include <cstddef>
 #include <optional>
 #include <vector>
 
@@ -70,11 +71,21 @@ class Mending {
   void add_witnesses(OpenMesh::FaceHandle face, std::vector<Eigen::Vector3d>& witnesses) const;
   bool are_witnesses_near(const std::vector<Eigen::Vector3d>& witnesses,
                           const std::vector<Corners>& patch) const;
-  /// Each witness goes to the closest triangle of the patch. @pre faces[k] is patch[k]
-  void hand_over(const std::vector<Eigen::Vector3d>& witnesses, const std::vector<Corners>& patch,
+  /// Each witness goes to one of the faces, which had others before.
+  void hand_over(const std::vector<Eigen::Vector3d>& witnesses,
+                 const std::vector<std::size_t>& keepers,
                  const std::vector<OpenMesh::FaceHandle>& faces);
 
+  /// Counts changes of the star of a vertex.
+  void note_change_at(OpenMesh::VertexHandle vertex);
+  int n_changes() const { return n_changes_; }
+  /// Whether the star of a vertex, or that of one of its neighbours, may have changed after so many
+  /// changes.
+  bool has_changed_at(OpenMesh::VertexHandle vertex, int n_changes) const;
+
  private:
+  int n_changes_ = 0;
+  std::vector<int> changed_;  // of the vertices: the last change
   std::vector<std::optional<std::vector<Eigen::Vector3d>>>
       witnesses_;  // of faces that were touched
 };

@@ -78,10 +78,18 @@ std::optional<Vector3d> StarPatch::best_place(const std::vector<Vector3d>& place
   return std::nullopt;
 }
 
-void StarPatch::apply(VertexHandle vertex, const Vector3d& place) {
-  mesh_.set_point(vertex, place);
+StarPlan StarPatch::plan(const Vector3d& place) {
   set_place(place);
-  work_.hand_over(witnesses, after, faces);
+  StarPlan out{place, faces, witnesses, {}};
+  const NearPatch near(after);
+  for (const Vector3d& witness : witnesses) out.keepers.push_back(near.closest(witness));
+  return out;
+}
+
+void apply(const StarPlan& plan, VertexHandle vertex, Mending& work) {
+  work.mesh.set_point(vertex, plan.place);
+  work.hand_over(plan.witnesses, plan.keepers, plan.faces);
+  work.note_change_at(vertex);
 }
 
 }  // namespace surf::mesh

@@ -9,10 +9,21 @@
 
 namespace surf::mesh {
 
+/// Where the centre of a star goes, and which of its faces keeps each witness then.
+struct StarPlan {
+  Eigen::Vector3d place;
+  std::vector<OpenMesh::FaceHandle> faces;
+  std::vector<Eigen::Vector3d> witnesses;
+  std::vector<std::size_t> keepers;  // of the faces, for each witness
+};
+
+/// Puts a vertex where a plan of its star says.
+void apply(const StarPlan& plan, OpenMesh::VertexHandle vertex, Mending& work);
+
 /// The triangles of one or two stars before an operation, and those of the one star after it.
 class StarPatch {
  public:
-  explicit StarPatch(Mending& work) : work_(work), mesh_(work.mesh), options_(work.options) {}
+  explicit StarPatch(const Mending& work) : work_(work), mesh_(work.mesh), options_(work.options) {}
 
   /// Of a vertex, and of another that is to be joined with it.
   void collect(OpenMesh::VertexHandle vertex,
@@ -31,15 +42,15 @@ class StarPatch {
   /// bound and no spoke gets longer than max_spoke.
   std::optional<Eigen::Vector3d> best_place(const std::vector<Eigen::Vector3d>& places,
                                             double cos_bound, double max_spoke);
-  void apply(OpenMesh::VertexHandle vertex, const Eigen::Vector3d& place);
+  StarPlan plan(const Eigen::Vector3d& place);
 
  private:
   void add_star(OpenMesh::VertexHandle vertex, OpenMesh::VertexHandle other, bool is_second);
   bool has_turned() const;
   bool is_near_the_old() const;
 
-  Mending& work_;
-  TriMesh& mesh_;
+  const Mending& work_;
+  const TriMesh& mesh_;
   const ImproveOptions& options_;
 };
 
