@@ -3,6 +3,7 @@
 #pragma once
 
 #include <tbb/enumerable_thread_specific.h>
+#include <tbb/global_control.h>
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 
@@ -27,7 +28,9 @@ template <class Item, class VerticesOf, class MayTry, class Plan, class CarryOut
 void plan_ahead(const Mending& work, const std::vector<Item>& items, const VerticesOf& vertices_of,
                 const MayTry& may_try, const Plan& plan, const CarryOut& carry_out) {
   constexpr std::size_t kAhead = 256;  // planned at once
-  const bool is_alone = tbb::this_task_arena::max_concurrency() == 1;
+  const bool is_alone =
+      tbb::this_task_arena::max_concurrency() == 1 ||
+      tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism) == 1;
   tbb::enumerable_thread_specific<StarPatch> patches([&work] { return StarPatch(work); });
   // Of those that are next to each other one is planned ahead: where it is carried out the others
   // would have been planned for nothing.

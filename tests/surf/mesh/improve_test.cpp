@@ -7,6 +7,7 @@
 #include <random>
 #include <stdexcept>
 
+#include "libsurf/base/threads.h"
 #include "libsurf/fem/indicators.h"
 #include "libsurf/mesh/bisection.h"
 #include "tests/surf/mesh/surfaces.h"
@@ -325,6 +326,30 @@ TEST(ImproveCoarsening, CollapsesWhatMayBeCoarserWithinTheVariation) {
   EXPECT_GT(angles_deg(mesh).minCoeff(), 25);
   EXPECT_NEAR(enclosed_volume(mesh), volume, 0.01 * volume);
   check_mesh(mesh);
+}
+
+// What is planned ahead on several threads is what would be planned in its turn.
+TEST(ImproveCoarsening, IsTheSameOnOneThreadAndOnFour) {
+  const auto improved = [](int n_threads) {
+    const ThreadLimit limit(n_threads);
+    std::mt19937 random(7);
+    TriMesh mesh = to_mesh(ball({0, 0, 0}, 1, 0.06));
+    std::uniform_real_distribution<double> shift(-0.01, 0.01);
+    for (const auto vertex : mesh.vertices())
+      mesh.set_point(vertex,
+                     mesh.point(vertex) + Vector3d(shift(random), shift(random), shift(random)));
+    for (int round = 0; round < 3; ++round) {
+      ImproveOptions options = coarsening(mesh, 0.2);
+      options.min_length = 0.05;
+      const ImproveReport report = improve(mesh, options);
+      EXPECT_GT(report.n_collapsed, 100);
+      EXPECT_GT(report.n_moved, 0);
+    }
+    return to_triangles(mesh);
+  };
+  const Triangles one = improved(1), four = improved(4);
+  EXPECT_EQ(one.points, four.points);
+  EXPECT_EQ(one.elements, four.elements);
 }
 
 TEST(ImproveCoarsening, LeavesFacesWithoutAFlagAlone) {
