@@ -8,7 +8,11 @@
 namespace surf::volume {
 namespace {
 
-constexpr double kSigmaPerNode = 0.7;        // of the Gaussian, in spacings of the field's grid
+constexpr double kSigmaPerNode = 0.7;  // of the Gaussian, in spacings of the field's grid
+// Of a narrower Gaussian, which is applied first, whose nodes have no more than 4 voxels between
+// them [voxels]; and from how many times as wide a one on. Of one as wide as 15 voxels each tile
+// would smooth a hundred times the voxels that it has.
+constexpr double kNarrower = 3.6, kVeryWide = 2;
 constexpr int kMostVoxels = 4;               // per node and axis: a tile reads the cube of it
 constexpr double kSplineVariance = 1.0 / 3;  // of the cubic B-spline, in spacings squared
 constexpr int kTile = 16;                    // nodes per tile and axis
@@ -111,26 +115,45 @@ void continue_lines(ValueBox& box, int axis, int size, int n) {
 }  // namespace
 
 Smoother::Smoother(const Volume& volume, const SmoothingOptions& options)
-    : volume_(volume), threshold_(static_cast<float>(options.selective_threshold)) {
-  auto sigma = sigma_in_voxels(volume_, options.sigma_mm);
+    : Smoother(volume, options, Nodes::kOfASpline) {}
+
+Smoother::Smoother(const Volume& volume, const SmoothingOptions& options, Nodes nodes)
+    : volume_(volume),
+      size_(volume.size()),
+      threshold_(static_cast<float>(options.selective_threshold)) {
+  const auto sigma = sigma_in_voxels(volume_, options.sigma_mm);
   const auto selective = sigma_in_voxels(volume_, options.selective_sigma_mm);
+  const double widest = *std::max_element(sigma.begin(), sigma.end());
+  if (nodes == Nodes::kOfASpline && widest >= kVeryWide * kNarrower) {
+    SmoothingOptions narrower = options;
+    narrower.sigma_mm *= kNarrower / widest;
+    narrower_.reset(new Smoother(volume, narrower, Nodes::kOfAnotherGaussian));
+    size_ = narrower_->grid_.size;
+  }
   Eigen::Vector3d scale;
   std::size_t n_tiles = 1;
   for (int axis = 0; axis < 3; ++axis) {
-    const int last = volume_.size()[axis] - 1;
-    factor_[axis] = std::clamp(static_cast<int>(sigma[axis] / kSigmaPerNode + 1e-9), 1,
-                               std::min(last, kMostVoxels));
+    const double side = narrower_ ? narrower_->factor_[axis] : 1;  // [voxels]
+    const double done = narrower_ ? narrower_->variance_[axis] : 0;
+    const double per_node = nodes == Nodes::kOfASpline
+                                ? sigma[axis] / side / kSigmaPerNode
+                                : std::sqrt((sigma[axis] * sigma[axis] + kSplineVariance) /
+                                            (kSigmaPerNode * kSigmaPerNode + kSplineVariance));
+    const int last = size_[axis] - 1;
+    factor_[axis] = std::clamp(static_cast<int>(per_node + 1e-9), 1, std::min(last, kMostVoxels));
     grid_.size[axis] = (last + factor_[axis] - 1) / factor_[axis] + 1;
     scale[axis] = factor_[axis];
     // The wider spline takes over a part of the Gaussian's variance.
-    kernel_[axis] = gaussian_kernel(std::sqrt(
-        sigma[axis] * sigma[axis] - (factor_[axis] * factor_[axis] - 1) * kSplineVariance));
+    const double spacing = factor_[axis] * side;
+    variance_[axis] = sigma[axis] * sigma[axis] - done - (spacing * spacing - 1) * kSplineVariance;
+    kernel_[axis] = gaussian_kernel(std::sqrt(variance_[axis]) / side);
     selective_[axis] = selective_kernel(selective[axis]);
     n_tiles_[axis] = grid_.size[axis] / kTile + 3;  // one before it
     n_tiles *= std::size_t(n_tiles_[axis]);
   }
-  grid_.index_to_world = volume_.index_to_world() * Eigen::Scaling(scale);
-  if (factor_ != Index3{1, 1, 1})
+  grid_.index_to_world = (narrower_ ? narrower_->grid_.index_to_world : volume_.index_to_world()) *
+                         Eigen::Scaling(scale);
+  if (narrower_ || factor_ != Index3{1, 1, 1})
     tiles_ = std::make_unique<TileStore>(n_tiles, std::size_t(kTile) * kTile * kTile);
 }
 
@@ -183,7 +206,7 @@ ValueBox Smoother::smoothed(const Index3& lower, const Index3& upper) const {
   const Index3 radius = radii(kernel_);
   Index3 first, end, n_of_lines;  // voxels
   for (int axis = 0; axis < 3; ++axis) {
-    const int size = volume_.size()[axis];
+    const int size = size_[axis];
     n_of_lines[axis] = 2 + radius[axis] / 2;
     first[axis] = std::min(factor_[axis] * lower[axis] - radius[axis], size - n_of_lines[axis]);
     end[axis] = std::max(factor_[axis] * (upper[axis] - 1) + radius[axis] + 1, n_of_lines[axis]);
@@ -203,16 +226,16 @@ ValueBox Smoother::smoothed(const Index3& lower, const Index3& upper) const {
   for (int k = first[2], next = 0; k < end[2]; k = next) {
     next = std::min(end[2], k < 0 ? 0 : (k / kLayer + 1) * kLayer);
     ValueBox layer = selected({first[0], first[1], k}, {end[0], end[1], next});
-    for (int axis = 0; axis < 2; ++axis)
-      continue_lines(layer, axis, volume_.size()[axis], n_of_lines[axis]);
+    for (int axis = 0; axis < 2; ++axis) continue_lines(layer, axis, size_[axis], n_of_lines[axis]);
     layer = along(along(layer, 1), 0);
     to = std::copy(layer.values.begin(), layer.values.end(), to);
   }
-  continue_lines(values, 2, volume_.size()[2], n_of_lines[2]);
+  continue_lines(values, 2, size_[2], n_of_lines[2]);
   return along(values, 2);
 }
 
 ValueBox Smoother::selected(const Index3& lower, const Index3& upper) const {
+  if (narrower_) return narrower_->box(lower, upper);
   const Index3 radius = radii(selective_);
   ValueBox raw(widened(lower, radius, -1), widened(upper, radius, 1));
   volume_.copy_box(raw.lower, raw.upper(), raw.values.data());

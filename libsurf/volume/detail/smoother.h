@@ -34,7 +34,8 @@ inline bool is_constant(const ValueBox& box) {
 
 /// On any box of the grid, which is that of the voxels or, where the Gaussian is wide, one of every
 /// factor-th voxel along an axis. There the nodes are kept in tiles of their own, so that boxes
-/// which overlap, as splines' tiles do, smooth the voxels between them once.
+/// which overlap, as splines' tiles do, smooth the voxels between them once. A very wide Gaussian
+/// is two, one after the other: of the voxels, and of the nodes of a Smoother with a narrower one.
 class Smoother {
  public:
   Smoother(const Volume& volume, const SmoothingOptions& options);
@@ -45,15 +46,23 @@ class Smoother {
   ValueBox box(const Index3& lower, const Index3& upper) const;
 
  private:
+  /// What a field's grid is for: to be splined, or to be smoothed once more.
+  enum class Nodes { kOfASpline, kOfAnotherGaussian };
+  Smoother(const Volume& volume, const SmoothingOptions& options, Nodes nodes);
+
   const float* tile(const Index3& at) const;
   ValueBox smoothed(const Index3& lower, const Index3& upper) const;
-  /// Intensities after the selective Gaussian blur; beyond the volume as at its nearest voxel.
+  /// What is smoothed. Intensities after the selective Gaussian blur, beyond the volume as at its
+  /// nearest voxel; or the nodes of the narrower one.
   ValueBox selected(const Index3& lower, const Index3& upper) const;
   float selective_mean(const ValueBox& raw, int i, int j, int k, const Index3& radius) const;
 
   Volume volume_;
+  std::unique_ptr<const Smoother> narrower_;  // of a very wide Gaussian
+  Index3 size_;                               // of what is smoothed: voxels, or its nodes
   float threshold_;
-  std::array<Kernel, 3> kernel_, selective_;  // [voxels]
+  std::array<double, 3> variance_;            // of the kernel [voxels^2]
+  std::array<Kernel, 3> kernel_, selective_;  // [what is smoothed], [voxels]
   Index3 factor_, n_tiles_;
   Grid grid_;
   std::unique_ptr<TileStore> tiles_;  // none where each voxel is a node

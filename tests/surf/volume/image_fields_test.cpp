@@ -132,7 +132,7 @@ TEST(Gaussian, BlursAsMuchOnAGridOfEveryOtherVoxel) {
   }
 }
 
-// Nodes 4 voxels apart: the place of the step between them moves it by 0.6 % of the blur and
+// Nodes 4 voxels apart, 8 and 16 of the last two, which are two Gaussians: the place of the step between them moves it by 0.6 % of the blur and
 // changes the variance by 4 % at most, and truncation takes away up to 3 %.
 TEST(Gaussian, WidensAStepByItsVarianceOnCoarseGrids) {
   constexpr int kLong = 320, kWide = 12;
@@ -140,7 +140,7 @@ TEST(Gaussian, WidensAStepByItsVarianceOnCoarseGrids) {
     std::vector<float> values;
     for (int n = 0; n < kLong * kWide * kWide; ++n) values.push_back(n % kLong < step ? 0 : 1);
     const Volume volume({kLong, kWide, kWide}, Eigen::Affine3d::Identity(), values);
-    for (const double sigma : {2.9, 5.7, 9.0}) {
+    for (const double sigma : {2.9, 5.7, 9.0, 15.0}) {
       const auto field = intensity_field(volume, {.sigma_mm = sigma});
       Points<3> x(2 * kLong, 3);
       for (int i = 0; i < x.rows(); ++i) x.row(i) << 0.5 * i, 5.5, 5.5;
