@@ -19,7 +19,6 @@ namespace surf::energy {
 namespace {
 
 constexpr int kMaxRaySamples = 4096;
-constexpr int kRayClasses = 8;  // by length: as many samples as the longest of each needs
 
 /// measure * nu of every element of X_s, each at its q quadrature points: (m * q, Dim) rows
 /// weight * area vector.
@@ -141,35 +140,22 @@ Eigen::VectorXd DomainIntegrals<Dim>::along_rays(const Field<Dim>& field,
   const Eigen::Matrix<double, 1, Dim> centre = from.transpose();
   rays.rowwise() -= centre;
   const Eigen::VectorXd flux = rays.cwiseProduct(normals).rowwise().sum();
-  const Eigen::VectorXd lengths = rays.rowwise().norm();
-  const double longest = lengths.maxCoeff();
-  std::array<std::vector<Eigen::Index>, kRayClasses> classes;
-  for (Eigen::Index ray = 0; ray < rays.rows(); ++ray) {
-    const double share = longest > 0 ? lengths[ray] / longest : 0;
-    classes[std::size_t(std::clamp(int(kRayClasses * share), 0, kRayClasses - 1))].push_back(ray);
-  }
+  const double longest = rays.rowwise().norm().maxCoeff();
+  const int n_samples =
+      std::clamp(static_cast<int>(std::ceil(longest / ray_spacing_mm_)), 8, kMaxRaySamples);
+
   Eigen::VectorXd sum = Eigen::VectorXd::Zero(n_integrands_);
   Samples<Dim> samples;
+  Eigen::MatrixXd values(rays.rows(), n_integrands_);
   const auto& gauss = fem::quadrature<2>(3);  // two points on each interval of s
-  for (int length_class = 0; length_class < kRayClasses; ++length_class) {
-    const std::vector<Eigen::Index>& those = classes[std::size_t(length_class)];
-    if (those.empty()) continue;
-    const double length = longest * (length_class + 1) / kRayClasses;
-    const int n_samples =
-        std::clamp(static_cast<int>(std::ceil(length / ray_spacing_mm_)), 8, kMaxRaySamples);
-    const Points<Dim> along = rays(those, Eigen::all);
-    const Eigen::VectorXd of_those = flux(those);
-    Eigen::MatrixXd values(along.rows(), n_integrands_);
-    for (int interval = 0; interval < n_samples; ++interval)
-      for (Eigen::Index p = 0; p < gauss.size(); ++p) {
-        const double s = (interval + gauss.points(p, 1)) / n_samples;
-        const Points<Dim> x = (s * along).rowwise() + centre;
-        field.sample(x, Derivatives::kNone, samples);
-        integrands(samples.value, values);
-        sum +=
-            gauss.weights[p] / n_samples * std::pow(s, Dim - 1) * (values.transpose() * of_those);
-      }
-  }
+  for (int interval = 0; interval < n_samples; ++interval)
+    for (Eigen::Index p = 0; p < gauss.size(); ++p) {
+      const double s = (interval + gauss.points(p, 1)) / n_samples;
+      const Points<Dim> x = (s * rays).rowwise() + centre;
+      field.sample(x, Derivatives::kNone, samples);
+      integrands(samples.value, values);
+      sum += gauss.weights[p] / n_samples * std::pow(s, Dim - 1) * (values.transpose() * flux);
+    }
   return sum;
 }
 

@@ -17,7 +17,7 @@
 #include "libsurf/mesh/detail/collapses.h"
 #include "libsurf/mesh/detail/flips.h"
 #include "libsurf/mesh/detail/mending.h"
-#include "libsurf/mesh/detail/plans_ahead.h"
+#include "libsurf/mesh/detail/plan_ahead.h"
 #include "libsurf/mesh/triangle_shape.h"
 
 namespace surf::mesh {

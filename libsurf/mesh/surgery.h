@@ -18,7 +18,8 @@ struct SurgeryOptions {
   double resolution_mm = 0;
   /// Patches that intersect others grow there, four times. If that does not help, and where nothing
   /// fits, they are tried again with 1.6 times the reach, three times, then with what they came to
-  /// intersect as further events, and at last with the whole components.
+  /// intersect as further events, and at last with the whole components; these come next where what
+  /// does not fit is a region of more than 4,000 triangles and 2 % of the surface.
   int max_attempts = 7;
   /// Largest genus of a shell of the result: regions that would give one more handles are refused,
   /// those before them in the list stand.

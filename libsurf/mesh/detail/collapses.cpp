@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "libsurf/base/products.h"
-#include "libsurf/mesh/detail/plans_ahead.h"
+#include "libsurf/mesh/detail/plan_ahead.h"
 
 namespace surf::mesh {
 namespace {
@@ -65,7 +65,7 @@ std::optional<StarPlan> Collapses::plan(EdgeHandle edge, double cos_bound, Colla
                                                      : cos_bound;
   const auto best = patch.best_place(places, bound, options_.max_length);
   if (!best) return std::nullopt;
-  patch.set_place(*best);
+  // best_place() leaves the patch there.
   if (aim == CollapseFor::kCoarseness && variation(patch) > options_.max_variation_mm)
     return std::nullopt;
   return patch.plan(*best);

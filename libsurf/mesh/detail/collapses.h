@@ -27,7 +27,8 @@ class Collapses {
   void coarsen(double cos_bound);
 
  private:
-  /// What try_collapse() would do; looks at the stars of the edge's ends and their neighbours only.
+  /// What try_collapse() would do if the link condition holds, which carry_out() asks; looks at the
+  /// stars of the edge's ends and of their neighbours only.
   std::optional<StarPlan> plan(OpenMesh::EdgeHandle edge, double cos_bound, CollapseFor aim,
                                StarPatch& patch) const;
   bool carry_out(OpenMesh::EdgeHandle edge, const StarPlan& plan);

@@ -64,10 +64,9 @@ bool Flips::try_flip(EdgeHandle edge) {
   for (const FaceHandle face : faces) work_.is_reconnected[face.idx()] = true;
   // OpenMesh's flip leaves the side of b with the first half-edge's face or the other: ask.
   const bool is_first = has_corner(faces[0], v.b);
-  const NearPatch near(patch);
-  std::vector<std::size_t> keepers;
-  for (const Vector3d& witness : witnesses) keepers.push_back(near.closest(witness));
-  work_.hand_over(witnesses, keepers, is_first ? faces : std::vector{faces[1], faces[0]});
+  work_.hand_over(witnesses, closest_of(patch, witnesses),
+                  is_first ? faces : std::vector{faces[1], faces[0]});
+  work_.note_change_at(v.c);  // with the other three, which are its neighbours now
   ++work_.report.n_flipped;
   return true;
 }

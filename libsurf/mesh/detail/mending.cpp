@@ -89,10 +89,10 @@ void Mending::note_change_at(VertexHandle vertex) {
     changed_[std::size_t(neighbour.idx())] = n_changes_;
 }
 
-bool Mending::has_changed_at(VertexHandle vertex, int n_changes) const {
-  if (changed_[std::size_t(vertex.idx())] > n_changes) return true;
+bool Mending::has_changed_round(VertexHandle vertex, int n_changes) const {
+  if (last_change_at(vertex) > n_changes) return true;
   for (const VertexHandle neighbour : mesh.vv_range(vertex))
-    if (changed_[std::size_t(neighbour.idx())] > n_changes) return true;
+    if (last_change_at(neighbour) > n_changes) return true;
   return false;
 }
 

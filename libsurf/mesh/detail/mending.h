@@ -71,17 +71,20 @@ class Mending {
   void add_witnesses(OpenMesh::FaceHandle face, std::vector<Eigen::Vector3d>& witnesses) const;
   bool are_witnesses_near(const std::vector<Eigen::Vector3d>& witnesses,
                           const std::vector<Corners>& patch) const;
-  /// Each witness goes to one of the faces, which had others before.
+  /// The faces keep these witnesses in place of theirs: witnesses[n] goes to faces[keepers[n]].
   void hand_over(const std::vector<Eigen::Vector3d>& witnesses,
                  const std::vector<std::size_t>& keepers,
                  const std::vector<OpenMesh::FaceHandle>& faces);
 
-  /// Counts changes of the star of a vertex.
+  /// Counts a change of the star of a vertex, which is one of those of its neighbours, too.
   void note_change_at(OpenMesh::VertexHandle vertex);
   int n_changes() const { return n_changes_; }
-  /// Whether the star of a vertex, or that of one of its neighbours, may have changed after so many
-  /// changes.
-  bool has_changed_at(OpenMesh::VertexHandle vertex, int n_changes) const;
+  /// Of the star of a vertex: so many changes there were then.
+  int last_change_at(OpenMesh::VertexHandle vertex) const {
+    return changed_[std::size_t(vertex.idx())];
+  }
+  /// Whether the star of a vertex or of a neighbour has changed after so many changes.
+  bool has_changed_round(OpenMesh::VertexHandle vertex, int n_changes) const;
 
  private:
   int n_changes_ = 0;

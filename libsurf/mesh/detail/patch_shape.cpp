@@ -66,6 +66,14 @@ bool NearPatch::is_near(const Vector3d& point, double distance) const {
   });
 }
 
+std::vector<std::size_t> closest_of(const std::vector<Corners>& patch,
+                                    const std::vector<Vector3d>& points) {
+  const NearPatch near(patch);
+  std::vector<std::size_t> out;
+  for (const Vector3d& point : points) out.push_back(near.closest(point));
+  return out;
+}
+
 bool is_star_near(const std::vector<Corners>& star, const NearPatch& patch, double distance) {
   if (!patch.is_near(star.front()[0], distance)) return false;
   return std::all_of(star.begin(), star.end(), [&](const Corners& t) {

@@ -37,6 +37,10 @@ class NearPatch {
   std::vector<Triangle> triangles_;
 };
 
+/// The triangle of a patch that is closest to each point.
+std::vector<std::size_t> closest_of(const std::vector<Corners>& patch,
+                                    const std::vector<Eigen::Vector3d>& points);
+
 /// Whether the centre of a star and the midpoints of its spokes are near a patch.
 bool is_star_near(const std::vector<Corners>& star, const NearPatch& patch, double distance);
 

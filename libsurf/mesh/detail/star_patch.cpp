@@ -80,10 +80,7 @@ std::optional<Vector3d> StarPatch::best_place(const std::vector<Vector3d>& place
 
 StarPlan StarPatch::plan(const Vector3d& place) {
   set_place(place);
-  StarPlan out{place, faces, witnesses, {}};
-  const NearPatch near(after);
-  for (const Vector3d& witness : witnesses) out.keepers.push_back(near.closest(witness));
-  return out;
+  return {place, faces, witnesses, closest_of(after, witnesses)};
 }
 
 void apply(const StarPlan& plan, VertexHandle vertex, Mending& work) {

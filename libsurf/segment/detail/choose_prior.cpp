@@ -2,9 +2,9 @@
 
 #include <tbb/parallel_for.h>
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <memory>
-#include <numeric>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -90,16 +90,33 @@ std::unique_ptr<Patch<Dim>> patch_round(const fem::Geometry<Dim>& geometry,
                                                  std::move(conditioned_halves)});
 }
 
-/// The vertices in the middles of so many equal parts of a shape along its longest axis.
+/// Patches in the middles of equal parts of a shape along its longest axis, round vertices that see
+/// cells and lie in no patch before them. None if there are no such vertices.
 template <int Dim>
-std::vector<int> spread_vertices(const Points<Dim>& X, int n) {
-  Eigen::Index axis = 0;
-  (X.colwise().maxCoeff() - X.colwise().minCoeff()).maxCoeff(&axis);
-  std::vector<int> order(std::size_t(X.rows())), out;
-  std::iota(order.begin(), order.end(), 0);
+std::vector<std::unique_ptr<Patch<Dim>>> patches_of(const fem::Geometry<Dim>& geometry,
+                                                    const std::array<Observations, 2>& halves,
+                                                    const Eigen::VectorXd& u) {
+  const Points<Dim>& X = geometry.points();
+  const Points<Dim> from_centre = X.rowwise() - X.colwise().mean();
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, Dim, Dim>> axes(
+      from_centre.transpose() * from_centre);
+  const Eigen::VectorXd along = from_centre * axes.eigenvectors().col(Dim - 1);
+  const Eigen::VectorXd information = halves[0].P.diagonal() + halves[1].P.diagonal();
+  std::vector<int> order;
+  for (int i = 0; i < int(X.rows()); ++i)
+    if (information[i] > 0) order.push_back(i);
   std::sort(order.begin(), order.end(),
-            [&](int a, int b) { return std::pair(X(a, axis), a) < std::pair(X(b, axis), b); });
-  for (int k = 0; k < n; ++k) out.push_back(order[order.size() * std::size_t(2 * k + 1) / (2 * n)]);
+            [&](int a, int b) { return std::pair(along[a], a) < std::pair(along[b], b); });
+  std::vector<char> is_in_one(std::size_t(X.rows()), 0);
+  std::vector<std::unique_ptr<Patch<Dim>>> out;
+  for (int k = 0; k < kPatches; ++k)
+    for (std::size_t at = order.size() * std::size_t(2 * k + 1) / (2 * kPatches); at < order.size();
+         ++at) {
+      if (is_in_one[std::size_t(order[at])]) continue;
+      out.push_back(patch_round<Dim>(geometry, halves, u, order[at]));
+      for (const int i : out.back()->vertices) is_in_one[std::size_t(i)] = 1;
+      break;
+    }
   return out;
 }
 
@@ -111,13 +128,7 @@ PriorChoice<Dim> choose_prior(const fem::Geometry<Dim>& geometry, const BendingM
                               const Eigen::VectorXd& u, double cell_mm, double most_mm,
                               const std::stop_token& stop) {
   std::vector<std::unique_ptr<Patch<Dim>>> patches;
-  if (geometry.n_vertices() > kWhole) {
-    patches.resize(kPatches);
-    const std::vector<int> vertices = spread_vertices<Dim>(geometry.points(), kPatches);
-    tbb::parallel_for(0, kPatches, [&](int k) {
-      patches[k] = patch_round<Dim>(geometry, halves, u, vertices[k]);
-    });
-  }
+  if (geometry.n_vertices() > kWhole) patches = patches_of<Dim>(geometry, halves, u);
   using Losses = std::array<double, 2>;
   const auto losses_of = [&](const SmoothMoves<Dim>& prior, const BendingMatrices& bent,
                              const fem::Geometry<Dim>& shape,

@@ -8,6 +8,7 @@
 
 namespace surf::segment {
 
+/// The prior refers to the bending matrices that it was chosen with.
 template <int Dim>
 struct PriorChoice {
   double length_mm = 0;
@@ -19,7 +20,7 @@ struct PriorChoice {
 /// better. A shorter one is better only if both halves say so: what they do not agree on is noise,
 /// and a longer one tells more of it from the shape. Of a large shape it
 /// predicts four patches: the inside of a skull, 20,000 vertices, 1.1 CPU s in place of 2.0
-/// @param bending  of the geometry
+/// @param bending  of the geometry; must outlive what is chosen
 /// @param normals  of the vertices, (n, Dim)
 /// @param halves   of the observations, at the moves u
 /// @param u        (n) [mm]

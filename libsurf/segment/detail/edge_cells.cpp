@@ -156,8 +156,7 @@ void keep_nearest(std::vector<EdgeCell<Dim>>& cells) {
   cells.erase(std::unique(cells.begin(), cells.end(), is_same), cells.end());
 }
 
-/// Fills in the values of those of one layer of blocks along the last axis, which are asked for
-/// where there are any.
+/// Of those of one layer of blocks along the last axis: what is read is the box that has them.
 template <int Dim>
 void read_layer(const Setting<Dim>& setting, const CellBlocks<Dim>& blocks,
                 std::span<EdgeCell<Dim>> cells) {
@@ -169,7 +168,7 @@ void read_layer(const Setting<Dim>& setting, const CellBlocks<Dim>& blocks,
     std::uint64_t index = cells[k].index;
     for (int axis = 0; axis < Dim; ++axis) {
       const auto n = std::uint64_t(blocks.box.size[axis]);
-      const int at = int(axis == Dim - 1 ? index : index % n) * side;
+      const int at = blocks.first[axis] + int(axis == Dim - 1 ? index : index % n) * side;
       index /= n;
       places[k][axis] = at;
       lower[axis] = std::min(lower[axis], at);
@@ -177,25 +176,33 @@ void read_layer(const Setting<Dim>& setting, const CellBlocks<Dim>& blocks,
     }
   }
   const std::vector<float> values = setting.values(lower, upper);
-  std::array<int, Dim> block;  // so many cells along each axis
-  block.fill(side);
-  const int n_cells = int(std::pow(side, Dim));
+  std::vector<std::size_t> of_block = {0};  // places of its cells from that of the first
+  std::size_t step = 1;
+  for (int axis = 0; axis < Dim; ++axis) {
+    const std::size_t n = of_block.size();
+    for (int along = 1; along < side; ++along)
+      for (std::size_t k = 0; k < n; ++k)
+        of_block.push_back(of_block[k] + std::size_t(along) * step);
+    step *= std::size_t(upper[axis] - lower[axis]);
+  }
   for (std::size_t k = 0; k < cells.size(); ++k) {
-    double sum = 0;
-    for (int n = 0; n < n_cells; ++n) {
-      std::size_t at = 0;
-      for (int axis = Dim - 1, scale = n_cells / side, left = n; axis >= 0; --axis) {
-        at = at * std::size_t(upper[axis] - lower[axis]) +
-             std::size_t(places[k][axis] - lower[axis] + left / scale);
-        left %= scale;
-        scale /= side;
-      }
-      sum += values[at];
+    std::size_t first = 0;
+    for (int axis = Dim - 1; axis >= 0; --axis)
+      first = first * std::size_t(upper[axis] - lower[axis]) +
+              std::size_t(places[k][axis] - lower[axis]);
+    double sum = 0, squares = 0;
+    for (const std::size_t at : of_block) {
+      const double less = double(values[first + at]) - values[first];
+      sum += less;
+      squares += less * less;
     }
-    cells[k].value = sum / n_cells;
+    const auto n = double(of_block.size());
+    cells[k].value = values[first] + sum / n;
+    cells[k].variance = std::max(0.0, squares / n - sum / n * (sum / n));
   }
 }
 
+/// Fills in the values, layer by layer.
 template <int Dim>
 void read_values(const Setting<Dim>& setting, const CellBlocks<Dim>& blocks,
                  std::vector<EdgeCell<Dim>>& cells) {

@@ -11,17 +11,23 @@
 
 namespace surf::segment {
 
-/// Blocks of side^Dim cells, from an image's first cell on, with the means of their cells as
-/// values: cells of a coarser image. What is left over at the last faces belongs to none.
+/// Blocks of side^Dim cells of an image, in its middle, with the means of their cells as values:
+/// cells of a coarser image. What is left over at its faces belongs to none.
 template <int Dim>
 struct CellBlocks {
   int side = 1;
-  ImageBox<Dim> box;  ///< of the blocks' centres
+  std::array<int, Dim> first = {};  ///< cell of the first block
+  ImageBox<Dim> box;                ///< of the blocks' centres
 
+  /// @pre  1 <= side <= size of the image along each axis
   CellBlocks(const ImageBox<Dim>& cells, int cells_along_a_side) : side(cells_along_a_side) {
-    for (int axis = 0; axis < Dim; ++axis) box.size[axis] = cells.size[axis] / side;
-    box.index_to_world = cells.index_to_world *
-                         Eigen::Translation<double, Dim>(Vector<Dim>::Constant((side - 1) / 2.0)) *
+    Vector<Dim> centre;
+    for (int axis = 0; axis < Dim; ++axis) {
+      box.size[axis] = cells.size[axis] / side;
+      first[axis] = cells.size[axis] % side / 2;
+      centre[axis] = first[axis] + (side - 1) / 2.0;
+    }
+    box.index_to_world = cells.index_to_world * Eigen::Translation<double, Dim>(centre) *
                          Eigen::UniformScaling<double>(side);
     box.world_to_index = box.index_to_world.inverse();
   }
@@ -36,6 +42,7 @@ struct EdgeCell {
   int element = -1;
   double distance_mm = 0;  ///< t sum_i lambda_i n_i . nu; negative inside
   double value = 0;        ///< as it was read, or the mean of a block
+  double variance = 0;     ///< of the values in a block
   std::array<double, Dim> lambda = {};
   std::array<double, Dim> reach = {};  ///< lambda_i n_i . nu
 };

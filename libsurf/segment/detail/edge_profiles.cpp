@@ -187,7 +187,8 @@ EdgeProfiles fit_edge_profiles(const fem::Geometry<Dim>& geometry,
     inner = n_inner > 0 ? inner / n_inner : mean;
     outer = n_outer > 0 ? outer / n_outer : mean;
     Eigen::Vector4d x((inner + outer) / 2, (outer - inner) / 2, 0, std::log(options.width_mm));
-    // Weights by the deviation of a bin's mean: first of all bins, then of what the fit leaves.
+    // Weights by the deviation of a bin's mean: of what the fit before has left; at first of all
+    // bins, then of what that leaves.
     const bool is_first = misfit.size() == 0 || !(misfit[i] > 0);
     double deviation = is_first ? std::max(std::sqrt(variance), options.least_noise) : misfit[i];
     std::vector<Bin> weighted = bins;

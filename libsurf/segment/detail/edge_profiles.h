@@ -47,7 +47,9 @@ class ProfilePool {
 /// TinySolver: least squares, robust (pseudo-Huber), the width as probable as a log-normal number.
 /// @param moved_mm  by which the vertices have moved along their normals, (n): distances count
 ///                  from there
-/// @param misfit    of the fit before, by which bins are weighted; empty = of a first fit
+/// @param misfit    of the fit before, by which bins are weighted; empty, or 0 at a vertex = that
+/// of a
+///                  first fit
 template <int Dim>
 EdgeProfiles fit_edge_profiles(const fem::Geometry<Dim>& geometry,
                                const std::vector<EdgeCell<Dim>>& cells,

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <memory>
 #include <numbers>
 #include <optional>
@@ -24,6 +25,8 @@ namespace {
 
 constexpr double kReachBlurs = 3, kReachCells = 1.5;
 constexpr double kBlockBlurs = 1, kBlockEdges = 0.5;  // a block's side at most
+constexpr int kLeastBlocks = 8;                       // along each axis of the image
+constexpr double kLeastBlurOfBlocks = 0.6;            // sides: that of all edges at the median
 constexpr double kPoolCells = 4;
 constexpr int kPasses = 4;
 // Reweightings of the prior: in the first pass, and in those after it, which begin where the one
@@ -62,24 +65,25 @@ template <int Dim>
 int cells_along_block(const ImageExtent<Dim>& extent, const fem::Geometry<Dim>& geometry,
                       double blur_mm) {
   const double spacing_mm = extent.index_to_world.linear().colwise().norm().maxCoeff();
-  const double element_mm =
-      geometry.measure() / double(std::max<Eigen::Index>(geometry.n_elements(), 1));
+  const double element_mm = geometry.measure() / double(geometry.n_elements());
   const double edge_mm = Dim == 3 ? std::sqrt(4 / std::sqrt(3.0) * element_mm) : element_mm;
   const double side_mm = std::min(kBlockBlurs * blur_mm, kBlockEdges * edge_mm);
-  const int most = *std::min_element(extent.size.begin(), extent.size.end());
-  return std::clamp(int(side_mm / spacing_mm), 1, most);
+  const int shortest = *std::min_element(extent.size.begin(), extent.size.end());
+  return std::clamp(int(side_mm / spacing_mm), 1, std::max(1, shortest / kLeastBlocks));
 }
 
 template <int Dim>
 class Locator {
  public:
+  /// @param most_side  of the blocks [cells]
   Locator(const Setting<Dim>& setting, const Simplices<Dim>& shape, double blur_mm,
-          const std::vector<char>& is_held, const std::stop_token& stop)
+          const std::vector<char>& is_held, int most_side, const std::stop_token& stop)
       : setting_(setting),
         stop_(stop),
         geometry_(geometry_of(setting.extent(), shape, is_held)),
         normals_(directions_of<Dim>(geometry_)),
-        blocks_(setting.extent(), cells_along_block<Dim>(setting.extent(), geometry_, blur_mm)),
+        blocks_(setting.extent(),
+                std::min(most_side, cells_along_block<Dim>(setting.extent(), geometry_, blur_mm))),
         cell_mm_(blocks_.side * setting.extent().cell_mm()),
         blur_mm_(blur_mm),
         reach_mm_(kReachBlurs * blur_mm + kReachCells * cell_mm_),
@@ -87,7 +91,8 @@ class Locator {
         pool_(geometry_, kPoolCells * cell_mm_),
         cells_(edge_cells<Dim>(setting, geometry_, normals_, reach_mm_, blocks_, stop)) {}
 
-  LocatedEdges<Dim> run() {
+  /// Nothing if the edges turn out to be too narrow for the blocks.
+  std::optional<LocatedEdges<Dim>> run() {
     const Eigen::Index n = geometry_.n_vertices();
     LocatedEdges<Dim> out;
     Eigen::VectorXd u = Eigen::VectorXd::Zero(n);
@@ -107,6 +112,8 @@ class Locator {
                                         pass < 2 ? Eigen::VectorXd() : profiles.misfit);
       if (pass == 0) {
         options.width_mm = median(profiles.width_mm);
+        if (blocks_.side > 1 && options.width_mm < kLeastBlurOfBlocks * cell_mm_)
+          return std::nullopt;
         options.width_range = 1.25;
         u = limited(profiles.place_mm);
         continue;
@@ -126,9 +133,11 @@ class Locator {
                                                          after ? kNext : kFirst, stop_));
       u = limited(after->mean());
     }
-    out.blur_mm = median(profiles.width_mm);
-    out.noise = median(profiles.noise);
-    judge(profiles, *after, u, out);
+    const Eigen::VectorXd noise = noise_of_cells(profiles, u);
+    out.blur_mm =
+        std::sqrt(std::max(0.0, std::pow(median(profiles.width_mm), 2) - block_variance()));
+    out.noise = median(noise);
+    judge(profiles, noise, *after, u, out);
     out.points = geometry_.points() + u.asDiagonal() * normals_;
     return out;
   }
@@ -148,15 +157,44 @@ class Locator {
     return out;
   }
 
+  /// That blocks add to the blur [mm^2].
+  double block_variance() const {
+    const double cell_mm = cell_mm_ / blocks_.side;
+    return (double(blocks_.side) * blocks_.side - 1) * cell_mm * cell_mm / 12;
+  }
+
+  /// Deviation of single cells [intensity], (n): besides that of the blocks' means what the values
+  /// in them vary by more than the step's slope explains.
+  Eigen::VectorXd noise_of_cells(const EdgeProfiles& profiles, const Eigen::VectorXd& u) const {
+    if (blocks_.side == 1) return profiles.noise;
+    const Elements<Dim>& T = geometry_.elements();
+    Eigen::MatrixXd within = Eigen::MatrixXd::Zero(u.size(), 2);  // sums and numbers
+    for (const EdgeCell<Dim>& cell : cells_) {
+      const double slope =
+          expected_value<Dim>(profiles, cell, T, distance_after<Dim>(cell, T, u)).slope;
+      for (int i = 0; i < Dim; ++i) {
+        within(T(cell.element, i), 0) +=
+            cell.lambda[i] * (cell.variance - slope * slope * block_variance());
+        within(T(cell.element, i), 1) += cell.lambda[i];
+      }
+    }
+    within = pool_(within);
+    Eigen::VectorXd out = profiles.noise;
+    for (Eigen::Index i = 0; i < out.size(); ++i)
+      if (within(i, 1) > 0.5)
+        out[i] = std::sqrt(out[i] * out[i] + std::max(0.0, within(i, 0) / within(i, 1)));
+    return out;
+  }
+
   /// Fills in the certainty. Vertices without an edge follow those that have one nearby and stay
   /// where none is, see faded_moves().
-  void judge(const EdgeProfiles& profiles, const Posterior& posterior, Eigen::VectorXd& u,
-             LocatedEdges<Dim>& out) const {
+  void judge(const EdgeProfiles& profiles, const Eigen::VectorXd& noise_of_cells,
+             const Posterior& posterior, Eigen::VectorXd& u, LocatedEdges<Dim>& out) const {
     Certainty<Dim>& certainty = out.certainty;
     const Eigen::VectorXd& mass = geometry_.lumped_mass();
     const Eigen::VectorXd height = (profiles.outside - profiles.inside).cwiseAbs();
     const Eigen::VectorXd offsets = facet_offsets<Dim>(geometry_, normals_);
-    certainty.edge_strength = height.cwiseQuotient(profiles.noise);
+    certainty.edge_strength = height.cwiseQuotient(noise_of_cells);
     // Levels that are off by dm move the step by 2 sqrt(pi) w dm / height.
     const Eigen::VectorXd by_level =
         (2 * std::sqrt(std::numbers::pi) * profiles.width_mm.array() / height.array().max(1e-300) *
@@ -299,7 +337,11 @@ template <int Dim>
 LocatedEdges<Dim> locate_edges(const Setting<Dim>& setting, const Simplices<Dim>& shape,
                                double blur_mm, const std::vector<char>& is_held,
                                const std::stop_token& stop) {
-  return Locator<Dim>(setting, shape, blur_mm, is_held, stop).run();
+  const auto with = [&](int most_side) {
+    return Locator<Dim>(setting, shape, blur_mm, is_held, most_side, stop).run();
+  };
+  auto out = with(std::numeric_limits<int>::max());
+  return out ? *std::move(out) : *with(1);
 }
 
 template LocatedEdges<2> locate_edges<2>(const Setting<2>&, const Segments&, double,

@@ -21,7 +21,8 @@ struct LocatedEdges {
 
 /// Fits a blurred step across the shape to the cells beside it.
 ///
-/// @param blur_mm  about that of the edges: cells are looked at up to a few times as far
+/// @param blur_mm  about that of the edges: cells are looked at up to a few times as far, and where
+///                 it is several cells wide blocks of them
 /// @param is_held  of a part of a shape: the vertices that others need where they are; empty = the
 ///                 shape is whole
 /// @param stop  heard between factorisations and passes

@@ -2,13 +2,14 @@
 
 #include <tbb/parallel_for.h>
 
-#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <stdexcept>
+#include <utility>
 #include <vector>
 
 #include "libsurf/fem/stiffness.h"
+#include "libsurf/segment/seed_model.h"
 
 namespace surf::segment {
 namespace {
@@ -131,9 +132,7 @@ Posterior posterior(const SmoothMoves<Dim>& prior, const BendingMatrices& bendin
   std::vector<double> seen;
   for (const double one : information)
     if (one > 0) seen.push_back(one);
-  const auto middle = seen.begin() + std::ptrdiff_t(seen.size() / 2);
-  std::nth_element(seen.begin(), middle, seen.end());
-  const double tau = prior.stiffness(seen.empty() ? 1 : *middle);
+  const double tau = prior.stiffness(seen.empty() ? 1 : median(std::move(seen)));
   Eigen::VectorXd weights = prior.weights(moves, tau);
   for (int round = 0;; ++round) {
     Posterior out(bending.cholesky(), prior.precision(tau, weights), data, prior.smoothing());

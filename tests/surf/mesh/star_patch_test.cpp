@@ -88,12 +88,12 @@ TEST_F(Star, AppliedMovesTheVertex) {
   EXPECT_EQ(plan.faces, patch.faces);
   ASSERT_EQ(plan.keepers.size(), plan.witnesses.size());
   const VertexHandle neighbour = *mesh.cvv_iter(vertex);
-  EXPECT_FALSE(work.has_changed_at(neighbour, work.n_changes()));
+  EXPECT_FALSE(work.has_changed_round(neighbour, work.n_changes()));
   const int n_changes = work.n_changes();
   apply(plan, vertex, work);
   EXPECT_EQ(mesh.point(vertex), place);
-  EXPECT_TRUE(work.has_changed_at(vertex, n_changes));
-  EXPECT_TRUE(work.has_changed_at(neighbour, n_changes));
+  EXPECT_GT(work.last_change_at(vertex), n_changes);
+  EXPECT_TRUE(work.has_changed_round(neighbour, n_changes));
   // What the faces keep is the surface at the start, none of it twice or lost.
   std::vector<Vector3d> handed;
   for (const FaceHandle face : plan.faces) work.add_witnesses(face, handed);

@@ -117,6 +117,32 @@ TEST(LocateEdges, FindsAWideEdgeByBlocks) {
   EXPECT_NEAR(located.blur_mm, s, 0.1 * s);
 }
 
+// What is told of the noise is that of single cells, whether they were looked at in blocks or not.
+TEST(LocateEdges, TellsTheNoiseOfCellsOfBlocksToo) {
+  const double s = 3, noise = 10;
+  std::mt19937 generator(3);
+  std::normal_distribution<double> normal(0, noise);
+  const auto setting = make_setting(volume_of([&](const Vector<3>& x) {
+    return 200 - 100 * std::erf(((x - kCenter).norm() - kRadius) / (std::numbers::sqrt2 * s)) +
+           normal(generator);
+  }));
+  for (const double edge : {1.5, 4.5}) {  // cells by themselves, blocks of two
+    const LocatedEdges<3> located =
+        locate_edges<3>(*setting, mesh::ball(kCenter, kRadius - 0.3, edge), s);
+    EXPECT_NEAR(located.noise, noise, 0.1 * noise) << edge;
+    EXPECT_NEAR(located.blur_mm, s, 0.1 * s) << edge;
+    const Eigen::VectorXd& strength = located.certainty.edge_strength;
+    EXPECT_NEAR(strength.mean(), 200 / noise, 0.15 * 200 / noise) << edge;
+  }
+}
+
+TEST(LocateEdges, LooksAtCellsWhereTheBlurWasTakenForTooWide) {
+  const auto setting = make_setting(radial_step(0.8));
+  const LocatedEdges<3> located =
+      locate_edges<3>(*setting, mesh::ball(kCenter, kRadius - 0.3, 6), 3.2);
+  EXPECT_NEAR(located.blur_mm, 0.8, 0.2);
+}
+
 TEST(EdgeProfiles, FindLevelsWidthAndPlace) {
   const double s = 1.2, off = 0.4;
   const auto setting = make_setting(radial_step(s));

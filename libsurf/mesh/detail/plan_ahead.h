@@ -18,12 +18,13 @@ namespace surf::mesh {
 /// Whether a plan is made before the turn of its operation comes or then does not matter to what
 /// comes out: one near which something has changed since is made anew.
 ///
-/// @param items      in the order of their turns
-/// @param vertices_of  (item): whose star and its neighbours' stars, with that of a second one, are
-///                   all that its plan looks at; as pairs, of which the second may be invalid
-/// @param may_try    (item): whether its turn does not pass
-/// @param plan       (item, StarPatch&): optional<StarPlan>; on several threads
-/// @param carry_out  (item, const StarPlan&)
+/// @param items        in the order of their turns
+/// @param vertices_of  (item): a pair of vertices. A plan looks at the star of the first, or, if
+/// the
+///                     second is valid, at the stars of both and of their neighbours
+/// @param may_try      (item): whether it is still to be tried
+/// @param plan         (item, StarPatch&): optional<StarPlan>; on several threads
+/// @param carry_out    (item, const StarPlan&)
 template <class Item, class VerticesOf, class MayTry, class Plan, class CarryOut>
 void plan_ahead(const Mending& work, const std::vector<Item>& items, const VerticesOf& vertices_of,
                 const MayTry& may_try, const Plan& plan, const CarryOut& carry_out) {
@@ -32,8 +33,8 @@ void plan_ahead(const Mending& work, const std::vector<Item>& items, const Verti
       tbb::this_task_arena::max_concurrency() == 1 ||
       tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism) == 1;
   tbb::enumerable_thread_specific<StarPatch> patches([&work] { return StarPatch(work); });
-  // Of those that are next to each other one is planned ahead: where it is carried out the others
-  // would have been planned for nothing.
+  // Of those whose stars meet one is planned ahead: where it is carried out the others would have
+  // been planned for nothing.
   std::vector<int> last_window(work.mesh.n_vertices(), 0);  // of a plan that looks at the vertex
   int window = 0;
   const auto is_next_to_one = [&](const Item& item) {
@@ -48,7 +49,8 @@ void plan_ahead(const Mending& work, const std::vector<Item>& items, const Verti
   };
   const auto has_changed = [&](const Item& item, int n_changes) {
     const auto [a, b] = vertices_of(item);
-    return work.has_changed_at(a, n_changes) || (b.is_valid() && work.has_changed_at(b, n_changes));
+    if (!b.is_valid()) return work.last_change_at(a) > n_changes;
+    return work.has_changed_round(a, n_changes) || work.has_changed_round(b, n_changes);
   };
   for (std::size_t first = 0, end = 0; first < items.size() && !work.is_stopped(); first = end) {
     ++window;
@@ -65,6 +67,7 @@ void plan_ahead(const Mending& work, const std::vector<Item>& items, const Verti
                       [&](std::size_t n) { plans[n] = plan(items[ahead[n]], patches.local()); });
     const int n_changes = work.n_changes();
     for (std::size_t at = first, n = 0; at < end; ++at) {
+      if (work.is_stopped()) return;
       const bool is_planned = n < ahead.size() && ahead[n] == at;
       std::optional<StarPlan> its;
       if (is_planned) its = std::move(plans[n++]);
