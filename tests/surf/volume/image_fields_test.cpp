@@ -133,8 +133,8 @@ TEST(Gaussian, BlursAsMuchOnAGridOfEveryOtherVoxel) {
 }
 
 // Nodes 4 voxels apart, 8 and 16 of the last two, which are two Gaussians: the place of the step
-// between them moves it by 0.6 % of the blur and changes the variance by 4 % at most, and truncation
-// takes away up to 3 %.
+// between them moves it by 0.6 % of the blur and changes the variance by 4 % at most, and
+// truncation takes away up to 3 %.
 TEST(Gaussian, WidensAStepByItsVarianceOnCoarseGrids) {
   constexpr int kLong = 320, kWide = 12;
   for (const int step : {156, 158, 159, 160, 163}) {
