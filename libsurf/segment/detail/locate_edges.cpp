@@ -2,6 +2,7 @@
 
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
+#include <tbb/parallel_invoke.h>
 
 #include <algorithm>
 #include <array>
@@ -86,10 +87,12 @@ class Locator {
                 std::min(most_side, cells_along_block<Dim>(setting.extent(), geometry_, blur_mm))),
         cell_mm_(blocks_.side * setting.extent().cell_mm()),
         blur_mm_(blur_mm),
-        reach_mm_(kReachBlurs * blur_mm + kReachCells * cell_mm_),
-        bending_(geometry_),
-        pool_(geometry_, kPoolCells * cell_mm_),
-        cells_(edge_cells<Dim>(setting, geometry_, normals_, reach_mm_, blocks_, stop)) {}
+        reach_mm_(kReachBlurs * blur_mm + kReachCells * cell_mm_) {
+    tbb::parallel_invoke(
+        [&] { bending_.emplace(geometry_); },
+        [&] { pool_.emplace(geometry_, kPoolCells * cell_mm_); },
+        [&] { cells_ = edge_cells<Dim>(setting, geometry_, normals_, reach_mm_, blocks_, stop); });
+  }
 
   /// Nothing if the edges turn out to be too narrow for the blocks.
   std::optional<LocatedEdges<Dim>> run() {
@@ -108,7 +111,7 @@ class Locator {
       out.was_stopped = stop_.stop_requested();
       if (out.was_stopped) return out;
       // Where the first fit was made says little of how well the others will do.
-      profiles = fit_edge_profiles<Dim>(geometry_, cells_, u, pool_, options,
+      profiles = fit_edge_profiles<Dim>(geometry_, cells_, u, *pool_, options,
                                         pass < 2 ? Eigen::VectorXd() : profiles.misfit);
       if (pass == 0) {
         options.width_mm = median(profiles.width_mm);
@@ -128,7 +131,7 @@ class Locator {
         out.length_mm = chosen.length_mm;
         prior.emplace(std::move(chosen.prior));
       }
-      after = std::make_unique<Posterior>(posterior<Dim>(*prior, bending_, geometry_, data,
+      after = std::make_unique<Posterior>(posterior<Dim>(*prior, *bending_, geometry_, data,
                                                          after ? after->mean() : prior->smoothing(),
                                                          after ? kNext : kFirst, stop_));
       u = limited(after->mean());
@@ -178,7 +181,7 @@ class Locator {
         within(T(cell.element, i), 1) += cell.lambda[i];
       }
     }
-    within = pool_(within);
+    within = (*pool_)(within);
     Eigen::VectorXd out = profiles.noise;
     for (Eigen::Index i = 0; i < out.size(); ++i)
       if (within(i, 1) > 0.5)
@@ -262,7 +265,7 @@ class Locator {
     tbb::parallel_for(0, 2, [&](int half) {
       halves[half] = observations(expected, u, half == 0 ? Part::kOne : Part::kOther);
     });
-    return choose_prior<Dim>(geometry_, bending_, normals_, halves, u, cell_mm_, reach_mm_ / 2,
+    return choose_prior<Dim>(geometry_, *bending_, normals_, halves, u, cell_mm_, reach_mm_ / 2,
                              stop_);
   }
 
@@ -326,8 +329,8 @@ class Locator {
   Points<Dim> normals_;
   CellBlocks<Dim> blocks_;
   double cell_mm_, blur_mm_, reach_mm_;  // a block counts as a cell
-  BendingMatrices bending_;
-  ProfilePool<Dim> pool_;
+  std::optional<BendingMatrices> bending_;
+  std::optional<ProfilePool<Dim>> pool_;
   std::vector<EdgeCell<Dim>> cells_;
 };
 

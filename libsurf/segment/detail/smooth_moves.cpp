@@ -115,7 +115,7 @@ Posterior::Posterior(const CholeskyPattern& pattern, const Sparse& Q, const Obse
   if (!factor_.is_definite())
     throw std::logic_error("smooth moves: the precision is not positive definite");
   mean_ = factor_.solve(Q * mean_before + data.b);
-  pull_ = factor_.solve(Q * (mean_ - mean_before));
+  prior_force_ = Q * (mean_ - mean_before);
 }
 
 double Posterior::variance_of(const Eigen::VectorXd& c) const {

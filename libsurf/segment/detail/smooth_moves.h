@@ -97,11 +97,12 @@ class Posterior {
   double variance_of(const Eigen::VectorXd& c) const;
   /// How far the prior pulls the mean from what the observations alone say, to first order:
   /// (Q + P)^-1 Q (mean - mean_before), (n).
-  const Eigen::VectorXd& pull() const { return pull_; }
+  Eigen::VectorXd pull() const { return factor_.solve(prior_force_); }
 
  private:
   SparseCholesky factor_;
-  Eigen::VectorXd mean_, pull_;
+  Eigen::VectorXd mean_;
+  Eigen::VectorXd prior_force_;  // Q (mean - mean_before)
 };
 
 /// The moves after observations of usual strength: by a prior whose weights are those of the moves,
