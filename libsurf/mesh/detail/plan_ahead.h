@@ -19,9 +19,8 @@ namespace surf::mesh {
 /// comes out: one near which something has changed since is made anew.
 ///
 /// @param items        in the order of their turns
-/// @param vertices_of  (item): a pair of vertices. A plan looks at the star of the first, or, if
-/// the
-///                     second is valid, at the stars of both and of their neighbours
+/// @param vertices_of  (item): a pair of vertices. A plan looks at the star of the first, or at the
+///                     stars of both and of their neighbours if the second is valid
 /// @param may_try      (item): whether it is still to be tried
 /// @param plan         (item, StarPatch&): optional<StarPlan>; on several threads
 /// @param carry_out    (item, const StarPlan&)
