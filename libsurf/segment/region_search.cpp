@@ -77,11 +77,13 @@ bool is_large_enough(const Rung<Dim>& rung) {
   return double(rung.n_nodes) >= unit_ball * std::pow(kLeastRadius, Dim);
 }
 
+/// As if it were clicked in its middle: where the seeds are ranks regions, but a skull's inside is
+/// an object however near the bone it is clicked.
 template <int Dim>
 bool stands_out(const Rung<Dim>& settled) {
   const RungFeatures& features = settled.features;
   return is_large_enough(settled) && (features.separation * features.edge_share > kClearBoundary ||
-                                      settled.score * std::exp(settled.border_share) >=
+                                      settled_score(settled, 1) * std::exp(settled.border_share) >=
                                           kLeastScore<Dim> * (1 - settled.border_share));
 }
 

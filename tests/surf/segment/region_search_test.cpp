@@ -86,6 +86,19 @@ TYPED_TEST(RegionSearch, PutsTheObjectFirst) {
   EXPECT_GT(regions.front().features.separation, 0.9);
 }
 
+// Its depth ranks a region low, and makes it no less an object.
+TYPED_TEST(RegionSearch, FindsWhatIsClickedNearItsEdge) {
+  constexpr int Dim = TypeParam::value;
+  const Vector<Dim> center = this->at(24, 24, 24);
+  const auto regions =
+      search<Dim>(image_of<Dim>([&](const auto& x) { return is_in_ball<Dim>(x, center, 14); },
+                                Dim == 2 ? 0.8 : 1.1),
+                  {center + this->at(12, 0, 0)});
+  ASSERT_FALSE(regions.empty());
+  EXPECT_LT(regions.front().score, 0.4);
+  EXPECT_NEAR(radius_of_ball<Dim>(content_of(regions.front())), 14, kEdge);
+}
+
 TYPED_TEST(RegionSearch, CutsNecksAndFillsHoles) {
   constexpr int Dim = TypeParam::value;
   const Vector<Dim> left = this->at(12, 24, 24), right = this->at(36, 24, 24),
