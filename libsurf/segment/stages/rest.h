@@ -11,7 +11,7 @@ namespace surf::segment {
 
 /// Fitted energies begin near their minimum, so that no decrease can be called small by the whole
 /// one. The shape rests when
-/// - the energy hardly falls: the last `window` steps gained less than kLeastGain cells times its
+/// - the energy hardly falls: the last kGainSteps steps gained less than kLeastGain cells times its
 ///   length or area, or
 /// - it moved by less than kStill cells in the mean over a window, or
 /// - it goes nowhere: over 3 windows it moved hardly further than over the last one. On
@@ -37,7 +37,7 @@ class RestRule {
   double least_gain_;
   int window_;
   const mesh::Neighbourhood<Dim>* region_;
-  std::deque<double> energies_;        // of the last window
+  std::deque<double> energies_;        // of the last kGainSteps
   std::deque<Simplices<Dim>> shapes_;  // at the ends of windows
 };
 
