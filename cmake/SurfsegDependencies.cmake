@@ -49,6 +49,8 @@ function(surfseg_find_library target header library)
                         INTERFACE_INCLUDE_DIRECTORIES ${${id}_INCLUDE})
 endfunction()
 surfseg_find_library(surfseg_cholmod cholmod.h cholmod PATH_SUFFIXES suitesparse)
+# Before Ceres in what is linked, or the BLAS of whatever Ceres was built with comes first.
+surfseg_find_library(surfseg_openblas cblas-openblas.h openblas)
 surfseg_find_library(surfseg_blosc blosc.h blosc)
 surfseg_find_library(surfseg_teem teem/nrrd.h teem)
 # GDCM's package file also exports its VTK bridge, which wants packages that are not needed here.

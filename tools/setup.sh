@@ -12,7 +12,7 @@ set -euo pipefail
 
 packages=(
   g++ cmake ninja-build ccache pkg-config
-  libeigen3-dev libopenmesh-dev libcgal-dev libceres-dev libsuitesparse-dev
+  libeigen3-dev libopenmesh-dev libcgal-dev libceres-dev libsuitesparse-dev libopenblas-pthread-dev
   libopenvdb-dev libtbb-dev libboost-iostreams-dev libblosc-dev
   libvtk9-dev libopenmpi-dev libx11-dev
   libmaxflow-dev

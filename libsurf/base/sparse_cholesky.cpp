@@ -1,9 +1,12 @@
 #include "libsurf/base/sparse_cholesky.h"
 
+#include <cblas-openblas.h>
 #include <cholmod.h>
 #include <omp.h>
+#include <tbb/parallel_for.h>
 
 #include <Eigen/Dense>
+#include <algorithm>
 #include <memory>
 #include <mutex>
 #include <new>
@@ -15,6 +18,8 @@ namespace surf {
 namespace {
 
 using Sparse = Eigen::SparseMatrix<double>;
+
+constexpr Eigen::Index kColumns = 8;  // that are solved for at once
 
 /// CHOLMOD's settings and workspace; each object has its own, so that several threads may factor.
 class Common {
@@ -35,18 +40,40 @@ class Common {
   cholmod_common common_;
 };
 
-/// Keeps CHOLMOD to this thread: its OpenMP teams of four wait for each other at thousands of small
-/// supernodes. With another process on the cores locating the edges of a spleen took 3.1 s of wall
-/// time for 0.6 s of work, 1.7 so.
+/// Keeps CHOLMOD and OpenBLAS under it to this thread. CHOLMOD's OpenMP teams of four wait for each
+/// other at thousands of small supernodes: with another process on the cores locating the edges of
+/// a spleen took 3.1 s of wall time for 0.6 s of work, 1.7 so. OpenBLAS' own threads made it 1.9 s
+/// for the inside of a skull, not 1.3. Where it was built without any (libopenblas0-serial) two
+/// threads in it spoil each other's factors, so that one waits.
 class OneThread {
  public:
-  OneThread() : before_(omp_get_max_active_levels()) { omp_set_max_active_levels(0); }
-  ~OneThread() { omp_set_max_active_levels(before_); }
+  OneThread() : levels_(omp_get_max_active_levels()) {
+    omp_set_max_active_levels(0);
+    if (openblas_get_parallel() == kSerial) {
+      alone_ = std::unique_lock(one_at_a_time_);
+      return;
+    }
+    const std::lock_guard lock(counting_);
+    if (n_++ > 0) return;
+    blas_threads_ = openblas_get_num_threads();
+    if (blas_threads_ != 1) openblas_set_num_threads(1);
+  }
+  ~OneThread() {
+    omp_set_max_active_levels(levels_);
+    if (alone_.owns_lock()) return;
+    const std::lock_guard lock(counting_);
+    if (--n_ == 0 && blas_threads_ != 1) openblas_set_num_threads(blas_threads_);
+  }
   OneThread(const OneThread&) = delete;
   OneThread& operator=(const OneThread&) = delete;
 
  private:
-  int before_;
+  static constexpr int kSerial = 0;  // as openblas_get_parallel() says
+  static inline std::mutex one_at_a_time_, counting_;
+  static inline int n_ = 0, blas_threads_ = 1;
+
+  int levels_;
+  std::unique_lock<std::mutex> alone_;
 };
 
 /// Frees what CHOLMOD made.
@@ -78,7 +105,7 @@ cholmod_sparse view_of(const Sparse& matrix) {
   return out;
 }
 
-cholmod_dense view_of(const Eigen::MatrixXd& matrix) {
+cholmod_dense view_of(const Eigen::Ref<const Eigen::MatrixXd>& matrix) {
   cholmod_dense out{};
   out.nrow = out.d = std::size_t(matrix.rows());
   out.ncol = std::size_t(matrix.cols());
@@ -243,13 +270,19 @@ bool SparseCholesky::is_definite() const {
 
 Eigen::MatrixXd SparseCholesky::solve(const Eigen::MatrixXd& rhs) const {
   if (!is_definite()) throw std::logic_error("SparseCholesky: the matrix is not positive definite");
-  const OneThread one;
-  cholmod_dense B = view_of(rhs);
-  cholmod_dense* X = cholmod_solve(CHOLMOD_A, impl_->factor->L, &B, impl_->common());
-  if (!X) throw std::bad_alloc();
-  Eigen::MatrixXd out =
-      Eigen::Map<const Eigen::MatrixXd>(static_cast<const double*>(X->x), rhs.rows(), rhs.cols());
-  cholmod_free_dense(&X, impl_->common());
+  Eigen::MatrixXd out(rhs.rows(), rhs.cols());
+  const Eigen::Index n_blocks = (rhs.cols() + kColumns - 1) / kColumns;
+  tbb::parallel_for(Eigen::Index(0), n_blocks, [&](Eigen::Index block) {
+    const OneThread one;
+    Common common;
+    const Eigen::Index first = block * kColumns, n = std::min(kColumns, rhs.cols() - first);
+    cholmod_dense B = view_of(rhs.middleCols(first, n));
+    cholmod_dense* X = cholmod_solve(CHOLMOD_A, impl_->factor->L, &B, common.get());
+    if (!X) throw std::bad_alloc();
+    out.middleCols(first, n) =
+        Eigen::Map<const Eigen::MatrixXd>(static_cast<const double*>(X->x), rhs.rows(), n);
+    cholmod_free_dense(&X, common.get());
+  });
   return out;
 }
 

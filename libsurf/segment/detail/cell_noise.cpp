@@ -50,14 +50,15 @@ std::size_t first_at_least(const std::vector<std::uint64_t>& ascending, std::siz
 }  // namespace
 
 template <int Dim>
-double noise_correlation(const std::vector<EdgeCell<Dim>>& cells,
-                         const std::vector<double>& residuals, const std::array<int, Dim>& size) {
+double noise_correlation(const EdgeCells<Dim>& cells, const std::vector<double>& residuals,
+                         const std::array<int, Dim>& size) {
   std::vector<std::uint64_t> index(cells.size());
   std::vector<double> clipped(cells.size());
   double variance = 0;
   for (std::size_t k = 0; k < cells.size(); ++k) {
-    index[k] = cells[k].index;
-    clipped[k] = std::clamp(residuals[k], -4.0, 4.0);
+    const std::size_t place = cells.by_index()[k];
+    index[k] = cells[place].index;
+    clipped[k] = std::clamp(residuals[place], -4.0, 4.0);
     variance += clipped[k] * clipped[k];
   }
   variance /= std::max<double>(double(cells.size()), 1);
@@ -96,9 +97,9 @@ bool is_in_first_half(std::uint64_t index, const std::array<int, Dim>& size, dou
   return (block ^ (block >> 31)) & 1;
 }
 
-#define SURF_INSTANTIATE(Dim)                                                                      \
-  template double noise_correlation<Dim>(const std::vector<EdgeCell<Dim>>&,                        \
-                                         const std::vector<double>&, const std::array<int, Dim>&); \
+#define SURF_INSTANTIATE(Dim)                                                               \
+  template double noise_correlation<Dim>(const EdgeCells<Dim>&, const std::vector<double>&, \
+                                         const std::array<int, Dim>&);                      \
   template bool is_in_first_half<Dim>(std::uint64_t, const std::array<int, Dim>&, double);
 SURF_INSTANTIATE(2)
 SURF_INSTANTIATE(3)

@@ -12,12 +12,11 @@ namespace surf::segment {
 
 /// 1 + the sum of the correlations of the residuals of cells up to two apart along each axis, at
 /// least 1: so many cells tell as much as one with noise of its own.
-/// @param cells      ordered by index
 /// @param residuals  of the cells, in deviations; beyond 4 they count as 4
 /// @param size       of the image
 template <int Dim>
-double noise_correlation(const std::vector<EdgeCell<Dim>>& cells,
-                         const std::vector<double>& residuals, const std::array<int, Dim>& size);
+double noise_correlation(const EdgeCells<Dim>& cells, const std::vector<double>& residuals,
+                         const std::array<int, Dim>& size);
 
 /// Halves of the cells of an image at random, to choose by one what is judged by the other: single
 /// cells where each has noise of its own, else blocks of 3 along each axis, which are hardly alike

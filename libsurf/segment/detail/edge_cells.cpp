@@ -8,7 +8,7 @@
 #include <cmath>
 #include <limits>
 #include <span>
-#include <tuple>
+#include <utility>
 
 namespace surf::segment {
 namespace {
@@ -95,15 +95,15 @@ class Prism {
 
  private:
   bool accept(const Vector<Dim>& unknown, EdgeCell<Dim>& out) const {
-    out.lambda[0] = 1 - unknown.template head<Dim - 1>().sum();
-    for (int i = 1; i < Dim; ++i) out.lambda[i] = unknown[i - 1];
     double lean = 0;
     for (int i = 0; i < Dim; ++i) {
-      if (out.lambda[i] < -kOnSide) return false;
-      out.reach[i] = out.lambda[i] * lean_[i];
-      lean += out.reach[i];
+      const double lambda = i == 0 ? 1 - unknown.template head<Dim - 1>().sum() : unknown[i - 1];
+      if (lambda < -kOnSide) return false;
+      out.lambda[i] = float(lambda);
+      out.reach[i] = float(lambda * lean_[i]);
+      lean += lambda * lean_[i];
     }
-    out.distance_mm = unknown[Dim - 1] * lean;
+    out.distance_mm = float(unknown[Dim - 1] * lean);
     return std::abs(unknown[Dim - 1]) <= reach_mm_ && lean > 0;
   }
 
@@ -144,28 +144,49 @@ void add_cells(const ImageBox<Dim>& cells, const Prism<Dim>& prism, int element,
   }
 }
 
-/// Each cell once, with the sheet that it is nearest to; by index.
+/// Each cell once, with the sheet that it is nearest to. Their places by index.
 template <int Dim>
-void keep_nearest(std::vector<EdgeCell<Dim>>& cells) {
-  const auto key = [](const EdgeCell<Dim>& cell) {
-    return std::tuple(cell.index, std::abs(cell.distance_mm), cell.element);
+std::vector<std::uint32_t> keep_nearest(std::vector<EdgeCell<Dim>>& cells) {
+  struct Place {
+    std::uint64_t index;
+    std::uint32_t at;
   };
-  tbb::parallel_sort(cells.begin(), cells.end(),
-                     [&](const auto& a, const auto& b) { return key(a) < key(b); });
-  const auto is_same = [](const auto& a, const auto& b) { return a.index == b.index; };
-  cells.erase(std::unique(cells.begin(), cells.end(), is_same), cells.end());
+  std::vector<Place> places(cells.size());
+  tbb::parallel_for(std::size_t(0), cells.size(), [&](std::size_t k) {
+    places[k] = {cells[k].index, std::uint32_t(k)};
+  });
+  tbb::parallel_sort(places.begin(), places.end(), [&](const Place& a, const Place& b) {
+    if (a.index != b.index) return a.index < b.index;
+    return std::pair(std::abs(cells[a.at].distance_mm), a.at) <
+           std::pair(std::abs(cells[b.at].distance_mm), b.at);
+  });
+  const auto is_same = [](const Place& a, const Place& b) { return a.index == b.index; };
+  places.erase(std::unique(places.begin(), places.end(), is_same), places.end());
+  std::vector<std::uint32_t> now(cells.size(), 0);  // of each cell, once the others have gone
+  for (const Place& place : places) now[place.at] = 1;
+  std::uint32_t n = 0;
+  for (std::size_t k = 0; k < cells.size(); ++k) {
+    if (now[k] == 0) continue;
+    cells[n] = cells[k];
+    now[k] = n++;
+  }
+  cells.resize(n);
+  std::vector<std::uint32_t> out;
+  out.reserve(n);
+  for (const Place& place : places) out.push_back(now[place.at]);
+  return out;
 }
 
 /// Of those of one layer of blocks along the last axis: what is read is the box that has them.
 template <int Dim>
 void read_layer(const Setting<Dim>& setting, const CellBlocks<Dim>& blocks,
-                std::span<EdgeCell<Dim>> cells) {
+                std::span<const std::uint32_t> of_layer, std::vector<EdgeCell<Dim>>& cells) {
   const int side = blocks.side;
-  std::vector<std::array<int, Dim>> places(cells.size());
+  std::vector<std::array<int, Dim>> places(of_layer.size());
   std::array<int, Dim> lower, upper = {};
   lower.fill(std::numeric_limits<int>::max());
-  for (std::size_t k = 0; k < cells.size(); ++k) {
-    std::uint64_t index = cells[k].index;
+  for (std::size_t k = 0; k < of_layer.size(); ++k) {
+    std::uint64_t index = cells[of_layer[k]].index;
     for (int axis = 0; axis < Dim; ++axis) {
       const auto n = std::uint64_t(blocks.box.size[axis]);
       const int at = blocks.first[axis] + int(axis == Dim - 1 ? index : index % n) * side;
@@ -185,7 +206,7 @@ void read_layer(const Setting<Dim>& setting, const CellBlocks<Dim>& blocks,
         of_block.push_back(of_block[k] + std::size_t(along) * step);
     step *= std::size_t(upper[axis] - lower[axis]);
   }
-  for (std::size_t k = 0; k < cells.size(); ++k) {
+  for (std::size_t k = 0; k < of_layer.size(); ++k) {
     std::size_t first = 0;
     for (int axis = Dim - 1; axis >= 0; --axis)
       first = first * std::size_t(upper[axis] - lower[axis]) +
@@ -197,33 +218,57 @@ void read_layer(const Setting<Dim>& setting, const CellBlocks<Dim>& blocks,
       squares += less * less;
     }
     const auto n = double(of_block.size());
-    cells[k].value = values[first] + sum / n;
-    cells[k].variance = std::max(0.0, squares / n - sum / n * (sum / n));
+    EdgeCell<Dim>& cell = cells[of_layer[k]];
+    cell.value = float(values[first] + sum / n);
+    cell.variance = float(std::max(0.0, squares / n - sum / n * (sum / n)));
   }
 }
 
 /// Fills in the values, layer by layer.
 template <int Dim>
 void read_values(const Setting<Dim>& setting, const CellBlocks<Dim>& blocks,
-                 std::vector<EdgeCell<Dim>>& cells) {
+                 const std::vector<std::uint32_t>& by_index, std::vector<EdgeCell<Dim>>& cells) {
   std::uint64_t layer = 1;
   for (int axis = 0; axis < Dim - 1; ++axis) layer *= std::uint64_t(blocks.box.size[axis]);
-  std::vector<std::span<EdgeCell<Dim>>> layers;
-  for (std::size_t begin = 0, end = 0; begin < cells.size(); begin = end) {
-    while (end < cells.size() && cells[end].index / layer == cells[begin].index / layer) ++end;
-    layers.emplace_back(cells.data() + begin, end - begin);
+  const auto layer_of = [&](std::size_t k) { return cells[by_index[k]].index / layer; };
+  std::vector<std::span<const std::uint32_t>> layers;
+  for (std::size_t begin = 0, end = 0; begin < by_index.size(); begin = end) {
+    while (end < by_index.size() && layer_of(end) == layer_of(begin)) ++end;
+    layers.emplace_back(by_index.data() + begin, end - begin);
   }
   tbb::parallel_for(std::size_t(0), layers.size(),
-                    [&](std::size_t k) { read_layer<Dim>(setting, blocks, layers[k]); });
+                    [&](std::size_t k) { read_layer<Dim>(setting, blocks, layers[k], cells); });
+}
+
+/// From numbers of what belongs to each: where that of each begins.
+void add_up(std::vector<std::size_t>& numbers) {
+  std::size_t n = 0;
+  for (std::size_t& number : numbers) number = std::exchange(n, n + number);
 }
 
 }  // namespace
 
 template <int Dim>
-std::vector<EdgeCell<Dim>> edge_cells(const Setting<Dim>& setting,
-                                      const fem::Geometry<Dim>& geometry,
-                                      const Points<Dim>& normals, double reach_mm,
-                                      const CellBlocks<Dim>& blocks, const std::stop_token& stop) {
+EdgeCells<Dim>::EdgeCells(std::vector<EdgeCell<Dim>> cells, std::vector<std::uint32_t> by_index,
+                          const Elements<Dim>& elements, Eigen::Index n_vertices)
+    : cells_(std::move(cells)),
+      by_index_(std::move(by_index)),
+      first_(std::size_t(elements.rows()) + 1, 0),
+      round_(std::size_t(n_vertices) + 1, 0),
+      corners_(std::size_t(elements.size())) {
+  for (const EdgeCell<Dim>& cell : cells_) ++first_[std::size_t(cell.element)];
+  add_up(first_);
+  for (const int vertex : elements.reshaped()) ++round_[std::size_t(vertex)];
+  add_up(round_);
+  std::vector<std::size_t> next = round_;
+  for (Eigen::Index t = 0; t < elements.rows(); ++t)
+    for (int i = 0; i < Dim; ++i) corners_[next[std::size_t(elements(t, i))]++] = int(t) * Dim + i;
+}
+
+template <int Dim>
+EdgeCells<Dim> edge_cells(const Setting<Dim>& setting, const fem::Geometry<Dim>& geometry,
+                          const Points<Dim>& normals, double reach_mm,
+                          const CellBlocks<Dim>& blocks, const std::stop_token& stop) {
   const Eigen::Index n = geometry.n_elements();
   std::vector<std::vector<EdgeCell<Dim>>> parts(std::size_t((n + kElements - 1) / kElements));
   tbb::parallel_for(std::size_t(0), parts.size(), [&](std::size_t part) {
@@ -234,18 +279,26 @@ std::vector<EdgeCell<Dim>> edge_cells(const Setting<Dim>& setting,
         add_cells<Dim>(blocks.box, {geometry, normals, t, reach_mm}, int(t), parts[part]);
   });
   if (stop.stop_requested()) return {};
-  std::vector<EdgeCell<Dim>> out;
-  for (const auto& part : parts) out.insert(out.end(), part.begin(), part.end());
-  keep_nearest<Dim>(out);
-  read_values<Dim>(setting, blocks, out);
-  return out;
+  std::vector<EdgeCell<Dim>> cells;
+  std::size_t n_cells = 0;
+  for (const auto& part : parts) n_cells += part.size();
+  cells.reserve(n_cells);
+  for (auto& part : parts) {
+    cells.insert(cells.end(), part.begin(), part.end());
+    std::vector<EdgeCell<Dim>>().swap(part);
+  }
+  std::vector<std::uint32_t> by_index = keep_nearest<Dim>(cells);
+  read_values<Dim>(setting, blocks, by_index, cells);
+  return {std::move(cells), std::move(by_index), geometry.elements(), geometry.n_vertices()};
 }
 
-template std::vector<EdgeCell<2>> edge_cells<2>(const Setting<2>&, const fem::Geometry<2>&,
-                                                const Points<2>&, double, const CellBlocks<2>&,
-                                                const std::stop_token&);
-template std::vector<EdgeCell<3>> edge_cells<3>(const Setting<3>&, const fem::Geometry<3>&,
-                                                const Points<3>&, double, const CellBlocks<3>&,
-                                                const std::stop_token&);
+#define SURF_INSTANTIATE(Dim)                                                                 \
+  template class EdgeCells<Dim>;                                                              \
+  template EdgeCells<Dim> edge_cells<Dim>(const Setting<Dim>&, const fem::Geometry<Dim>&,     \
+                                          const Points<Dim>&, double, const CellBlocks<Dim>&, \
+                                          const std::stop_token&);
+SURF_INSTANTIATE(2)
+SURF_INSTANTIATE(3)
+#undef SURF_INSTANTIATE
 
 }  // namespace surf::segment

@@ -28,7 +28,8 @@ constexpr double kHuber = 2;          // deviations of a bin's mean
 constexpr double kLeastCells = 0.5;   // of a bin that counts
 constexpr double kBinShare = 1e-3;    // of the deviation of a bin: levels and erf are models
 constexpr double kPlaceRange = 0.35;  // of the reach: deviation of where the step is expected
-constexpr double kFarOff = 4;         // deviations: cells beyond are not noise
+constexpr std::size_t kMostOfMedian = 100000;
+constexpr double kFarOff = 4;  // deviations: cells beyond are not noise
 
 double erf_step(double z) { return std::erf(z / std::numbers::sqrt2); }
 double normal_density(double z) { return std::exp(-z * z / 2) / std::sqrt(2 * std::numbers::pi); }
@@ -124,17 +125,20 @@ Sparse pool_matrix(const fem::Geometry<Dim>& geometry, double pool_mm) {
   return out;
 }
 
-/// Sums over the cells of each bin: of 1, of the distances and of the values.
-struct BinSums {
-  Eigen::MatrixXd counts, distances, values;  // (n, bins)
-};
-
 /// A robust deviation: of the lower half of the amounts.
 double robust_deviation(std::vector<double> amounts) {
   if (amounts.empty()) return 0;
   const auto middle = amounts.begin() + std::ptrdiff_t(amounts.size() / 2);
   std::nth_element(amounts.begin(), middle, amounts.end());
   return *middle / 0.6745;
+}
+
+/// So many of them, evenly spread, that their median is known to half a percent.
+std::vector<double> some_of(const std::vector<double>& amounts) {
+  const std::size_t stride = 1 + amounts.size() / kMostOfMedian;
+  std::vector<double> out;
+  for (std::size_t k = 0; k < amounts.size(); k += stride) out.push_back(amounts[k]);
+  return out;
 }
 
 }  // namespace
@@ -165,32 +169,35 @@ ExpectedValue expected_value(const EdgeProfiles& profiles, const EdgeCell<Dim>& 
 }
 
 template <int Dim>
-EdgeProfiles fit_edge_profiles(const fem::Geometry<Dim>& geometry,
-                               const std::vector<EdgeCell<Dim>>& cells,
+EdgeProfiles fit_edge_profiles(const fem::Geometry<Dim>& geometry, const EdgeCells<Dim>& cells,
                                const Eigen::VectorXd& moved_mm, const ProfilePool<Dim>& pool,
                                const ProfileOptions& options, const Eigen::VectorXd& misfit) {
   const Elements<Dim>& T = geometry.elements();
   const Eigen::Index n = geometry.n_vertices();
-  const int n_bins = kBins;
-  const double bin_mm = 2 * options.reach_mm / n_bins;
-  BinSums sums{Eigen::MatrixXd::Zero(n, n_bins), Eigen::MatrixXd::Zero(n, n_bins),
-               Eigen::MatrixXd::Zero(n, n_bins)};
-  for (const EdgeCell<Dim>& cell : cells) {
-    const double d = distance_after<Dim>(cell, T, moved_mm);
-    const int bin = int(std::floor((d + options.reach_mm) / bin_mm));
-    if (bin < 0 || bin >= n_bins) continue;
-    for (int i = 0; i < Dim; ++i) {
-      const int vertex = T(cell.element, i);
-      sums.counts(vertex, bin) += cell.lambda[i];
-      sums.distances(vertex, bin) += cell.lambda[i] * d;
-      sums.values(vertex, bin) += cell.lambda[i] * cell.value;
-    }
-  }
+  const double bin_mm = 2 * options.reach_mm / kBins;
+  std::vector<double> moved(cells.size());  // distances
+  tbb::parallel_for(std::size_t(0), cells.size(),
+                    [&](std::size_t k) { moved[k] = distance_after<Dim>(cells[k], T, moved_mm); });
+  // Sums over the cells of each bin: of 1, of the distances and of the values.
+  Eigen::MatrixXd sums(n, 3 * kBins);
+  tbb::parallel_for(Eigen::Index(0), n, [&](Eigen::Index i) {
+    Eigen::Array<double, kBins, 3> of_vertex = Eigen::Array<double, kBins, 3>::Zero();
+    cells.for_each_round(i, [&](std::size_t k, int corner) {
+      const int bin = int(std::floor((moved[k] + options.reach_mm) / bin_mm));
+      if (bin < 0 || bin >= kBins) return;
+      const double lambda = cells[k].lambda[corner];
+      of_vertex(bin, 0) += lambda;
+      of_vertex(bin, 1) += lambda * moved[k];
+      of_vertex(bin, 2) += lambda * cells[k].value;
+    });
+    sums.row(i) = of_vertex.reshaped().transpose();
+  });
   // Of values less their mean, so that rounding does not matter.
-  const double middle = sums.values.sum() / std::max(sums.counts.sum(), 1.0);
-  sums.values -= middle * sums.counts;
-  const Eigen::MatrixXd counts = pool(sums.counts), distances = pool(sums.distances),
-                        values = pool(sums.values);
+  const double middle = sums.rightCols(kBins).sum() / std::max(sums.leftCols(kBins).sum(), 1.0);
+  sums.rightCols(kBins) -= middle * sums.leftCols(kBins);
+  const Eigen::MatrixXd pooled = pool(sums);
+  const auto counts = pooled.leftCols(kBins), distances = pooled.middleCols(kBins, kBins),
+             values = pooled.rightCols(kBins);
   EdgeProfiles out;
   for (Eigen::VectorXd* field : {&out.inside, &out.outside, &out.width_mm, &out.place_mm,
                                  &out.noise, &out.explained, &out.n_cells, &out.misfit})
@@ -198,7 +205,7 @@ EdgeProfiles fit_edge_profiles(const fem::Geometry<Dim>& geometry,
   const auto fit = [&](Eigen::Index i) {
     std::vector<Bin> bins;
     double mean = 0, total = 0;
-    for (int k = 0; k < n_bins; ++k) {
+    for (int k = 0; k < kBins; ++k) {
       if (!(counts(i, k) > kLeastCells)) continue;
       bins.push_back({distances(i, k) / counts(i, k), values(i, k) / counts(i, k), counts(i, k)});
       mean += values(i, k);
@@ -253,26 +260,24 @@ EdgeProfiles fit_edge_profiles(const fem::Geometry<Dim>& geometry,
   };
   tbb::parallel_for(Eigen::Index(0), n, fit);
   // What single cells have besides.
-  Eigen::MatrixXd squares = Eigen::MatrixXd::Zero(n, 2);
-  std::vector<double> residuals(cells.size()), amounts(cells.size());
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, cells.size()), [&](const auto& range) {
-    for (std::size_t k = range.begin(); k < range.end(); ++k) {
-      const EdgeCell<Dim>& cell = cells[k];
-      double place = 0;
-      for (int i = 0; i < Dim; ++i) place += cell.lambda[i] * out.place_mm[T(cell.element, i)];
-      const double d = distance_after<Dim>(cell, T, moved_mm) - place;
-      residuals[k] = cell.value - expected_value<Dim>(out, cell, T, d).value;
-      amounts[k] = std::abs(residuals[k]);
-    }
+  std::vector<double> amounts(cells.size());  // of residuals
+  tbb::parallel_for(std::size_t(0), cells.size(), [&](std::size_t k) {
+    const EdgeCell<Dim>& cell = cells[k];
+    double place = 0;
+    for (int i = 0; i < Dim; ++i) place += cell.lambda[i] * out.place_mm[T(cell.element, i)];
+    amounts[k] = std::abs(cell.value - expected_value<Dim>(out, cell, T, moved[k] - place).value);
   });
-  const double typical = std::max(robust_deviation(std::move(amounts)), options.least_noise);
-  for (std::size_t k = 0; k < cells.size(); ++k)
-    for (int i = 0; i < Dim; ++i) {
-      const int vertex = T(cells[k].element, i);
-      const double r = std::min(std::abs(residuals[k]), kFarOff * typical);
-      squares(vertex, 0) += cells[k].lambda[i] * r * r;
-      squares(vertex, 1) += cells[k].lambda[i];
-    }
+  const double typical = std::max(robust_deviation(some_of(amounts)), options.least_noise);
+  Eigen::MatrixXd squares(n, 2);
+  tbb::parallel_for(Eigen::Index(0), n, [&](Eigen::Index i) {
+    double sum = 0, number = 0;
+    cells.for_each_round(i, [&](std::size_t k, int corner) {
+      const double r = std::min(amounts[k], kFarOff * typical);
+      sum += cells[k].lambda[corner] * r * r;
+      number += cells[k].lambda[corner];
+    });
+    squares.row(i) << sum, number;
+  });
   squares = pool(squares).cwiseMax(0);
   for (Eigen::Index i = 0; i < n; ++i)
     out.noise[i] =
@@ -282,28 +287,23 @@ EdgeProfiles fit_edge_profiles(const fem::Geometry<Dim>& geometry,
 }
 
 template <int Dim>
-std::vector<char> have_own_steps(const fem::Geometry<Dim>& geometry,
-                                 const std::vector<EdgeCell<Dim>>& cells,
+std::vector<char> have_own_steps(const fem::Geometry<Dim>& geometry, const EdgeCells<Dim>& cells,
                                  const EdgeProfiles& profiles, const Eigen::VectorXd& u) {
   const Elements<Dim>& T = geometry.elements();
-  // Sums, numbers and variances of inner and outer cells.
-  Eigen::ArrayX2d sum = Eigen::ArrayX2d::Zero(u.size(), 2), n = sum;
-  for (const EdgeCell<Dim>& cell : cells) {
-    const double d = distance_after<Dim>(cell, T, u);
-    for (int i = 0; i < Dim; ++i) {
-      const int vertex = T(cell.element, i);
-      if (std::abs(d) < profiles.width_mm[vertex]) continue;
-      sum(vertex, d > 0) += cell.value;
-      n(vertex, d > 0) += 1;
-    }
-  }
   std::vector<char> out(std::size_t(u.size()), 1);
-  for (Eigen::Index i = 0; i < u.size(); ++i) {
-    if (n.row(i).minCoeff() < kFewCells) continue;
+  tbb::parallel_for(Eigen::Index(0), u.size(), [&](Eigen::Index i) {
+    Eigen::Array2d sum = Eigen::Array2d::Zero(), n = sum;  // of inner and outer cells
+    cells.for_each_round(i, [&](std::size_t k, int) {
+      const double d = distance_after<Dim>(cells[k], T, u);
+      if (std::abs(d) < profiles.width_mm[i]) return;
+      sum[d > 0] += cells[k].value;
+      n[d > 0] += 1;
+    });
+    if (n.minCoeff() < kFewCells) return;
     const double step =
-        (sum(i, 1) / n(i, 1) - sum(i, 0) / n(i, 0)) / (profiles.outside[i] - profiles.inside[i]);
+        (sum[1] / n[1] - sum[0] / n[0]) / (profiles.outside[i] - profiles.inside[i]);
     out[std::size_t(i)] = step >= kOwnShare;
-  }
+  });
   // Alone among others without, a step is noise.
   Eigen::ArrayXd own = Eigen::ArrayXd::Zero(u.size()), all = own;
   for (const auto corners : T.rowwise())
@@ -317,15 +317,14 @@ std::vector<char> have_own_steps(const fem::Geometry<Dim>& geometry,
   return out;
 }
 
-#define SURFSEG_INSTANTIATE(Dim)                                                            \
-  template class ProfilePool<Dim>;                                                          \
-  template ExpectedValue expected_value<Dim>(const EdgeProfiles&, const EdgeCell<Dim>&,     \
-                                             const Elements<Dim>&, double);                 \
-  template EdgeProfiles fit_edge_profiles<Dim>(                                             \
-      const fem::Geometry<Dim>&, const std::vector<EdgeCell<Dim>>&, const Eigen::VectorXd&, \
-      const ProfilePool<Dim>&, const ProfileOptions&, const Eigen::VectorXd&);              \
-  template std::vector<char> have_own_steps<Dim>(const fem::Geometry<Dim>&,                 \
-                                                 const std::vector<EdgeCell<Dim>>&,         \
+#define SURFSEG_INSTANTIATE(Dim)                                                                   \
+  template class ProfilePool<Dim>;                                                                 \
+  template ExpectedValue expected_value<Dim>(const EdgeProfiles&, const EdgeCell<Dim>&,            \
+                                             const Elements<Dim>&, double);                        \
+  template EdgeProfiles fit_edge_profiles<Dim>(const fem::Geometry<Dim>&, const EdgeCells<Dim>&,   \
+                                               const Eigen::VectorXd&, const ProfilePool<Dim>&,    \
+                                               const ProfileOptions&, const Eigen::VectorXd&);     \
+  template std::vector<char> have_own_steps<Dim>(const fem::Geometry<Dim>&, const EdgeCells<Dim>&, \
                                                  const EdgeProfiles&, const Eigen::VectorXd&);
 SURFSEG_INSTANTIATE(2)
 SURFSEG_INSTANTIATE(3)

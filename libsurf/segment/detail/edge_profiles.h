@@ -51,8 +51,7 @@ class ProfilePool {
 /// of a
 ///                  first fit
 template <int Dim>
-EdgeProfiles fit_edge_profiles(const fem::Geometry<Dim>& geometry,
-                               const std::vector<EdgeCell<Dim>>& cells,
+EdgeProfiles fit_edge_profiles(const fem::Geometry<Dim>& geometry, const EdgeCells<Dim>& cells,
                                const Eigen::VectorXd& moved_mm, const ProfilePool<Dim>& pool,
                                const ProfileOptions& options, const Eigen::VectorXd& misfit = {});
 
@@ -78,8 +77,7 @@ ExpectedValue expected_value(const EdgeProfiles& profiles, const EdgeCell<Dim>& 
 /// A vertex alone among others without is noise; one with few cells on either side has it.
 /// @param u  moves of the vertices along their normals, (n) [mm]
 template <int Dim>
-std::vector<char> have_own_steps(const fem::Geometry<Dim>& geometry,
-                                 const std::vector<EdgeCell<Dim>>& cells,
+std::vector<char> have_own_steps(const fem::Geometry<Dim>& geometry, const EdgeCells<Dim>& cells,
                                  const EdgeProfiles& profiles, const Eigen::VectorXd& u);
 
 }  // namespace surf::segment

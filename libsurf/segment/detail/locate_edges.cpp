@@ -171,16 +171,18 @@ class Locator {
   Eigen::VectorXd noise_of_cells(const EdgeProfiles& profiles, const Eigen::VectorXd& u) const {
     if (blocks_.side == 1) return profiles.noise;
     const Elements<Dim>& T = geometry_.elements();
-    Eigen::MatrixXd within = Eigen::MatrixXd::Zero(u.size(), 2);  // sums and numbers
-    for (const EdgeCell<Dim>& cell : cells_) {
-      const double slope =
-          expected_value<Dim>(profiles, cell, T, distance_after<Dim>(cell, T, u)).slope;
-      for (int i = 0; i < Dim; ++i) {
-        within(T(cell.element, i), 0) +=
-            cell.lambda[i] * (cell.variance - slope * slope * block_variance());
-        within(T(cell.element, i), 1) += cell.lambda[i];
-      }
-    }
+    Eigen::MatrixXd within(u.size(), 2);  // sums and numbers
+    tbb::parallel_for(Eigen::Index(0), u.size(), [&](Eigen::Index i) {
+      double sum = 0, number = 0;
+      cells_.for_each_round(i, [&](std::size_t k, int corner) {
+        const EdgeCell<Dim>& cell = cells_[k];
+        const double slope =
+            expected_value<Dim>(profiles, cell, T, distance_after<Dim>(cell, T, u)).slope;
+        sum += cell.lambda[corner] * (cell.variance - slope * slope * block_variance());
+        number += cell.lambda[corner];
+      });
+      within.row(i) << sum, number;
+    });
     within = (*pool_)(within);
     Eigen::VectorXd out = profiles.noise;
     for (Eigen::Index i = 0; i < out.size(); ++i)
@@ -298,27 +300,41 @@ class Locator {
   Observations observations(const Expectations& expected, const Eigen::VectorXd& u,
                             Part part) const {
     const Elements<Dim>& T = geometry_.elements();
+    struct OfElement {
+      Eigen::Matrix<double, Dim, Dim> P = Eigen::Matrix<double, Dim, Dim>::Zero();
+      Vector<Dim> b = Vector<Dim>::Zero();
+    };
+    std::vector<OfElement> parts(std::size_t(T.rows()));
+    tbb::parallel_for(Eigen::Index(0), T.rows(), [&](Eigen::Index t) {
+      OfElement& sums = parts[std::size_t(t)];
+      cells_.for_each_beside(t, [&](std::size_t k) {
+        const EdgeCell<Dim>& cell = cells_[k];
+        if (part != Part::kAll && part != part_of(cell, expected.correlation)) return;
+        const double residual = expected.residuals[k];
+        const double slope = expected.values[k].slope / expected.values[k].noise;  // by distance
+        const double q = residual / kCauchy;
+        const double weight = kInformation / (1 + q * q) / expected.correlation;
+        Vector<Dim> g;  // r = I - f(d - reach . u); dr / du_i = slope reach_i
+        double target = residual;
+        for (int i = 0; i < Dim; ++i) {
+          g[i] = -slope * cell.reach[i];
+          target += g[i] * u[T(t, i)];
+        }
+        sums.b += weight * target * g;
+        sums.P += weight * g * g.transpose();
+      });
+    });
     const fem::Topology<Dim>& topology = geometry_.topology();
     Observations out;
     out.b.setZero(geometry_.n_vertices());
     SparseMatrix P = topology.pattern();
     double* entries = P.valuePtr();
-    for (std::size_t k = 0; k < cells_.size(); ++k) {
-      const EdgeCell<Dim>& cell = cells_[k];
-      if (part != Part::kAll && part != part_of(cell, expected.correlation)) continue;
-      const double residual = expected.residuals[k];
-      const double slope = expected.values[k].slope / expected.values[k].noise;  // by the distance
-      const double q = residual / kCauchy;
-      const double weight = kInformation / (1 + q * q) / expected.correlation;
-      double target = residual;  // r = I - f(d - reach . u); df / du_i = -slope reach_i
-      for (int i = 0; i < Dim; ++i) target -= slope * cell.reach[i] * u[T(cell.element, i)];
+    for (Eigen::Index t = 0; t < T.rows(); ++t)
       for (int i = 0; i < Dim; ++i) {
-        const double gi = -slope * cell.reach[i];
-        out.b[T(cell.element, i)] += weight * gi * target;
+        out.b[T(t, i)] += parts[std::size_t(t)].b[i];
         for (int j = 0; j < Dim; ++j)
-          entries[topology.slot(cell.element, i, j)] += -weight * gi * slope * cell.reach[j];
+          entries[topology.slot(t, i, j)] += parts[std::size_t(t)].P(i, j);
       }
-    }
     out.P = P;
     return out;
   }
@@ -331,7 +347,7 @@ class Locator {
   double cell_mm_, blur_mm_, reach_mm_;  // a block counts as a cell
   std::optional<BendingMatrices> bending_;
   std::optional<ProfilePool<Dim>> pool_;
-  std::vector<EdgeCell<Dim>> cells_;
+  EdgeCells<Dim> cells_;
 };
 
 }  // namespace

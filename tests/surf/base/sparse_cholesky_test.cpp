@@ -3,7 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>
+#include <array>
 #include <random>
+#include <thread>
 #include <vector>
 
 namespace surf {
@@ -54,6 +56,22 @@ TEST(SparseCholesky, OnePatternServesManyMatrices) {
     EXPECT_LT((A * factor.solve(rhs) - rhs).norm(), 1e-9 * rhs.norm());
     EXPECT_LT((factor.inverse_diagonal() - Eigen::MatrixXd(A).inverse().diagonal()).norm(), 1e-8);
   }
+}
+
+// A BLAS that is built for one thread (libopenblas0-serial) made factors that are not definite.
+TEST(SparseCholesky, SeveralThreadsHaveTheirOwn) {
+  const Sparse A = squared_laplacian(60, 1, 0.01);
+  const Eigen::MatrixXd rhs = Eigen::MatrixXd::Ones(A.rows(), 20);
+  const Eigen::MatrixXd expected = SparseCholesky(A).solve(rhs);
+  std::array<bool, 4> are_same{};
+  std::vector<std::thread> threads;
+  for (bool& is_same : are_same)
+    threads.emplace_back([&] {
+      is_same = true;
+      for (int k = 0; k < 5; ++k) is_same = is_same && SparseCholesky(A).solve(rhs) == expected;
+    });
+  for (std::thread& thread : threads) thread.join();
+  for (const bool is_same : are_same) EXPECT_TRUE(is_same);
 }
 
 TEST(SparseCholesky, TheMemoryOfOneWithoutAFactorServesTheNext) {

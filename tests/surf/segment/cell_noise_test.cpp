@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numeric>
 #include <random>
 
 namespace surf::segment {
@@ -11,7 +12,7 @@ namespace {
 constexpr std::array<int, 3> kSize = {30, 30, 30};
 
 /// All cells of an image, each with the mean of the noise of `n` cells along the first axis.
-std::pair<std::vector<EdgeCell<3>>, std::vector<double>> noise_over(int n) {
+std::pair<EdgeCells<3>, std::vector<double>> noise_over(int n) {
   std::mt19937 random(1);
   std::normal_distribution<double> normal;
   const std::size_t n_cells = std::size_t(kSize[0]) * kSize[1] * kSize[2];
@@ -22,7 +23,11 @@ std::pair<std::vector<EdgeCell<3>>, std::vector<double>> noise_over(int n) {
     cells[k].index = k;
     for (int j = 0; j < n; ++j) residuals[k] += white[k + std::size_t(j)] / std::sqrt(n);
   }
-  return {std::move(cells), std::move(residuals)};
+  std::vector<std::uint32_t> by_index(n_cells);
+  std::iota(by_index.begin(), by_index.end(), 0u);
+  for (EdgeCell<3>& cell : cells) cell.element = 0;
+  return {EdgeCells<3>(std::move(cells), std::move(by_index), Elements<3>::Zero(1, 3), 1),
+          std::move(residuals)};
 }
 
 TEST(CellNoise, CountsCellsThatTellAsMuchAsOne) {
