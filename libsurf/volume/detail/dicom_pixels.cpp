@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 #include <gdcmImageReader.h>
+#include <tbb/global_control.h>
 
 #include <algorithm>
 #include <cstdint>
@@ -14,6 +15,8 @@
 
 namespace surf::volume {
 namespace {
+
+constexpr std::size_t kMostChildren = 8;
 
 /// A file that knows whether a value ended early: GDCM reads truncated pixels without complaint.
 class WatchedFile : public std::filebuf {
@@ -133,44 +136,50 @@ void answer_all(Channel& channel) {
 
 }  // namespace
 
-DicomPixels::DicomPixels() : child_(answer_all) {}
+DicomPixels::DicomPixels(std::vector<DicomFrames> files) : files_(std::move(files)) {
+  const std::size_t n_threads =
+      tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism);
+  const std::size_t n_children = std::min({n_threads, kMostChildren, files_.size()});
+  for (std::size_t k = 0; k < n_children; ++k)
+    children_.push_back(std::make_unique<ChildProcess>(answer_all));
+  for (std::size_t file = 0; file < n_children; ++file) ask(file);
+}
 
-void DicomPixels::ask(const DicomFrames& frames) {
-  asked_ = frames.file;
+void DicomPixels::ask(std::size_t file) {
+  const DicomFrames& frames = files_[file];
   const Question question = {frames.n_pixels, frames.n_frames, frames.file.size()};
-  if (!child_.channel().send(question) ||
-      !child_.channel().send(frames.file.data(), frames.file.size()))
+  Channel& channel = child_of(file).channel();
+  if (!channel.send(question) || !channel.send(frames.file.data(), frames.file.size()))
     fail(frames.file);
 }
 
-ScalarType DicomPixels::load(const DicomFrames& frames, const DicomFrames& next) {
-  if (frames.file == loaded_) return type_;
-  if (asked_ != frames.file) ask(frames);
+ScalarType DicomPixels::load_next() {
+  const DicomFrames& frames = files_[n_loaded_];
+  ChildProcess& child = child_of(n_loaded_);
   Answer answer;
-  if (!child_.channel().receive(answer)) {
-    if (child_.was_killed()) throw std::bad_alloc();
+  if (!child.channel().receive(answer)) {
+    if (child.was_killed()) throw std::bad_alloc();
     fail(frames.file);
   }
   if (answer.kind == Kind::kUnreadable) fail(frames.file);
   if (answer.kind == Kind::kNoMemory) throw std::bad_alloc();
   if (answer.kind == Kind::kOtherType) {
     std::string name(std::min<std::size_t>(answer.n_bytes, 100), '\0');
-    child_.channel().receive(name.data(), name.size());
+    child.channel().receive(name.data(), name.size());
     throw InputError(
         fmt::format("{}: pixels of type {} are not scalars surfseg reads", frames.file, name));
   }
-  type_ = answer.type;
-  n_frame_bytes_ = frames.n_pixels * n_bytes(type_);
+  n_frame_bytes_ = frames.n_pixels * n_bytes(answer.type);
   if (answer.n_bytes != frames.n_frames * n_frame_bytes_) fail(frames.file);
   pixels_.resize(answer.n_bytes);
-  if (!child_.channel().receive(pixels_.data(), pixels_.size())) fail(frames.file);
-  loaded_ = frames.file;
-  if (!next.file.empty() && next.file != loaded_) ask(next);
-  return type_;
+  if (!child.channel().receive(pixels_.data(), pixels_.size())) fail(frames.file);
+  if (const std::size_t next = n_loaded_ + children_.size(); next < files_.size()) ask(next);
+  ++n_loaded_;
+  return answer.type;
 }
 
 const std::byte* DicomPixels::frame(int frame) const {
-  if (pixels_.size() < (std::size_t(frame) + 1) * n_frame_bytes_) fail(loaded_);
+  if (pixels_.size() < (std::size_t(frame) + 1) * n_frame_bytes_) fail(files_[n_loaded_ - 1].file);
   return pixels_.data() + std::size_t(frame) * n_frame_bytes_;
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -17,27 +18,30 @@ struct DicomFrames {
   std::size_t n_frames = 1;
 };
 
-/// Decompresses the pixels of one file after the other, by GDCM in a child process, which aborts on
+/// Decompresses the pixels of one file after the other, by GDCM in child processes, which aborts on
 /// damaged ones: Debian's is built with its assertions on, and its decoders meet what no walk over
-/// the elements sees.
+/// the elements sees. As many children as threads may run, each of which has a file ready or in
+/// work.
 class DicomPixels {
  public:
-  DicomPixels();
+  /// @param files  in the order in which they are loaded
+  explicit DicomPixels(std::vector<DicomFrames> files);
 
-  /// Reads the frames of a file; the child goes on to the next one meanwhile.
-  /// @param next  empty file: none
+  /// Reads the frames of the next file.
+  /// @pre  not all are loaded
   /// @throws InputError      its frames have another size or number, or cannot be read
   /// @throws std::bad_alloc  the child has no memory for them
-  ScalarType load(const DicomFrames& frames, const DicomFrames& next);
+  ScalarType load_next();
   /// The values of a frame of that file, from 0.
   const std::byte* frame(int frame) const;
 
  private:
-  void ask(const DicomFrames& frames);
+  ChildProcess& child_of(std::size_t file) { return *children_[file % children_.size()]; }
+  void ask(std::size_t file);
 
-  ChildProcess child_;
-  std::string asked_, loaded_;
-  ScalarType type_ = ScalarType::kUint8;
+  std::vector<DicomFrames> files_;
+  std::vector<std::unique_ptr<ChildProcess>> children_;
+  std::size_t n_loaded_ = 0;
   std::size_t n_frame_bytes_ = 0;
   std::vector<std::byte> pixels_;
 };

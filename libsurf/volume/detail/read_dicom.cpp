@@ -374,19 +374,19 @@ Volume read_dicom(const std::string& path, const ReadOptions& options) {
   Source source = source_of(path, files, stack, n_skipped);
 
   const std::size_t n_pixels = std::size_t(stack.size[0]) * stack.size[1];
-  const auto frames_of = [&](std::size_t n) {
-    return n < stack.slices.size()
-               ? DicomFrames{stack.slices[n].file, n_pixels, std::size_t(stack.slices[n].n_frames)}
-               : DicomFrames{};
-  };
-  DicomPixels pixels;
-  source.scalar_type = name(pixels.load(frames_of(0), frames_of(1)));
+  std::vector<DicomFrames> stored;
+  for (const DicomSlice& slice : stack.slices)
+    if (stored.empty() || stored.back().file != slice.file)
+      stored.push_back({slice.file, n_pixels, std::size_t(slice.n_frames)});
+  DicomPixels pixels(std::move(stored));
+  ScalarType type = pixels.load_next();
+  source.scalar_type = name(type);
   Volume::Builder builder(stack.size, stack.index_to_world, std::move(source));
   builder.set_dicom(origin_of(stack, files[0].series_uid));
   std::vector<float> values(n_pixels);
   for (std::size_t n = 0; n < stack.slices.size(); ++n) {
     const DicomSlice& slice = stack.slices[n];
-    const ScalarType type = pixels.load(frames_of(n), frames_of(n + 1));
+    if (n > 0 && slice.file != stack.slices[n - 1].file) type = pixels.load_next();
     convert(type, /*swap=*/false, pixels.frame(slice.frame), 1, slice.slope, slice.intercept,
             values.data(), n_pixels);
     builder.append_slice(values);
