@@ -1,6 +1,7 @@
 #include "libsurf/mesh/moving_mesh.h"
 
 #include <fmt/format.h>
+#include <tbb/parallel_for.h>
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -310,17 +311,17 @@ void MovingMesh<Dim>::bound_move(const Points<Dim>& from, const Elements<Dim>& T
 template <int Dim>
 void MovingMesh<Dim>::stop_at_edges(const Points<Dim>& from, Points<Dim>& to) const {
   if (!options_.edge_indicator) return;
-  Samples<Dim> samples;
-  for (Eigen::Index i = 0; i < to.rows(); ++i) {
+  tbb::parallel_for(Eigen::Index(0), to.rows(), [&](Eigen::Index i) {
     const Vector<Dim> start = from.row(i), way = to.row(i) - from.row(i);
     const auto n = static_cast<Eigen::Index>(std::ceil(way.norm() / options_.path_spacing_mm));
-    if (n < 2) continue;
+    if (n < 2) return;
     const Points<Dim> path = start.transpose().replicate(n + 1, 1) +
                              Eigen::VectorXd::LinSpaced(n + 1, 0, 1) * way.transpose();
+    Samples<Dim> samples;
     options_.edge_indicator->sample(path, Derivatives::kNone, samples);
     const Eigen::Index edge = first_valley(samples.value);
     if (edge > 0) to.row(i) = path.row(edge);
-  }
+  });
 }
 
 template <int Dim>
