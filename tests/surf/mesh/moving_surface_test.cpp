@@ -80,6 +80,35 @@ TEST(MovingSurface, GrowsFromASeedAndStaysClosedWithEdgesOfTheWantedLength) {
   EXPECT_GT(shape.min_angle_deg, 15);
 }
 
+/// 1 but for a valley of the given depth on the sphere of radius 1.4 round the origin.
+class RoundValley : public Field<3> {
+ public:
+  explicit RoundValley(double depth) : depth_(depth) {}
+  void sample(const Points<3>& x, Derivatives, Samples<3>& out) const override {
+    const Eigen::ArrayXd off = (x.rowwise().norm().array() - 1.4) / 0.1;
+    out.value = 1 - depth_ * (-off.square()).exp();
+  }
+
+ private:
+  double depth_;
+};
+
+TEST(MovingSurface, StopsAtTheFirstEdgeOnItsWayAndPassesRipples) {
+  for (const double depth : {0.9, 0.2}) {
+    MovingSurfaceOptions options;
+    options.edge_length_mm = 0.3;
+    options.edge_indicator = std::make_shared<RoundValley>(depth);
+    options.path_spacing_mm = 0.05;
+    MovingSurface surface(ball(Vector<3>::Zero(), 1, 0.3), options);
+    Points<3> to = 2 * surface.geometry().points();
+    surface.restrict_move(to);
+    const Eigen::VectorXd r = to.rowwise().norm();
+    const double expected = depth > 0.5 ? 1.4 : 2;
+    EXPECT_NEAR(r.minCoeff(), expected, 0.05) << depth;
+    EXPECT_NEAR(r.maxCoeff(), expected, 0.05) << depth;
+  }
+}
+
 TEST(MovingSurface, CoarsensAsItShrinks) {
   MovingSurface surface(ball({0, 0, 0}, 5, 0.5), {.edge_length_mm = 0.5, .box = {}});
   const auto n_before = surface.geometry().n_elements();
