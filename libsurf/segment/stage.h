@@ -70,13 +70,6 @@ struct Told {
   std::size_t n_steps = 0;                 ///< of the stage
 };
 
-/// An energy, after what its fields are made of, which it may refer to.
-template <int Dim>
-struct MinimisedEnergy {
-  std::shared_ptr<EnergyModel<Dim>> model = {};
-  std::shared_ptr<energy::ShapeEnergy<Dim>> energy = {};
-};
-
 /// The object that stages work on: what they were asked, and what they have made so far.
 template <int Dim>
 struct Work : Lengths {
@@ -103,7 +96,6 @@ struct Work : Lengths {
   /// Where the shape may move: the rest of it is at its minimum. Null = everywhere.
   std::shared_ptr<const mesh::Neighbourhood<Dim>> region = {};
   std::vector<EnergyTerm> energies = {};  ///< of the result, every parameter filled in
-  MinimisedEnergy<Dim> minimised = {};    ///< by the last stage that did
   SeedModel seed = {};
   double border_share = 0;                       ///< of the length or area on the image's border
   std::optional<Verdict<Dim>> verdict = {};      ///< of the chosen proposal

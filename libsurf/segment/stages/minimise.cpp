@@ -149,8 +149,8 @@ bool minimise(Work<Dim>& work, const Minimisation<Dim>& minimisation) {
     work.border_share = shape->border_share();
     return work.tell(report.name, record, shape_now) && at_rest.empty();
   };
-  work.minimised = {model, make_energy<Dim>(terms, context(work, *model))};
-  report.flow = flow::evolve<Dim>(*shape, *work.minimised.energy, flow, on_step);
+  const auto energy = make_energy<Dim>(terms, context(work, *model));
+  report.flow = flow::evolve<Dim>(*shape, *energy, flow, on_step);
   if (!at_rest.empty() && !work.is_stopped()) {
     report.flow.termination = flow::Termination::kConverged;
     report.flow.message = at_rest;

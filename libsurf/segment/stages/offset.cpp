@@ -1,5 +1,3 @@
-#include <utility>
-
 #include "libsurf/segment/detail/edge_offset.h"
 #include "libsurf/segment/stages/stages.h"
 
@@ -14,10 +12,12 @@ class Offset : public CorrectingStage<Dim> {
   const char* name() const override { return "offset"; }
 
   std::string correct(Work<Dim>& work) const override {
-    const double blur = blur_mm(work.reports.back().sigma_mm, work.cell_mm());
-    const MinimisedEnergy<Dim> minimised = std::exchange(work.minimised, {});  // no longer needed
+    const StageReport& last = work.reports.back();
+    const auto model = work.fields.model(field_options(work.options, last.sigma_mm));
+    const auto energy = make_energy<Dim>(last.energies, context(work, *model));
     work.shape = moved_past_clicks(
-        work, moved_to_edge<Dim>(work.shape, *minimised.energy, blur, kFurthest * work.cell_mm()));
+        work, moved_to_edge<Dim>(work.shape, *energy, blur_mm(last.sigma_mm, work.cell_mm()),
+                                 kFurthest * work.cell_mm()));
     return "the bias of the curvature is taken off";
   }
 };
