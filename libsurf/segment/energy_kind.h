@@ -112,7 +112,8 @@ struct EnergyKind {
   std::function<std::vector<FieldPointer>(const Context&, const EnergyTerm&)> integrands = {};
   /// lambda of the edge indicator [intensity/mm] in whose valleys the minimisers lie.
   std::function<double(const EnergyTerm&)> edge_strength = {};
-  /// The field whose valleys a node of a curve does not jump over in a long step.
+  /// The field whose valleys a node does not jump over in a long step; it is sampled by several
+  /// threads at once. Surfaces take long steps only with one.
   std::function<FieldPointer(const Context&, const EnergyTerm&)> edge_field = {};
   /// Whether a run ends on the edges that it finds: the minimisers of the others are what was
   /// asked for.
@@ -120,7 +121,7 @@ struct EnergyKind {
   /// Whether the energy depends on the shape that it is made for: once it is at rest it is made
   /// again, and minimised again, until both agree.
   bool is_fitted = false;
-  /// Whether nodes of curves may go several widths of the blur in a step.
+  /// Whether nodes may go several widths of the blur in a step.
   bool takes_long_steps = true;
   /// Where the image is approximated smoothly on both sides, along with the shape: how.
   std::function<PiecewiseSmooth(const EnergyTerm&)> piecewise_smooth = {};

@@ -12,7 +12,7 @@ namespace surf::segment {
 
 /// 1 + the sum of the correlations of the residuals of cells up to two apart along each axis, at
 /// least 1: so many cells tell as much as one with noise of its own.
-/// @param residuals  of the cells, in deviations; beyond 4 they count as 4
+/// @param residuals  of the cells by place, in deviations; beyond 4 they count as 4
 /// @param size       of the image
 template <int Dim>
 double noise_correlation(const EdgeCells<Dim>& cells, const std::vector<double>& residuals,

@@ -314,7 +314,7 @@ class Locator {
         const double slope = expected.values[k].slope / expected.values[k].noise;  // by distance
         const double q = residual / kCauchy;
         const double weight = kInformation / (1 + q * q) / expected.correlation;
-        Vector<Dim> g;  // r = I - f(d - reach . u); dr / du_i = slope reach_i
+        Vector<Dim> g;  // r = I - f(d - reach . u), f its value there; g_i = df / du_i
         double target = residual;
         for (int i = 0; i < Dim; ++i) {
           g[i] = -slope * cell.reach[i];

@@ -110,8 +110,7 @@ bool minimise(Work<Dim>& work, const Minimisation<Dim>& minimisation) {
   const std::vector<EnergyTerm>& terms = minimisation.terms;
   mesh::MovingShapeOptions<Dim> options = minimisation.shape;
   options.adaptivity.integrands = integrands<Dim>(terms, context(work, *model));
-  if (minimisation.may_take_long_steps)
-    lengthen_steps<Dim>(terms, context(work, *model), options);
+  if (minimisation.may_take_long_steps) lengthen_steps<Dim>(terms, context(work, *model), options);
   StageReport report;
   report.name = minimisation.name;
   report.energies = terms;

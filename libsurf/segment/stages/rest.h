@@ -37,7 +37,7 @@ class RestRule {
   double least_gain_;
   int window_;
   const mesh::Neighbourhood<Dim>* region_;
-  std::deque<double> energies_;        // of the last kGainSteps
+  std::deque<double> energies_;        // of the last kGainSteps and before them
   std::deque<Simplices<Dim>> shapes_;  // at the ends of windows
 };
 

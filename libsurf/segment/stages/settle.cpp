@@ -39,6 +39,7 @@ class Settle : public Stage<Dim> {
     out.flow.max_steps = std::min(out.flow.max_steps, kMostSteps);
     out.shape = shape_options(work, work.edge_length_mm, work.sigma_mm);
     out.shape.max_displacement_mm = kLongestStep * std::max(work.cell_mm(), work.whole_blur_mm);
+    out.may_take_long_steps = Dim == 2;  // what lies on a weak edge stays about where it is
     minimise(work, out);
     StageReport& report = work.reports.back();
     report.kind = StageKind::kCorrects;

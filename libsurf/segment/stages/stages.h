@@ -104,7 +104,7 @@ struct Minimisation {
   double sigma_mm = 0;
   flow::FlowOptions flow;
   mesh::MovingShapeOptions<Dim> shape;
-  /// Curves may take long steps and stop at the edges on their way.
+  /// The shape may take long steps and stop at the edges on its way.
   bool may_take_long_steps = true;
   /// Asked after every step: why it is over, in a sentence, else empty. None = the flow knows.
   std::function<std::string(const flow::StepRecord&)> ends = {};

@@ -16,7 +16,8 @@
 namespace surf::volume {
 namespace {
 
-constexpr std::size_t kMostChildren = 8;
+// More than read-ahead of 8 were never tried; each holds a file's pixels, as floats at most.
+constexpr std::size_t kMostChildren = 8, kMostBytes = std::size_t(1) << 28;
 
 /// A file that knows whether a value ended early: GDCM reads truncated pixels without complaint.
 class WatchedFile : public std::filebuf {
@@ -139,7 +140,11 @@ void answer_all(Channel& channel) {
 DicomPixels::DicomPixels(std::vector<DicomFrames> files) : files_(std::move(files)) {
   const std::size_t n_threads =
       tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism);
-  const std::size_t n_children = std::min({n_threads, kMostChildren, files_.size()});
+  std::size_t largest = 1;
+  for (const DicomFrames& file : files_)
+    largest = std::max(largest, file.n_frames * file.n_pixels * sizeof(float));
+  const std::size_t n_children =
+      std::min({n_threads, kMostChildren, 1 + kMostBytes / largest, files_.size()});
   for (std::size_t k = 0; k < n_children; ++k)
     children_.push_back(std::make_unique<ChildProcess>(answer_all));
   for (std::size_t file = 0; file < n_children; ++file) ask(file);
@@ -148,9 +153,9 @@ DicomPixels::DicomPixels(std::vector<DicomFrames> files) : files_(std::move(file
 void DicomPixels::ask(std::size_t file) {
   const DicomFrames& frames = files_[file];
   const Question question = {frames.n_pixels, frames.n_frames, frames.file.size()};
+  // A child that has ended is met where its answer is read, in the order of the files.
   Channel& channel = child_of(file).channel();
-  if (!channel.send(question) || !channel.send(frames.file.data(), frames.file.size()))
-    fail(frames.file);
+  if (channel.send(question)) channel.send(frames.file.data(), frames.file.size());
 }
 
 ScalarType DicomPixels::load_next() {

@@ -20,8 +20,8 @@ struct DicomFrames {
 
 /// Decompresses the pixels of one file after the other, by GDCM in child processes, which aborts on
 /// damaged ones: Debian's is built with its assertions on, and its decoders meet what no walk over
-/// the elements sees. As many children as threads may run, each of which has a file ready or in
-/// work.
+/// the elements sees. As many children as threads may run, at most 8 and fewer for large files,
+/// each of which has a file ready or in work.
 class DicomPixels {
  public:
   /// @param files  in the order in which they are loaded
