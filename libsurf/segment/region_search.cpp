@@ -27,8 +27,9 @@ constexpr int kSeedReach = 2;             // nodes from a seed to the settled re
 // Depth of the seeds below that share of the greatest one counts against a region: a leak has its
 // deepest place elsewhere.
 constexpr double kCalmDepth = 0.75;
-// Of what the border leaves to be seen. In the plane noise reaches 0.54, structures 0.98 and more;
-// in space 0.31 (blurred 0.67), and 0.59 and more.
+// Of what the border leaves to be seen. In the plane structures have 0.98 and more, and of 600
+// clicks into white noise 26 find something (up to 0.77); in space structures have 0.59 and more,
+// white noise 0.20 in 180 clicks (blurred 0.73).
 template <int Dim>
 constexpr double kLeastScore = Dim == 2 ? 0.55 : 0.5;
 // Separation times edge share above which a region stands out however windows grow there: through
