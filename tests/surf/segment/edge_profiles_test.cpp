@@ -88,6 +88,36 @@ TEST(EdgeCells, AreThoseNearASphereOnceWithTheirDistances) {
   EXPECT_GT(n_near, 5000);
 }
 
+TEST(EdgeCells, AreReachedFromElementsVerticesAndIndices) {
+  const auto setting = make_setting(radial_step(1));
+  const Triangles ball = mesh::ball(kCenter, kRadius, 3);
+  const fem::Geometry<3> geometry(ball.points, ball.elements);
+  const auto cells =
+      edge_cells<3>(*setting, geometry, unit_normals(geometry), 2, {setting->extent(), 1});
+  using Place = std::pair<std::size_t, int>;  // and corner
+  std::vector<std::set<Place>> round(std::size_t(ball.points.rows()));
+  std::set<std::size_t> beside;
+  for (std::size_t k = 0; k < cells.size(); ++k)
+    for (int i = 0; i < 3; ++i)
+      round[std::size_t(ball.elements(cells[k].element, i))].insert({k, i});
+  for (std::size_t i = 0; i < round.size(); ++i) {
+    std::set<Place> found;
+    cells.for_each_round(Eigen::Index(i), [&](std::size_t k, int corner) {
+      EXPECT_TRUE(found.insert({k, corner}).second);
+    });
+    EXPECT_EQ(found, round[i]);
+  }
+  for (Eigen::Index t = 0; t < ball.elements.rows(); ++t)
+    cells.for_each_beside(t, [&](std::size_t k) {
+      EXPECT_EQ(cells[k].element, t);
+      EXPECT_TRUE(beside.insert(k).second);
+    });
+  EXPECT_EQ(beside.size(), cells.size());
+  EXPECT_EQ(cells.by_index().size(), cells.size());
+  for (std::size_t n = 1; n < cells.size(); ++n)
+    EXPECT_LT(cells[cells.by_index()[n - 1]].index, cells[cells.by_index()[n]].index);
+}
+
 TEST(EdgeCells, InBlocksAreTheirMeansAtTheirCentres) {
   const auto linear = [](const Vector<3>& x) { return 50 + x[0] - 2 * x[1] + 3 * x[2]; };
   const auto setting = make_setting(volume_of(linear));

@@ -147,6 +147,25 @@ TEST_F(ReadDicom, FileCutAnywhereIsOneMessageThatNamesIt) {
   }
 }
 
+// Slices are decoded side by side, and told of one after the other.
+TEST_F(ReadDicom, TheFirstSliceThatCannotBeDecodedIsNamed) {
+  const Grid grid = {"small", {5, 4, 12}, dicom_grids()[0].index_to_world};
+  const auto files = write_series(path("spoiled"), grid);
+  for (const std::string& file : files) compress(file, gdcm::TransferSyntax::JPEG2000Lossless);
+  const auto spoil = [&](const std::string& file) {
+    std::string bytes = read(file);
+    const std::size_t start = bytes.find("\xff\x4f\xff\x51");  // of the code stream
+    ASSERT_NE(start, std::string::npos);
+    std::fill_n(bytes.begin() + std::ptrdiff_t(start), 16, '\0');
+    std::ofstream(file, std::ios::binary) << bytes;
+  };
+  spoil(files[9]);
+  expect_failure(path("spoiled"), files[9] + ": its pixels cannot be read");
+  spoil(files[4]);
+  spoil(files[5]);
+  expect_failure(path("spoiled"), files[4] + ": its pixels cannot be read");
+}
+
 TEST_F(ReadDicom, AnySpoiledByteIsReadOrRefusedInOneLine) {
   const Grid grid = {"small", {5, 4, 4}, dicom_grids()[0].index_to_world};
   const auto files = write_series(path("spoiled"), grid);
