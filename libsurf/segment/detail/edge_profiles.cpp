@@ -29,7 +29,7 @@ constexpr double kLeastCells = 0.5;   // of a bin that counts
 constexpr double kBinShare = 1e-3;    // of the deviation of a bin: levels and erf are models
 constexpr double kPlaceRange = 0.35;  // of the reach: deviation of where the step is expected
 constexpr std::size_t kMostOfMedian = 100000;  // amounts, of millions
-constexpr double kFarOff = 4;  // deviations: cells beyond are not noise
+constexpr double kFarOff = 4;                  // deviations: cells beyond are not noise
 
 double erf_step(double z) { return std::erf(z / std::numbers::sqrt2); }
 double normal_density(double z) { return std::exp(-z * z / 2) / std::sqrt(2 * std::numbers::pi); }
