@@ -56,15 +56,51 @@ std::string SmoothingOptions::error() const {
   return {};
 }
 
-std::shared_ptr<const TiledField> intensity_field(const Volume& volume,
-                                                  const SmoothingOptions& smoothing) {
+SmoothedVolume::SmoothedVolume(const Volume& volume, const SmoothingOptions& smoothing) {
   if (const std::string error = smoothing.error(); !error.empty()) throw UsageError(error);
-  const auto smoother = std::make_shared<const Smoother>(volume, smoothing);
+  smoother_ = std::make_shared<const Smoother>(volume, smoothing);
+}
+
+const Grid& SmoothedVolume::grid() const { return smoother_->grid(); }
+
+std::size_t SmoothedVolume::memory_bytes() const { return smoother_->memory_bytes(); }
+
+std::shared_ptr<const TiledField> SmoothedVolume::intensity() const {
   return std::make_shared<const TiledField>(
-      smoother->grid(), [smoother](const Index3& lower, const Index3& upper, float* out) {
+      grid(), [smoother = smoother_](const Index3& lower, const Index3& upper, float* out) {
         const ValueBox box = smoother->box(lower, upper);
         std::copy(box.values.begin(), box.values.end(), out);
       });
+}
+
+std::shared_ptr<const TiledField> SmoothedVolume::edge_indicator(double lambda,
+                                                                 DerivativeFilter filter) const {
+  if (!(lambda > 0) || !std::isfinite(lambda))
+    throw UsageError(fmt::format("edge_indicator: lambda = {} violates > 0", lambda));
+  // Gradients in units of lambda.
+  const Eigen::Matrix3d scaled = grid().index_to_world.linear().inverse() / lambda;
+  return std::make_shared<const TiledField>(grid(), [scaled, filter, smoother = smoother_](
+                                                        const Index3& lower, const Index3& upper,
+                                                        float* out) {
+    const ValueBox box = smoother->box(widened(lower, {1, 1, 1}, -1), widened(upper, {1, 1, 1}, 1));
+    if (is_constant(box)) {
+      const std::size_t n = std::size_t(box.size[0] - 2) * (box.size[1] - 2) * (box.size[2] - 2);
+      std::fill(out, out + n, 1.0f);
+      return;
+    }
+    const std::array<ValueBox, 3> gradient = index_gradient(box, filter);
+    for (std::size_t at = 0; at < gradient[0].values.size(); ++at) {
+      const Eigen::Vector3d along(gradient[0].values[at], gradient[1].values[at],
+                                  gradient[2].values[at]);
+      const double squared = (scaled.transpose() * along).squaredNorm();
+      out[at] = static_cast<float>(1 / (1 + squared));
+    }
+  });
+}
+
+std::shared_ptr<const TiledField> intensity_field(const Volume& volume,
+                                                  const SmoothingOptions& smoothing) {
+  return SmoothedVolume(volume, smoothing).intensity();
 }
 
 std::shared_ptr<const TiledField> rough_intensity_field(const Volume& volume,
@@ -80,36 +116,10 @@ std::shared_ptr<const TiledField> rough_intensity_field(const Volume& volume,
   return intensity_field(*blocks, {.sigma_mm = std::sqrt(variance)});
 }
 
-Grid field_grid(const Volume& volume, const SmoothingOptions& smoothing) {
-  if (const std::string error = smoothing.error(); !error.empty()) throw UsageError(error);
-  return Smoother(volume, smoothing).grid();
-}
-
 std::shared_ptr<const TiledField> edge_indicator(const Volume& volume,
                                                  const SmoothingOptions& smoothing, double lambda,
                                                  DerivativeFilter filter) {
-  if (const std::string error = smoothing.error(); !error.empty()) throw UsageError(error);
-  if (!(lambda > 0) || !std::isfinite(lambda))
-    throw UsageError(fmt::format("edge_indicator: lambda = {} violates > 0", lambda));
-  const auto smoother = std::make_shared<const Smoother>(volume, smoothing);
-  // Gradients in units of lambda.
-  const Eigen::Matrix3d scaled = smoother->grid().index_to_world.linear().inverse() / lambda;
-  return std::make_shared<const TiledField>(smoother->grid(), [=](const Index3& lower,
-                                                                  const Index3& upper, float* out) {
-    const ValueBox box = smoother->box(widened(lower, {1, 1, 1}, -1), widened(upper, {1, 1, 1}, 1));
-    if (is_constant(box)) {
-      const std::size_t n = std::size_t(box.size[0] - 2) * (box.size[1] - 2) * (box.size[2] - 2);
-      std::fill(out, out + n, 1.0f);
-      return;
-    }
-    const std::array<ValueBox, 3> gradient = index_gradient(box, filter);
-    for (std::size_t at = 0; at < gradient[0].values.size(); ++at) {
-      const Eigen::Vector3d along(gradient[0].values[at], gradient[1].values[at],
-                                  gradient[2].values[at]);
-      const double squared = (scaled.transpose() * along).squaredNorm();
-      out[at] = static_cast<float>(1 / (1 + squared));
-    }
-  });
+  return SmoothedVolume(volume, smoothing).edge_indicator(lambda, filter);
 }
 
 }  // namespace surf::volume

@@ -20,17 +20,17 @@ ImageModel::ImageModel(const volume::Volume& volume, const volume::SmoothingOpti
                        volume::DerivativeFilter filter)
     : EnergyModel<3>(extent_of(volume)),
       volume_(volume),
-      smoothing_(smoothing),
+      smoothed_(volume, smoothing),
       filter_(filter),
-      intensity_(volume::intensity_field(volume, smoothing)) {}
+      intensity_(smoothed_.intensity()) {}
 
 std::shared_ptr<const Field<3>> ImageModel::make_edge_indicator(double lambda) const {
-  edge_indicators_.push_back(volume::edge_indicator(volume_, smoothing_, lambda, filter_));
+  edge_indicators_.push_back(smoothed_.edge_indicator(lambda, filter_));
   return edge_indicators_.back();
 }
 
 std::size_t ImageModel::memory_bytes() const {
-  std::size_t out = intensity_->memory_bytes();
+  std::size_t out = smoothed_.memory_bytes() + intensity_->memory_bytes();
   for (const auto& field : edge_indicators_) out += field->memory_bytes();
   return out;
 }
@@ -72,8 +72,7 @@ std::unique_ptr<energy::ShapeEnergy<3>> ImageModel::mumford_shah(
   options.mu = parameters.mu;
   options.gamma = parameters.gamma;
   options.contrast = parameters.contrast;
-  return std::make_unique<energy::MumfordShah>(intensity_, volume::field_grid(volume_, smoothing_),
-                                               options);
+  return std::make_unique<energy::MumfordShah>(intensity_, smoothed_.grid(), options);
 }
 
 }  // namespace surf::segment

@@ -27,7 +27,7 @@ class ImageModel : public EnergyModel<3> {
 
  private:
   volume::Volume volume_;
-  volume::SmoothingOptions smoothing_;
+  volume::SmoothedVolume smoothed_;
   volume::DerivativeFilter filter_;
   std::shared_ptr<const volume::TiledField> intensity_;
   mutable std::vector<std::shared_ptr<const volume::TiledField>> edge_indicators_;

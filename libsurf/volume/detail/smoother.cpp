@@ -159,6 +159,10 @@ Smoother::Smoother(const Volume& volume, const SmoothingOptions& options, Nodes 
 
 Smoother::~Smoother() = default;
 
+std::size_t Smoother::memory_bytes() const {
+  return (tiles_ ? tiles_->memory_bytes() : 0) + (narrower_ ? narrower_->memory_bytes() : 0);
+}
+
 ValueBox Smoother::box(const Index3& lower, const Index3& upper) const {
   if (!tiles_) return smoothed(lower, upper);
   ValueBox out(lower, upper);

@@ -44,6 +44,7 @@ class Smoother {
   const Grid& grid() const { return grid_; }
   /// Thread-safe.
   ValueBox box(const Index3& lower, const Index3& upper) const;
+  std::size_t memory_bytes() const;
 
  private:
   /// What a field's grid is for: to be splined, or to be smoothed once more.
