@@ -15,6 +15,7 @@ namespace {
 // Few of them depend on the order of vertices: over the 48 permutations and flips of a scan the
 // volume spread by 0.8 % with 400.
 constexpr Eigen::Index kMostProfiles = 4000;
+constexpr Eigen::Index kMostPlaces = 1 << 17;  // that are sampled at once
 constexpr double kFirstSigma = 0.4;  // cells
 constexpr int kMostScales = 5;
 constexpr double kShareOfThickness =
@@ -150,9 +151,21 @@ class Profiles {
     Eigen::MatrixXd& out = known->second;
     out.resize(origins_.rows(), last_ - first_ + 1);
     Samples<Dim> samples;
-    for (int s = first_; s <= last_; ++s) {
-      I->sample(origins_ + s * step_mm_ * directions_, Derivatives::kFirst, samples);
-      out.col(s - first_) = (samples.gradient.array() * directions_.array()).rowwise().sum();
+    // Line by line: at once at one place of all lines, threads make the same tiles.
+    const Eigen::Index n_places = out.cols(), n_lines = 1 + kMostPlaces / n_places;
+    const Eigen::VectorXd along =
+        step_mm_ * Eigen::VectorXd::LinSpaced(n_places, double(first_), double(last_));
+    Points<Dim> places;
+    for (Eigen::Index line = 0; line < out.rows(); line += n_lines) {
+      const Eigen::Index n = std::min(n_lines, out.rows() - line);
+      places.resize(n * n_places, Dim);
+      for (Eigen::Index i = 0; i < n; ++i)
+        places.middleRows(i * n_places, n_places) =
+            (along * directions_.row(line + i)).rowwise() + origins_.row(line + i);
+      I->sample(places, Derivatives::kFirst, samples);
+      for (Eigen::Index i = 0; i < n; ++i)
+        out.row(line + i) = samples.gradient.middleRows(i * n_places, n_places) *
+                            directions_.row(line + i).transpose();
     }
     return out;
   }
@@ -318,16 +331,22 @@ EdgesAlong edges_round(Fields<Dim>& fields, const Options<Dim>& options,
   const Points<Dim> rays = directions_in<Dim>(extent, kRays);
   const std::vector<Vector<Dim>> centers = cell_centers<Dim>(extent, seeds);
   Points<Dim> origins(Eigen::Index(centers.size()) * rays.rows(), Dim), along(origins.rows(), Dim);
-  for (std::size_t n = 0; n < centers.size(); ++n) {
-    const Eigen::Index first = Eigen::Index(n) * rays.rows();
-    origins.middleRows(first, rays.rows()).rowwise() = centers[n].transpose();
-    along.middleRows(first, rays.rows()) = rays;
-  }
+  Eigen::Index line = 0;
+  for (const auto& ray : rays.rowwise())  // those side by side follow each other
+    for (const Vector<Dim>& center : centers) {
+      origins.row(line) = center.transpose();
+      along.row(line++) = ray;
+    }
   const int longest = *std::max_element(extent.size.begin(), extent.size.end());
   RayProfiles<Dim> profiles(fields, options, origins, along, 0, 2 * longest);
   const double first = kFirstSeedSigma * extent.cell_mm();
-  EdgesAlong out = edges_of<Dim>(profiles, extent, blur_of<Dim>(profiles, extent, first, kOfRays),
-                                 first, options.sigma_mm, kQuiet);
+  EdgesAlong out;
+  out.blur_mm = blur_of<Dim>(profiles, extent, first, kOfRays);
+  if (options.sigma_mm)
+    out.sigma_mm = *options.sigma_mm;
+  else
+    out = edges_of<Dim>(profiles, extent, out.blur_mm, first, {}, kQuiet);
+  if (options.seed_radius_mm) return out;
   out.nearest_mm = profiles.nearest_mm(2 * out.sigma_mm);
   for (const Vector<Dim>& center : centers)
     out.nearest_mm = std::min(out.nearest_mm, to_border_mm(extent, center));

@@ -42,7 +42,9 @@ EdgesAlong edges_along(Fields<Dim>& fields, const Options<Dim>& options,
 
 /// The same along rays from the seeds, of the first pronounced peak of the slope on each, and with
 /// 0.7 cells as the least smoothing; g_2 is measured at the edges that are seen at 2 sigma_2. Wide
-/// edges are smoothed until their slopes are 18 times the noise's, too.
+/// edges are smoothed until their slopes are 18 times the noise's, too. What the options give needs
+/// no looking at: slope and noise are 0 where they give sigma, the nearest edge where they give the
+/// radius of the seeds' balls.
 template <int Dim>
 EdgesAlong edges_round(Fields<Dim>& fields, const Options<Dim>& options,
                        const std::vector<Vector<Dim>>& seeds);
