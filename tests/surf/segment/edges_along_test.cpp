@@ -75,6 +75,19 @@ TEST(EdgesRound, AreFoundInAnImageWithoutNoise) {
   }
 }
 
+TEST(EdgesRound, KeepTheSmoothingThatIsGivenAndHaveTheSameBlur) {
+  volume::PhantomOptions options;
+  options.size = {64, 64, 64};
+  Fields<3> fields(make_setting(volume::make_phantom(options)));
+  const EdgesAlong free = edges_round<3>(fields, {}, {Vector<3>::Zero()});
+  Options<3> given;
+  given.sigma_mm = 0.1;
+  const EdgesAlong edges = edges_round<3>(fields, given, {Vector<3>::Zero()});
+  EXPECT_EQ(edges.sigma_mm, 0.1);
+  EXPECT_EQ(edges.blur_mm, free.blur_mm);
+  EXPECT_GT(edges.nearest_mm, 0);
+}
+
 // From a click in the air beside a ball: under wide blurs slopes are 0 to the last digit.
 TEST(EdgesRound, EndWhereWiderBlursSeeNothing) {
   volume::PhantomOptions options;

@@ -279,6 +279,21 @@ TEST_P(EdgeIndicator, IsSmallestOnTheEdge) {
   EXPECT_NEAR(x(at, 0), 7.6, 0.03);  // 0.06 voxel
 }
 
+// Nodes at every other voxel, of which there is one tile; the edge indicator needs no more of them.
+TEST(SmoothedVolume, SmoothsOnceForAllItsFieldsAndToTheSameBits) {
+  const Volume volume = volume_of([](const Vector3d& x) { return std::sin(x.sum()); });
+  const SmoothingOptions smoothing = {.sigma_mm = 0.8};
+  const Points<3> x = inner_points(volume, 14);
+  const SmoothedVolume smoothed(volume, smoothing);
+  const std::size_t before = smoothed.memory_bytes();
+  EXPECT_EQ(values_at(*smoothed.intensity(), x), values_at(*intensity_field(volume, smoothing), x));
+  const std::size_t with_intensity = smoothed.memory_bytes();
+  EXPECT_GT(with_intensity, before);
+  EXPECT_EQ(values_at(*smoothed.edge_indicator(2), x),
+            values_at(*edge_indicator(volume, smoothing, 2), x));
+  EXPECT_EQ(smoothed.memory_bytes(), with_intensity);
+}
+
 TEST(ImageFields, RefuseOptionsThatAreWrong) {
   const Volume volume = volume_of([](const Vector3d&) { return 0.0; });
   EXPECT_THROW(intensity_field(volume, {.sigma_mm = -1}), UsageError);
