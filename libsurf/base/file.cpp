@@ -7,9 +7,11 @@
 #include <algorithm>
 #include <cctype>
 #include <cerrno>
+#include <cstdlib>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <vector>
 
 #include "libsurf/base/error.h"
 
@@ -40,6 +42,68 @@ bool sync(const fs::path& path) {
   return is_synced;
 }
 
+/// What takes bytes but is no file that another could take the place of: a device, a pipe, a
+/// socket; and what a descriptor of a process has open, as /dev/stdout.
+bool is_stream(fs::path path) {
+  std::error_code status;
+  const fs::file_status found = fs::status(path, status);
+  if (fs::exists(found) && !fs::is_regular_file(found) && !fs::is_directory(found)) return true;
+  const auto is_of_a_process = [&] {
+    return fs::weakly_canonical(path.parent_path(), status).string().starts_with("/proc/");
+  };
+  for (int n = 0; n < kMostLinks && !is_of_a_process() && fs::is_symlink(path, status); ++n) {
+    const fs::path next = fs::read_symlink(path, status);
+    if (status) break;
+    path = next.is_absolute() ? next : path.parent_path() / next;
+  }
+  return is_of_a_process();
+}
+
+/// @throws OutputError  the bytes cannot all be written
+void copy_into(const fs::path& from, const std::string& stream_path) {
+  const auto refuse = [&] {
+    throw OutputError(fmt::format("{}: cannot be written: {}", stream_path, std::strerror(errno)));
+  };
+  const int descriptor = ::open(stream_path.c_str(), O_WRONLY | O_APPEND | O_CLOEXEC);
+  if (descriptor < 0) refuse();
+  std::ifstream in(from, std::ios::binary);
+  std::vector<char> bytes(1 << 16);
+  bool is_written = true;
+  while (is_written && in) {
+    in.read(bytes.data(), std::ssize(bytes));
+    for (std::ptrdiff_t done = 0; is_written && done < in.gcount();) {
+      const ssize_t n = ::write(descriptor, bytes.data() + done, std::size_t(in.gcount() - done));
+      if (n >= 0)
+        done += n;
+      else if (errno != EINTR)
+        is_written = false;
+    }
+  }
+  const int error = errno;
+  if ((::close(descriptor) != 0 && is_written) || !is_written) {
+    if (!is_written) errno = error;
+    refuse();
+  }
+}
+
+/// In a folder of its own, with the ending of `path`.
+void write_into_stream(const std::string& path,
+                       const std::function<void(const std::string&)>& write) {
+  std::string folder = (fs::temp_directory_path() / "surfseg-XXXXXX").string();
+  if (!::mkdtemp(folder.data()))
+    throw OutputError(fmt::format("{}: {}", folder, std::strerror(errno)));
+  std::error_code status;
+  const fs::path temporary = fs::path(folder) / fs::path(path).filename();
+  try {
+    write(temporary.string());
+    copy_into(temporary, path);
+  } catch (...) {
+    fs::remove_all(folder, status);
+    throw;
+  }
+  fs::remove_all(folder, status);
+}
+
 }  // namespace
 
 std::string extension(const std::string& path) {
@@ -52,6 +116,7 @@ std::string extension(const std::string& path) {
 
 void write_atomically(const std::string& path,
                       const std::function<void(const std::string&)>& write) {
+  if (is_stream(path)) return write_into_stream(path, write);
   const fs::path target = end_of_links(path);
   const fs::path folder = target.has_parent_path() ? target.parent_path() : fs::path(".");
   std::error_code status;

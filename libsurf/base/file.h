@@ -9,7 +9,8 @@ namespace surf {
 
 /// Calls write(temporary) with a name beside `path` that has the same ending, waits until it is on
 /// the disk, and renames it to `path`; if write throws, the temporary is removed and `path` is as
-/// it was. Where `path` is a link the file it leads to is written, and the link stays.
+/// it was. Where `path` is a link the file it leads to is written, and the link stays. A device, a
+/// pipe or /dev/stdout gets the bytes when all of them are ready, and stays what it is.
 /// @throws OutputError  the folder does not exist or cannot be written to, the rename fails
 void write_atomically(const std::string& path,
                       const std::function<void(const std::string&)>& write);

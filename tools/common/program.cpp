@@ -5,8 +5,11 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cctype>
+#include <cerrno>
 #include <cstdio>
+#include <cstring>
 #include <exception>
+#include <iostream>
 #include <string>
 #include <system_error>
 #include <vector>
@@ -73,7 +76,7 @@ std::string exit_code_help(const std::string& result) {
       "  5         stopped at a limit; the result was written\n"
       "  6         the {0} fails a guarantee and was not written\n"
       "  7         some cases of a batch, or of several objects, failed; the others were written\n"
-      "  8         no object found, or it vanished; nothing was written\n"
+      "  8         no object found, or it vanished; only summary and recipe were written\n"
       "  130, 143  interrupted, terminated; the last good {0} was written\n"
       "  152       the same at a limit of CPU time (ulimit -t)",
       result);
@@ -107,6 +110,8 @@ Failure failure_of(const std::exception_ptr& error, const std::string& program) 
   } catch (const std::bad_alloc&) {
     return failure(kInput, "out of memory; crop the input or use a larger edge length");
   } catch (const std::system_error& none) {
+    if (none.code() == std::errc::no_space_on_device)  // for what is printed
+      return failure(kOutput, none.what());
     if (none.code() != std::errc::resource_unavailable_try_again)
       return failure(kInternal, none.what());
     return failure(
@@ -134,6 +139,16 @@ int run_program(const Program& program, int argc, char** argv) {
   });
 }
 
+namespace {
+
+/// What was printed, where the disk of its file is full.
+bool is_printed() {
+  std::cout.flush();
+  return std::fflush(stdout) == 0 && !std::ferror(stdout) && std::cout.good();
+}
+
+}  // namespace
+
 int run_guarded(CLI::App& app, const std::function<ExitCode()>& work,
                 const std::function<std::string(const std::string&)>& reworded) {
   take_file_limits_as_errors();
@@ -143,18 +158,21 @@ int run_guarded(CLI::App& app, const std::function<ExitCode()>& work,
                reworded ? reworded(failure.message) : failure.message);
     return failure.exit_code;
   };
+  int code = kDone;
   try {
-    return work();
+    code = work();
   } catch (const Listing& list) {
     fmt::print("{}", list.text);
-    return kDone;
   } catch (const CLI::Success& help_or_version) {
-    return app.exit(help_or_version);
+    code = app.exit(help_or_version);
   } catch (const CLI::ParseError& error) {
     return fail({kUsage, with_option_names(usage_message(app, error), name)});
   } catch (...) {
     return fail(failure_of(std::current_exception(), name));
   }
+  if (is_printed() || code != kDone) return code;
+  return fail(
+      {kOutput, fmt::format("standard output cannot be written: {}", std::strerror(errno))});
 }
 
 }  // namespace surfseg

@@ -133,6 +133,11 @@ double robust_deviation(std::vector<double> amounts) {
   return *middle / 0.6745;
 }
 
+/// A power of two, by which dividing rounds nothing, not above the height of a step; 1 for none.
+double unit_of(double height) {
+  return height > 0 && std::isfinite(height) ? std::exp2(std::ilogb(height)) : 1;
+}
+
 /// So many of them, evenly spread, that their median is known to half a percent.
 std::vector<double> some_of(const std::vector<double>& amounts) {
   const std::size_t stride = 1 + amounts.size() / kMostOfMedian;
@@ -223,7 +228,10 @@ EdgeProfiles fit_edge_profiles(const fem::Geometry<Dim>& geometry, const EdgeCel
     }
     inner = n_inner > 0 ? inner / n_inner : mean;
     outer = n_outer > 0 ? outer / n_outer : mean;
-    Eigen::Vector4d x((inner + outer) / 2, (outer - inner) / 2, 0, std::log(options.width_mm));
+    // The solver ends by the relative change of all parameters: levels of 1e7 would hide places.
+    const double unit = unit_of(std::abs(outer - inner));
+    Eigen::Vector4d x((inner + outer) / 2 / unit, (outer - inner) / 2 / unit, 0,
+                      std::log(options.width_mm));
     // Weights by the deviation of a bin's mean: of what the fit before has left; at first of all
     // bins, then of what that leaves.
     const bool is_first = misfit.size() == 0 || !(misfit[i] > 0);
@@ -231,10 +239,12 @@ EdgeProfiles fit_edge_profiles(const fem::Geometry<Dim>& geometry, const EdgeCel
     double left = 0;
     std::vector<Bin> weighted = bins;
     for (int round = is_first ? 0 : 1; round < 2; ++round) {
-      for (std::size_t k = 0; k < bins.size(); ++k)
+      for (std::size_t k = 0; k < bins.size(); ++k) {
+        weighted[k].mean = bins[k].mean / unit;
         weighted[k].weight =
-            1 / std::hypot(deviation / std::sqrt(bins[k].weight / total * bins.size()),
-                           kBinShare * std::abs(outer - inner) + 1e-300);
+            unit / std::hypot(deviation / std::sqrt(bins[k].weight / total * bins.size()),
+                              kBinShare * std::abs(outer - inner) + 1e-300);
+      }
       const ProfileCost cost(weighted, options);
       ceres::TinySolver<ProfileCost> solver;
       solver.options.max_num_iterations = 25;
@@ -244,16 +254,16 @@ EdgeProfiles fit_edge_profiles(const fem::Geometry<Dim>& geometry, const EdgeCel
       left = 0;
       for (const Bin& bin : bins) {
         const double share = bin.weight / total,
-                     off = x[0] + x[1] * step_and_density((bin.distance - x[2]) / width).step -
-                           bin.mean;
+                     step = step_and_density((bin.distance - x[2]) / width).step,
+                     off = (x[0] + x[1] * step) * unit - bin.mean;
         amounts.push_back(std::abs(off) * std::sqrt(share * bins.size()));
         left += share * off * off;
       }
       deviation = std::max(robust_deviation(std::move(amounts)), options.least_noise / 10);
     }
     out.misfit[i] = deviation;
-    out.inside[i] = x[0] - x[1] + middle;
-    out.outside[i] = x[0] + x[1] + middle;
+    out.inside[i] = (x[0] - x[1]) * unit + middle;
+    out.outside[i] = (x[0] + x[1]) * unit + middle;
     out.place_mm[i] = x[2];
     out.width_mm[i] = std::exp(x[3]);
     out.explained[i] = variance > 0 ? 1 - left / variance : 0;

@@ -1,11 +1,14 @@
 #include "libsurf/base/file.h"
 
+#include <fcntl.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <thread>
 
 #include "libsurf/base/error.h"
 
@@ -57,6 +60,34 @@ TEST_F(Files, AreWrittenWhereLinksLead) {
   EXPECT_EQ(read_text(path("disk/real.stl")), "two");
   EXPECT_TRUE(fs::is_symlink(path("link.stl")) && fs::is_symlink(path("second.stl")));
   EXPECT_EQ(n_files(), 3);
+}
+
+TEST_F(Files, GoIntoPipesWhichStayPipes) {
+  ASSERT_EQ(::mkfifo(path("pipe.json").c_str(), 0600), 0);
+  std::string read;
+  std::thread reader([&] { read = read_text(path("pipe.json")); });
+  write_bytes(path("pipe.json"), "all of it");
+  reader.join();
+  EXPECT_EQ(read, "all of it");
+  EXPECT_TRUE(fs::is_fifo(path("pipe.json")));
+  EXPECT_EQ(n_files(), 1);
+}
+
+TEST_F(Files, GoIntoDevicesAndSayIfThoseAreFull) {
+  EXPECT_THROW(write_bytes("/dev/full", "much"), OutputError);
+  EXPECT_TRUE(fs::is_character_file("/dev/full"));
+  write_bytes("/dev/null", "nothing");
+  EXPECT_TRUE(fs::is_character_file("/dev/null"));
+}
+
+TEST_F(Files, GoToWhatADescriptorHasOpenWithoutTakingItsPlace) {
+  write_text(path("log"), "before ");
+  const int descriptor = ::open(path("log").c_str(), O_WRONLY | O_APPEND);
+  ASSERT_GE(descriptor, 0);
+  write_bytes("/dev/fd/" + std::to_string(descriptor), "this ");
+  ASSERT_EQ(::write(descriptor, "after", 5), 5);
+  ::close(descriptor);
+  EXPECT_EQ(read_text(path("log")), "before this after");
 }
 
 TEST_F(Files, AreAsBeforeIfWritingThrows) {
