@@ -22,6 +22,7 @@ Format format_of(const std::string& bytes) {
   if (bytes.starts_with("\x89PNG\r\n\x1a\n"sv)) return Format::kPng;
   if (bytes.starts_with("\xff\xd8\xff"sv)) return Format::kJpeg;
   if (bytes.starts_with("II*\0"sv) || bytes.starts_with("MM\0*"sv)) return Format::kTiff;
+  if (bytes.starts_with("II+\0"sv) || bytes.starts_with("MM\0+"sv)) return Format::kTiff;  // big
   return Format::kNone;
 }
 
@@ -64,6 +65,10 @@ std::vector<std::string> notes_of(const Raster& raster, int page) {
     notes.emplace_back("colors are turned into luminance: 0.2126 R + 0.7152 G + 0.0722 B");
   if (raster.n_components == 2 || raster.n_components == 4)
     notes.emplace_back("transparency is dropped");
+  if (raster.orientation != 1)
+    notes.push_back(
+        fmt::format("rows and columns are turned as the file's orientation, {} of 1 to 8, says",
+                    raster.orientation));
   if (raster.n_pages > 1)
     notes.push_back(fmt::format("the file has {} pages; this is page {}", raster.n_pages, page));
   return notes;

@@ -75,6 +75,17 @@ Vector<Dim> disputed_place(const SearchGrid<Dim>& grid, const ClickSearch<Dim>& 
   return grid.node_to_world() * index;
 }
 
+/// An inside click round which nothing stood out, and which was heeded after a later one; null if
+/// there is none.
+template <int Dim>
+const Click<Dim>* unfound_click(const ClickSearch<Dim>& search) {
+  for (const ClickSearch<Dim>* at = &search; at; at = at->before.get())
+    if (at->found.empty())
+      for (const Click<Dim>& click : at->clicks)
+        if (click.side == Side::kInside) return &click;
+  return nullptr;
+}
+
 }  // namespace
 
 std::string to_string(Trust trust) {
@@ -120,18 +131,22 @@ std::optional<Verdict<Dim>> verdict(const SearchGrid<Dim>& grid, const ClickSear
   Verdict<Dim> out;
   out.likelihood = likelihood_of_right(features);
   const bool is_cut_off = features.border_share > kMostOnBorder;
-  out.trust = out.likelihood >= kTrusted && !is_cut_off ? Trust::kTrusted
-              : out.likelihood >= kDoubtful             ? Trust::kCheck
-                                                        : Trust::kDoubtful;
+  const Click<Dim>* unfound = unfound_click(search);
+  out.trust = out.likelihood >= kTrusted && !is_cut_off && !unfound ? Trust::kTrusted
+              : out.likelihood >= kDoubtful                         ? Trust::kCheck
+                                                                    : Trust::kDoubtful;
   const Cases& cases = out.trust == Trust::kTrusted ? kOfTrusted
                        : out.trust == Trust::kCheck ? kOfCheck
                                                     : kOfDoubtful;
   out.n_right = cases.n_right;
   out.n_cases = cases.n;
   out.reason = out.trust == Trust::kTrusted ? "it differs from what surrounds it, and edges hold it"
-               : out.likelihood >= kTrusted ? "the border of the volume cuts it off"
-                                            : doubt(features);
-  out.place_mm = disputed_place(grid, search);
+               : out.likelihood < kTrusted  ? doubt(features)
+               : is_cut_off                 ? "the border of the volume cuts it off"
+                                            : "nothing stands out round one of its inside clicks";
+  out.place_mm = unfound && !is_cut_off && out.likelihood >= kTrusted
+                     ? unfound->point_mm
+                     : disputed_place(grid, search);
   return out;
 }
 

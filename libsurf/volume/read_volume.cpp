@@ -94,7 +94,7 @@ Reader reader_of(const std::string& path) {
   if (const Reader reader = by_content(bytes); reader && !is_data_half) return reader;
   if (path.ends_with(".img.gz") || path.ends_with(".hdr.gz")) return read_nifti;
   if (const Reader reader = by_extension(path)) return reader;
-  throw InputError(fmt::format("{}: not a volume; {}", path, kFormats));
+  throw NotAVolume(fmt::format("{}: not a volume; {}", path, kFormats));
 }
 
 }  // namespace

@@ -5,9 +5,16 @@
 #include <string>
 #include <vector>
 
+#include "libsurf/base/error.h"
 #include "libsurf/volume/volume.h"
 
 namespace surf::volume {
+
+/// A file that no reader takes for one of its own.
+class NotAVolume : public InputError {
+ public:
+  using InputError::InputError;
+};
 
 struct ReadOptions {
   /// Frame of a 4-D file, from 0.
@@ -33,6 +40,7 @@ struct ReadOptions {
 /// @throws InputError  "path: what; what to do": missing, empty, truncated or damaged, not a
 ///                     volume, of an unsupported kind, without a usable affine, NaN or Inf,
 ///                     beyond memory, no such frame, several DICOM series, uneven slices
+/// @throws NotAVolume
 Volume read_volume(const std::string& path, const ReadOptions& options = {});
 
 /// One of the series in a folder of DICOM files.

@@ -23,6 +23,11 @@
 namespace surf::volume {
 namespace {
 
+/// In messages; what was made of an array has no path.
+std::string name_of(const Source& source) {
+  return source.path.empty() ? std::string("the volume") : source.path;
+}
+
 constexpr int kSlab = VoxelGrid::kSlab;
 
 /// @param n_bytes  that are needed
@@ -269,7 +274,8 @@ void Volume::Impl::store_slab(std::span<const float> slab, int n_slices) {
   const int old = grid->bytes_per_voxel();
   int needed = old;
   for (int k = 0; k < depth; ++k) {
-    if (!all[k].are_usable) throw_unusable(slab.subspan(k * n, n), size, first + k, source.path);
+    if (!all[k].are_usable)
+      throw_unusable(slab.subspan(k * n, n), size, first + k, name_of(source));
     range[0] = std::min(range[0], all[k].lowest);
     range[1] = std::max(range[1], all[k].highest);
     needed = std::max(needed, all[k].bytes_per_voxel);
@@ -277,7 +283,7 @@ void Volume::Impl::store_slab(std::span<const float> slab, int n_slices) {
   if (needed > old) {
     // The old and the new grid are there together.
     check_memory(double(needed) * double(n) * size[2] + double(old) * double(n) * n_slices,
-                 needed == 2 ? " as 16-bit integers" : " as 32-bit floats", size, source.path);
+                 needed == 2 ? " as 16-bit integers" : " as 32-bit floats", size, name_of(source));
     grid->widen(needed);
   }
   grid->store_slab(slab, first);
@@ -302,15 +308,15 @@ void Volume::Builder::Storing::store(Impl& volume, int n_slices) {
 
 Volume::Builder::Builder(const std::array<int, 3>& size, const Eigen::Matrix4d& index_to_world,
                          Source source) {
-  check_size(size, source.path);
+  check_size(size, name_of(source));
   storing_ = std::make_unique<Storing>();
   impl_ = std::make_shared<Impl>();
   impl_->size = size;
-  impl_->index_to_world = checked_affine<3>(index_to_world, source.path, "voxel");
+  impl_->index_to_world = checked_affine<3>(index_to_world, name_of(source), "voxel");
   impl_->world_to_index = impl_->index_to_world.inverse();
   impl_->source = std::move(source);
   impl_->range = {std::numeric_limits<float>::max(), std::numeric_limits<float>::lowest()};
-  check_voxel_size(impl_->index_to_world, impl_->source.path);
+  check_voxel_size(impl_->index_to_world, name_of(impl_->source));
   impl_->grid = SURF_LATE(surf_vdb, surf_make_voxel_grid)(size);
 }
 
@@ -326,7 +332,7 @@ void Volume::Builder::append_slice(std::span<const float> values) {
   const std::size_t n = std::size_t(size[0]) * size[1];
   if (n_slices_ == size[2] || values.size() != n)
     throw InputError(fmt::format("{}: slice {} has {} voxels, expected {} slices of {}",
-                                 impl_->source.path, n_slices_, values.size(), size[2], n));
+                                 name_of(impl_->source), n_slices_, values.size(), size[2], n));
   // Not before: a header may promise slices that the file does not hold.
   if (slab_.empty()) slab_.reserve(n * std::min(size[2] - n_slices_, kSlab));
   slab_.insert(slab_.end(), values.begin(), values.end());
@@ -348,7 +354,7 @@ Volume Volume::Builder::finish() {
   storing_->task.wait();
   if (n_slices_ != impl_->size[2])
     throw InputError(
-        fmt::format("{}: {} of {} slices", impl_->source.path, n_slices_, impl_->size[2]));
+        fmt::format("{}: {} of {} slices", name_of(impl_->source), n_slices_, impl_->size[2]));
   if (storing_->means) impl_->coarser = storing_->means->finish().impl_;
   return Volume(std::move(impl_));
 }

@@ -288,7 +288,7 @@ const std::vector<Row> kRows = {
      "--seed: at least one point"},
     {"NoImage", {"segment", "--seed", "8,8", "-o", "out.json"}, 2, "an image is missing"},
     {"ImageMissing", image("gone.png"), 3, "gone.png: cannot be read"},
-    {"ImageText", image("text.txt"), 3, "not a volume"},
+    {"ImageText", image("text.txt"), 3, "neither an image (PNG, JPEG, TIFF) nor a volume"},
     {"ImageEmpty", image("empty.png"), 3, "is empty"},
     {"ImageCut", image("cut.png"), 3, "truncated or damaged"},
     {"VolumeWithoutSlice", image("ball.nii"), 2, "choose a slice"},

@@ -8,6 +8,7 @@
 
 #include "libcurve/image/read_image.h"
 #include "libsurf/base/error.h"
+#include "libsurf/volume/read_volume.h"
 #include "tools/common/arguments.h"
 #include "tools/common/option_group.h"
 
@@ -96,8 +97,12 @@ surf::curve::Image ImageArguments::read() const {
   if (slice.empty() && plane.empty()) {
     if (surf::curve::is_image_file(path))
       return surf::curve::read_image(path, {.spacing_mm = spacing_mm, .page = page});
-    // A volume is known by its own reader, whose message is the better one if it is none.
-    which.read(path);
+    // A volume is known by its own reader, whose message is the better one where it begins as one.
+    try {
+      which.read(path);
+    } catch (const surf::volume::NotAVolume&) {
+      throw surf::InputError(path + ": neither an image (PNG, JPEG, TIFF) nor a volume");
+    }
     throw UsageError(fmt::format(
         "{}: is a volume; choose a slice, such as --slice axial:20, or a --plane", path));
   }

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <pybind11/stl.h>
 
+#include <algorithm>
 #include <chrono>
 
 #include "libcurve/segment/segment.h"
@@ -27,6 +28,25 @@ bool ends_with_consequence(const std::vector<surf::segment::Action<Dim>>& histor
   return !history.empty() && surf::segment::is_consequence<Dim>(history.back());
 }
 
+/// Those that this thread waits for, calling progress.
+thread_local std::vector<const void*> waited_for;
+
+class Waiting {
+ public:
+  explicit Waiting(const void* segmentation) { waited_for.push_back(segmentation); }
+  ~Waiting() { waited_for.pop_back(); }
+  Waiting(const Waiting&) = delete;
+  Waiting& operator=(const Waiting&) = delete;
+};
+
+/// A progress function would wait for ever.
+void check_is_not_waited_for(const void* segmentation) {
+  if (std::find(waited_for.begin(), waited_for.end(), segmentation) != waited_for.end())
+    throw surf::UsageError(
+        "progress: the segmentation is at work; ask it for something when the call that progress "
+        "belongs to has ended");
+}
+
 }  // namespace
 
 template <int Dim>
@@ -37,6 +57,7 @@ Segmentation<Dim>::Segmentation(Image image)
 template <int Dim>
 template <class Work>
 auto Segmentation<Dim>::alone(Work&& work) {
+  check_is_not_waited_for(this);
   py::gil_scoped_release released;
   std::lock_guard lock(mutex_);
   return work();
@@ -47,6 +68,8 @@ template <int Dim>
 void Segmentation<Dim>::compute(
     const py::object& progress,
     const std::function<void(const Told&, const std::stop_token&)>& work) {
+  check_is_not_waited_for(this);
+  const Waiting waiting(this);
   do_watched(progress, [&](const Watch& watch, const std::stop_token& stop) {
     constexpr std::chrono::milliseconds kLook(20);
     std::unique_lock lock(mutex_, std::defer_lock);

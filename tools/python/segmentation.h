@@ -33,7 +33,8 @@ struct Kind<3> {
 
 /// A segment::Segmentation that several Python threads may call: they take turns. What computes
 /// does so on a thread of its own, while the caller's, without the interpreter's lock, looks for
-/// Ctrl-C and takes the lock to call progress: a step that takes long can be stopped too.
+/// Ctrl-C and takes the lock to call progress: a step that takes long can be stopped too. What
+/// progress asks of the segmentation itself is a UsageError.
 template <int Dim>
 class Segmentation {
  public:

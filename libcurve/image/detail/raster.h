@@ -21,7 +21,13 @@ struct Raster {
   bool is_luminance = false;  ///< the values are that of colours already
   std::optional<Eigen::Vector2d> spacing_mm;
   int n_pages = 1;
+  int orientation = 1;  ///< as stored, of TIFF and EXIF, 1 to 8
 };
+
+/// Rows and columns as they are to be seen: where the first row and column of the file lie says
+/// its orientation (TIFF 6.0, p. 36: 1 top and left, 2 top and right, ..., 8 left and bottom);
+/// sizes and spacing go with them.
+void turn_upright(Raster& raster);
 
 /// Rec. 709.
 inline float luminance(double red, double green, double blue) {

@@ -5,6 +5,7 @@
 #include <csetjmp>
 #include <cstring>
 #include <fstream>
+#include <string_view>
 
 // jpeglib.h names FILE, which <cstdio> has.
 // clang-format off
@@ -17,6 +18,8 @@
 
 namespace surf::curve {
 namespace {
+
+constexpr int kExif = JPEG_APP0 + 1;
 
 /// Reads errors and those warnings that mean that pixels are missing or wrong.
 struct Jpeg {
@@ -61,6 +64,7 @@ bool read_header(Jpeg& jpeg, const std::string& content) {
   jpeg_create_decompress(&jpeg.info);
   jpeg.info.progress = &jpeg.progress;
   jpeg_mem_src(&jpeg.info, reinterpret_cast<const unsigned char*>(content.data()), content.size());
+  jpeg_save_markers(&jpeg.info, kExif, 0xffff);
   jpeg_read_header(&jpeg.info, /*require_image=*/TRUE);
   if (jpeg.info.jpeg_color_space == JCS_YCbCr) jpeg.info.out_color_space = JCS_RGB;
   jpeg_calc_output_dimensions(&jpeg.info);
@@ -78,6 +82,50 @@ bool read_rows(Jpeg& jpeg, JSAMPLE* row, float* values) {
   }
   jpeg_finish_decompress(&jpeg.info);
   return true;
+}
+
+/// The orientation in a block of EXIF, a header of TIFF with its first list of fields: 1 if it has
+/// none or cannot be read.
+int orientation_of(std::string_view exif) {
+  using namespace std::string_view_literals;
+  if (!exif.starts_with("Exif\0\0"sv)) return 1;
+  exif.remove_prefix(6);
+  const bool is_little = exif.starts_with("II"sv);
+  const auto number = [&](std::size_t at, int n_bytes) -> std::size_t {
+    std::size_t out = 0;
+    for (int k = 0; k < n_bytes && at + n_bytes <= exif.size(); ++k)
+      out |= std::size_t(static_cast<unsigned char>(exif[at + (is_little ? k : n_bytes - 1 - k)]))
+             << 8 * k;
+    return out;
+  };
+  constexpr std::size_t kField = 12, kOrientation = 0x112, kShort = 3;  // bytes, tag, type
+  const std::size_t fields = number(4, 4), n_fields = number(fields, 2);
+  for (std::size_t n = 0; n < n_fields; ++n) {
+    const std::size_t field = fields + 2 + n * kField;
+    if (field + kField > exif.size()) break;
+    if (number(field, 2) != kOrientation || number(field + 2, 2) != kShort) continue;
+    const std::size_t value = number(field + 8, 2);
+    return value >= 1 && value <= 8 ? int(value) : 1;
+  }
+  return 1;
+}
+
+int orientation_of(const jpeg_decompress_struct& info) {
+  for (const auto* marker = info.marker_list; marker; marker = marker->next)
+    if (marker->marker == kExif)
+      return orientation_of(
+          {reinterpret_cast<const char*>(marker->data), std::size_t(marker->data_length)});
+  return 1;
+}
+
+/// Of the JFIF header; nothing where it says the pixels' proportions alone.
+std::optional<Eigen::Vector2d> spacing_of(const jpeg_decompress_struct& info) {
+  constexpr int kPerInch = 1, kPerCentimetre = 2;
+  const bool has_unit = info.density_unit == kPerInch || info.density_unit == kPerCentimetre;
+  if (!info.saw_JFIF_marker || !has_unit || info.X_density == 0 || info.Y_density == 0)
+    return std::nullopt;
+  const double mm = info.density_unit == kPerInch ? 25.4 : 10;
+  return Eigen::Vector2d(mm / info.X_density, mm / info.Y_density);
 }
 
 std::string content_of(const std::string& path) {
@@ -124,7 +172,10 @@ Raster read_jpeg(const std::string& path) {
   const std::size_t n_row = std::size_t(out.size[0]) * out.n_components;
   std::vector<JSAMPLE> row(n_row);
   out.values.resize(n_row * out.size[1]);
+  out.spacing_mm = spacing_of(jpeg.info);
+  out.orientation = orientation_of(jpeg.info);
   if (!read_rows(jpeg, row.data(), out.values.data())) throw damaged(path, "JPEG", jpeg.message);
+  turn_upright(out);
   return out;
 }
 

@@ -79,6 +79,9 @@ std::optional<Type> plain_type(TIFF* tiff, const Header& h) {
   if (is(16, SAMPLEFORMAT_INT)) return Type{"int16", append<std::int16_t>};
   if (is(32, SAMPLEFORMAT_UINT)) return Type{"uint32", append<std::uint32_t>};
   if (is(32, SAMPLEFORMAT_INT)) return Type{"int32", append<std::int32_t>};
+  if (is(64, SAMPLEFORMAT_UINT)) return Type{"uint64", append<std::uint64_t>};
+  if (is(64, SAMPLEFORMAT_INT)) return Type{"int64", append<std::int64_t>};
+  if (is(16, SAMPLEFORMAT_IEEEFP)) return Type{"float16", append<Eigen::half>};
   if (is(32, SAMPLEFORMAT_IEEEFP)) return Type{"float32", append<float>};
   if (is(64, SAMPLEFORMAT_IEEEFP)) return Type{"float64", append<double>};
   return std::nullopt;
@@ -114,9 +117,13 @@ void check_blocks(TIFF* tiff, const std::string& path) {
 
 void read_colors(TIFF* tiff, const Header& h, const std::string& path, Raster& out) {
   check_blocks(tiff, path);
+  TIFFSetField(tiff, TIFFTAG_ORIENTATION, ORIENTATION_TOPLEFT);  // pixels as they are stored
   std::vector<std::uint32_t> pixels(std::size_t(h.width) * h.height);
   if (!TIFFReadRGBAImageOriented(tiff, h.width, h.height, pixels.data(), ORIENTATION_TOPLEFT, 1))
-    throw damaged(path, "TIFF", "or of an unsupported kind");
+    throw InputError(fmt::format(
+        "{}: TIFF is damaged or of a kind that is not read ({} bits, sample format {}, photometric "
+        "{}, compression {}); save it as plain grey or RGB",
+        path, h.n_bits, h.sample_format, h.photometric, h.compression));
   out.values.reserve(pixels.size());
   for (const std::uint32_t pixel : pixels)
     out.values.push_back(luminance(TIFFGetR(pixel), TIFFGetG(pixel), TIFFGetB(pixel)));
@@ -142,24 +149,6 @@ void check_size(const Header& h, const std::string& path) {
                     n_values * h.n_bits, n_stored));
 }
 
-/// Mirrors rows and columns as the orientation says; files that are turned by 90 degrees stay.
-void orient(const Header& h, Raster& out) {
-  const bool is_upside_down =
-      h.orientation == ORIENTATION_BOTLEFT || h.orientation == ORIENTATION_BOTRIGHT;
-  const bool is_mirrored =
-      h.orientation == ORIENTATION_TOPRIGHT || h.orientation == ORIENTATION_BOTRIGHT;
-  if (!is_upside_down && !is_mirrored) return;
-  const std::vector<float> in = out.values;
-  const int n = out.n_components;
-  for (int j = 0; j < out.size[1]; ++j)
-    for (int i = 0; i < out.size[0]; ++i) {
-      const int from_j = is_upside_down ? out.size[1] - 1 - j : j;
-      const int from_i = is_mirrored ? out.size[0] - 1 - i : i;
-      std::copy_n(&in[(std::size_t(from_j) * out.size[0] + from_i) * n], n,
-                  &out.values[(std::size_t(j) * out.size[0] + i) * n]);
-    }
-}
-
 }  // namespace
 
 Raster read_tiff(const std::string& path, int page) {
@@ -177,12 +166,12 @@ Raster read_tiff(const std::string& path, int page) {
   check_size(header, path);
   out.size = {int(header.width), int(header.height)};
   out.spacing_mm = spacing_of(tiff.get());
-  if (const auto type = plain_type(tiff.get(), header)) {
+  if (const auto type = plain_type(tiff.get(), header))
     read_plain(tiff.get(), header, *type, path, out);
-    orient(header, out);
-  } else {
+  else
     read_colors(tiff.get(), header, path, out);
-  }
+  out.orientation = header.orientation;
+  turn_upright(out);
   return out;
 }
 

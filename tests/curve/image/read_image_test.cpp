@@ -1,6 +1,9 @@
 #include "libcurve/image/read_image.h"
 
+#include <tiffio.h>
+
 #include <cmath>
+#include <functional>
 
 #include "libcurve/image/phantom.h"
 #include "libcurve/image/write_image.h"
@@ -94,6 +97,120 @@ TEST_F(ReadImage, JpegHasThePicturesLuminance) {
   ASSERT_EQ(image.size(), (std::array<int, 2>{96, 80}));
   for (int y = 0; y < 80; ++y)
     for (int x = 0; x < 96; ++x) ASSERT_NEAR(image.value(x, y), 2 * x + y / 4, 4) << x << " " << y;
+}
+
+/// A file of JPEG with a block of EXIF that says an orientation, in either order of bytes.
+std::string turned(const std::string& jpeg, int orientation, bool is_little) {
+  using namespace std::string_literals;
+  const std::string value(1, char(orientation));
+  const std::string exif =
+      "Exif\0\0"s +
+      (is_little ? "II*\0\x08\0\0\0\x01\0\x12\x01\x03\0\x01\0\0\0"s + value + "\0\0\0\0\0\0\0"s
+                 : "MM\0*\0\0\0\x08\0\x01\x01\x12\0\x03\0\0\0\x01\0"s + value + "\0\0\0\0\0\0"s);
+  const std::string segment = "\xff\xe1"s + '\0' + char(exif.size() + 2) + exif;
+  return jpeg.substr(0, 2) + segment + jpeg.substr(2);
+}
+
+// Where the pixel in the file's column x and row y is seen, by the orientation.
+TEST_F(ReadImage, JpegIsTurnedAsItsExifSays) {
+  const std::string upright = jpeg_of_a_ramp();
+  write("upright.jpg", upright);
+  const Image stored = read_image(path("upright.jpg"));
+  const std::size_t n_notes = stored.source().notes.size();
+  const int w = 96, h = 80;
+  const std::vector<std::function<std::array<int, 2>(int, int)>> seen = {
+      [](int x, int y) {
+        return std::array{x, y};
+      },
+      [&](int x, int y) {
+        return std::array{w - 1 - x, y};
+      },
+      [&](int x, int y) {
+        return std::array{w - 1 - x, h - 1 - y};
+      },
+      [&](int x, int y) {
+        return std::array{x, h - 1 - y};
+      },
+      [](int x, int y) {
+        return std::array{y, x};
+      },
+      [&](int x, int y) {
+        return std::array{h - 1 - y, x};
+      },
+      [&](int x, int y) {
+        return std::array{h - 1 - y, w - 1 - x};
+      },
+      [&](int x, int y) {
+        return std::array{y, w - 1 - x};
+      }};
+  for (int orientation = 1; orientation <= 8; ++orientation) {
+    write("turned.jpg", turned(upright, orientation, orientation % 2 == 0));
+    const Image image = read_image(path("turned.jpg"));
+    EXPECT_EQ(image.size()[0], orientation < 5 ? w : h);
+    EXPECT_EQ(image.source().notes.size(), n_notes + (orientation == 1 ? 0 : 1));
+    for (int y = 0; y < h; y += 7)
+      for (int x = 0; x < w; x += 7) {
+        const auto [i, j] = seen[std::size_t(orientation - 1)](x, y);
+        ASSERT_EQ(image.value(i, j), stored.value(x, y)) << orientation << ": " << x << " " << y;
+      }
+  }
+  for (std::size_t n = 0; n < 26; ++n) {  // cut short before the value: upright, and no crash
+    const std::string whole = turned(upright, 6, true);
+    std::string cut = whole;
+    cut.erase(6 + n, 30 - n).replace(5, 1, 1, char(whole[5] - (30 - int(n))));
+    write("cut.jpg", cut);
+    EXPECT_EQ(read_image(path("cut.jpg")).size()[0], w) << n;
+  }
+}
+
+TEST_F(ReadImage, JpegHasTheSizeOfItsPixels) {
+  std::string bytes = jpeg_of_a_ramp();
+  const std::size_t jfif = bytes.find("JFIF");
+  ASSERT_NE(jfif, std::string::npos);
+  write("none.jpg", bytes);
+  EXPECT_EQ(read_image(path("none.jpg")).source().spacing_source, "unknown");
+  bytes.replace(jfif + 7, 5, std::string("\x01\x00\xfe\x00\x7f", 5));  // per inch: 254, 127
+  write("inch.jpg", bytes);
+  EXPECT_TRUE(read_image(path("inch.jpg")).spacing().isApprox(Eigen::Vector2d(0.1, 0.2)));
+  write("turned.jpg", turned(bytes, 6, true));
+  EXPECT_EQ(read_image(path("turned.jpg")).size()[0], 80);
+}
+
+TEST_F(ReadImage, TiffOfAnyOrientationTypeAndSize) {
+  const auto write_tiff = [&](const char* mode, int bits, int format, int orientation,
+                              const std::string& rows, int width, int height) {
+    TIFF* tiff = TIFFOpen(path("t.tif").c_str(), mode);
+    TIFFSetField(tiff, TIFFTAG_IMAGEWIDTH, width);
+    TIFFSetField(tiff, TIFFTAG_IMAGELENGTH, height);
+    TIFFSetField(tiff, TIFFTAG_BITSPERSAMPLE, bits);
+    TIFFSetField(tiff, TIFFTAG_SAMPLESPERPIXEL, 1);
+    TIFFSetField(tiff, TIFFTAG_SAMPLEFORMAT, format);
+    TIFFSetField(tiff, TIFFTAG_PHOTOMETRIC, PHOTOMETRIC_MINISBLACK);
+    TIFFSetField(tiff, TIFFTAG_ORIENTATION, orientation);
+    std::string bytes = rows;
+    for (int j = 0; j < height; ++j)
+      TIFFWriteScanline(tiff, bytes.data() + std::size_t(j) * width * bits / 8, j, 0);
+    TIFFClose(tiff);
+  };
+  const std::string six("\x01\x02\x03\x04\x05\x06", 6);
+  for (const char* mode : {"w", "w8"}) {  // and BigTIFF
+    write_tiff(mode, 8, SAMPLEFORMAT_UINT, ORIENTATION_TOPLEFT, six, 3, 2);
+    EXPECT_EQ(read_image(path("t.tif")).values(), (std::vector<float>{1, 2, 3, 4, 5, 6}));
+    write_tiff(mode, 8, SAMPLEFORMAT_UINT, ORIENTATION_BOTRIGHT, six, 3, 2);
+    EXPECT_EQ(read_image(path("t.tif")).values(), (std::vector<float>{6, 5, 4, 3, 2, 1}));
+    write_tiff(mode, 8, SAMPLEFORMAT_UINT, ORIENTATION_RIGHTTOP, six, 3, 2);
+    EXPECT_EQ(read_image(path("t.tif")).size(), (std::array<int, 2>{2, 3}));
+    EXPECT_EQ(read_image(path("t.tif")).values(), (std::vector<float>{4, 1, 5, 2, 6, 3}));
+  }
+  const auto bytes_of = [](const auto& values) {
+    return std::string(reinterpret_cast<const char*>(values.data()), sizeof(values));
+  };
+  const std::array<std::int64_t, 4> integers = {-3, 70000000000, 0, 1};
+  write_tiff("w", 64, SAMPLEFORMAT_INT, ORIENTATION_TOPLEFT, bytes_of(integers), 2, 2);
+  EXPECT_EQ(read_image(path("t.tif")).values(), (std::vector<float>{-3, 7e10f, 0, 1}));
+  const std::array<Eigen::half, 4> halves = {Eigen::half(0.5f), Eigen::half(-2.f), {}, {}};
+  write_tiff("w", 16, SAMPLEFORMAT_IEEEFP, ORIENTATION_TOPLEFT, bytes_of(halves), 2, 2);
+  EXPECT_EQ(read_image(path("t.tif")).values(), (std::vector<float>{0.5, -2, 0, 0}));
 }
 
 TEST_F(ReadImage, JpegWhoseDataAreMissingIsRefused) {

@@ -84,14 +84,16 @@ class Segmentation:
 
     def add(self, point: Point, inside: bool = True, *, object: Optional[str] = None,
             space: Optional[str] = None, progress: Optional[ProgressFunction] = None) -> Shape:
-        """A click, and the surface that obeys it and those before. See evolve()."""
+        """A click, and the surface that obeys it and those before. See evolve(). Where no object
+        stands out, or it vanishes, the click is taken back: all is as it was."""
         known = self._segmentation.objects()
         self.click(point, inside, object=object, space=space)
         try:
             return self.evolve(object=object, progress=progress)
-        except UsageError:  # an outside click alone, say: all stays as it was
-            self.undo(object=object)
-            self._drop_new(known)
+        except (UsageError, NoObject):
+            if self._segmentation.outcome(self._id(object)) != "interrupted":
+                self.undo(object=object)
+                self._drop_new(known)
             raise
 
     def click(self, point: Point, inside: bool = True, *, object: Optional[str] = None,
@@ -151,7 +153,8 @@ class Segmentation:
         energy. Rest is seen within one call: fewer than 8 at a time go on for ever.
         progress: called on this thread with a Progress, after steps at most 20 times a second, in
         a step that takes long ten times; False stops with the surface so far. What it raises, and
-        Ctrl-C, pass through; the surface so far is that of surface() then.
+        Ctrl-C, pass through; the surface so far is that of surface() then, not before: asked by
+        progress itself the segmentation raises UsageError.
         Raises NoObject where no object stands out round the clicks.
         """
         if steps is not None:
@@ -238,7 +241,10 @@ def segment(image: Any, seeds: Iterable[Point], affine: Optional[np.ndarray] = N
         dialogue = Segmentation(image, affine, spacing=spacing)
         if options or box is not None:
             dialogue.set_options(box=box, space=space, **options)
-        for point in points_of(seeds, "seeds", dialogue.dimension):
+        inside = points_of(seeds, "seeds", dialogue.dimension)
+        if len(inside) == 0:
+            raise UsageError("seeds: expected one point at least")
+        for point in inside:
             dialogue.click(point, True, space=space)
         for point in points_of(outside, "outside", dialogue.dimension):
             dialogue.click(point, False, space=space)
@@ -252,7 +258,11 @@ def evaluate(surface: Surface, reference: Union[str, os.PathLike],
     """Dice, volumes, distances [mm] and quality against a mesh's or a label map's file: what
     `surfseg evaluate --json` writes."""
     if not isinstance(surface, Surface):
-        raise UsageError("surface: expected a Surface; `curveseg evaluate` compares curves")
+        raise UsageError(f"surface: expected a Surface; got {type(surface).__name__} (files and "
+                         "curves are compared by `surfseg evaluate` and `curveseg evaluate`)")
+    if not isinstance(reference, (str, os.PathLike)):
+        raise UsageError("reference: expected the path of a mesh or a label map; got "
+                         f"{type(reference).__name__}")
     return surface.scores(reference, label)
 
 

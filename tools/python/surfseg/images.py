@@ -36,6 +36,13 @@ def as_volume(image: Any, affine: Optional[np.ndarray] = None) -> Volume:
 def as_image(image: Any, affine: Optional[np.ndarray] = None,
              spacing: Union[float, Sequence[float], None] = None) -> Union[Volume, Image]:
     """What segment() takes: a volume, or an image of two dimensions."""
+    has_own = (isinstance(image, (Volume, Image, str, os.PathLike))
+               or hasattr(image, "GetDirection") or hasattr(image, "affine"))
+    if affine is not None and has_own:
+        raise UsageError("affine: belongs to an array; a file, a Volume, an Image and an image of "
+                         "nibabel or SimpleITK have their own")
+    if isinstance(image, np.ma.MaskedArray) and np.ma.is_masked(image):
+        raise UsageError("image: a masked array; give its values, image.filled(...)")
     if isinstance(image, Image):
         return image
     is_file = isinstance(image, (str, os.PathLike))
