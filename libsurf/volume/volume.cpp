@@ -23,6 +23,21 @@
 namespace surf::volume {
 namespace {
 
+/// Of values that are stored wider than the floats they become, where these are coarse beside
+/// their range, as those of a small contrast on a large offset; empty if they are not.
+std::string note_of_rounding(const Source& source, const std::array<float, 2>& range) {
+  constexpr double kCoarse = 1e-3, kFloat = 6e-8;  // of the range; of a value
+  const bool is_wide = source.scalar_type == "float64" || source.scalar_type.ends_with("int32") ||
+                       source.scalar_type.ends_with("int64");
+  const double width = double(range[1]) - range[0],
+               rounding = kFloat * std::max(std::abs(double(range[0])), std::abs(double(range[1])));
+  if (!is_wide || !(width > 0) || !(rounding > kCoarse * width)) return {};
+  return fmt::format(
+      "{} values become 32-bit floats, which are up to {:.2g} off here, of a range of {:.4g}; take "
+      "off the offset that they have in common",
+      source.scalar_type, rounding, width);
+}
+
 /// In messages; what was made of an array has no path.
 std::string name_of(const Source& source) {
   return source.path.empty() ? std::string("the volume") : source.path;
@@ -356,6 +371,8 @@ Volume Volume::Builder::finish() {
     throw InputError(
         fmt::format("{}: {} of {} slices", name_of(impl_->source), n_slices_, impl_->size[2]));
   if (storing_->means) impl_->coarser = storing_->means->finish().impl_;
+  if (const std::string note = note_of_rounding(impl_->source, impl_->range); !note.empty())
+    impl_->source.notes.push_back(note);
   return Volume(std::move(impl_));
 }
 

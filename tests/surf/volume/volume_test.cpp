@@ -116,6 +116,23 @@ TEST(Volume, NamesTheFirstVoxelThatIsNoNumber) {
   }
 }
 
+TEST(Volume, SaysWhereFloatsAreTooCoarseForItsContrast) {
+  const auto n_notes = [](const char* type, float offset) {
+    Source source;
+    source.scalar_type = type;
+    std::vector<float> values(8, offset);
+    values[3] += 1000;
+    Volume::Builder builder({2, 2, 2}, Eigen::Affine3d::Identity(), source);
+    builder.append_slice({values.data(), 4});
+    builder.append_slice({values.data() + 4, 4});
+    return builder.finish().source().notes.size();
+  };
+  EXPECT_EQ(n_notes("float64", 1e9f), 1u);
+  EXPECT_EQ(n_notes("uint32", 1e9f), 1u);
+  EXPECT_EQ(n_notes("float64", 1e6f), 0u);
+  EXPECT_EQ(n_notes("float32", 1e9f), 0u);  // as they are stored
+}
+
 TEST(Volume, RefusesVoxelsOfNanometres) {
   const std::vector<float> values(8, 1.0f);
   for (const double size : {1e-4, 1e-6}) {
