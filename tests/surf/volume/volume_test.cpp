@@ -122,7 +122,7 @@ TEST(Volume, SaysWhereFloatsAreTooCoarseForItsContrast) {
     source.scalar_type = type;
     std::vector<float> values(8, offset);
     values[3] += 1000;
-    Volume::Builder builder({2, 2, 2}, Eigen::Affine3d::Identity(), source);
+    Volume::Builder builder({2, 2, 2}, Eigen::Affine3d::Identity().matrix(), source);
     builder.append_slice({values.data(), 4});
     builder.append_slice({values.data() + 4, 4});
     return builder.finish().source().notes.size();
