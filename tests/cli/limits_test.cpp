@@ -1,6 +1,8 @@
 // What the system allows a process, and names that are no text.
 #include <sys/resource.h>
 
+#include <cstdlib>
+
 #include "tests/cli/program.h"
 
 namespace surfseg::test {
@@ -27,6 +29,23 @@ TEST_F(Limits, AFileThatMayNotGrowIsAnErrorOfWriting) {
   EXPECT_NE(outcome.err.find("s.stl: cannot be written: File too large"), std::string::npos)
       << outcome.err;
   EXPECT_EQ(files().size(), 1u);  // the volume, nothing temporary
+}
+
+TEST_F(Limits, AFullDiskIsAnErrorOfWritingWhateverIsWrittenToIt) {
+  must({"phantom", "ball", "--size", "32", "--spacing", "1", "-o", "v.nii"});
+  const Outcome summary =
+      run({"segment", "v.nii", "--seed", "0,0,0", "-o", "s.stl", "--json", "/dev/full"});
+  EXPECT_EQ(summary.exit_code, 4) << summary.err;
+  EXPECT_TRUE(std::filesystem::is_character_file("/dev/full")) << "a file has taken its place";
+  for (const char* arguments : {"info v.nii", "--help", "--version"}) {
+    const std::string command = std::string("cd '") + path("files") +
+                                "' && '" SURFSEG_PROGRAM "' " + arguments + " > /dev/full 2> told";
+    const int status = std::system(command.c_str());
+    EXPECT_TRUE(WIFEXITED(status));
+    EXPECT_EQ(WEXITSTATUS(status), 4) << arguments;
+    EXPECT_EQ(bytes("told"),
+              "surfseg: error: standard output cannot be written: No space left on device\n");
+  }
 }
 
 TEST_F(Limits, ANameThatIsNotUtf8IsToldInJsonAllTheSame) {

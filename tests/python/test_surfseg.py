@@ -205,6 +205,32 @@ def test_an_add_that_is_refused_leaves_the_dialogue_as_it_was():
     assert dialogue.clicks() == []
 
 
+def test_an_add_that_finds_nothing_leaves_the_dialogue_as_it_was():
+    dialogue = surfseg.Segmentation(surfseg.phantom("ball", size=32))
+    with pytest.raises(surfseg.NoObject):
+        dialogue.add((0.9, 0.9, 0.9))
+    assert dialogue.objects == []
+    alone = dialogue.add((0, 0, 0))
+    assert dialogue.clicks() == [((0, 0, 0), True)]
+    assert np.array_equal(alone.vertices, surfseg.segment(dialogue.volume, [(0, 0, 0)]).vertices)
+
+
+def test_an_affine_belongs_to_arrays_alone(tmp_path):
+    volume = surfseg.phantom("ball", size=16)
+    nibabel.save(nibabel.Nifti1Image(np.zeros((8, 8, 8), np.uint8), np.eye(4)), tmp_path / "v.nii")
+    for image in (volume, tmp_path / "v.nii", nibabel.load(tmp_path / "v.nii")):
+        with pytest.raises(surfseg.UsageError, match="affine: belongs to an array"):
+            surfseg.Segmentation(image, np.eye(4))
+    with pytest.raises(surfseg.UsageError, match="a masked array"):
+        surfseg.Segmentation(np.ma.masked_less(np.indices((8, 8, 8))[0], 3), np.eye(4))
+    with pytest.raises(surfseg.UsageError, match="seeds: expected one point"):
+        surfseg.segment(volume, [])
+    with pytest.raises(surfseg.UsageError, match="reference: expected the path"):
+        surfseg.evaluate(surfseg.segment(volume, [(0, 0, 0)]), np.zeros((8, 8, 8)))
+    with pytest.raises(surfseg.InputError, match="^the volume: 0 x 5 x 5 voxels"):
+        surfseg.Segmentation(np.zeros((0, 5, 5)), np.eye(4))
+
+
 def test_wrong_types_are_named_in_one_line():
     dialogue = surfseg.Segmentation(surfseg.phantom("ball", size=32))
     dialogue.click((0, 0, 0))
@@ -278,6 +304,17 @@ def test_progress_is_called_and_stops():
     assert all(isinstance(p, surfseg.Progress) for p in seen)
     stopped = surfseg.segment(volume, [(0, 0, 0)], progress=lambda p: p.triangles == 0)
     assert stopped.outcome == "interrupted" and len(stopped.faces) > 0
+
+
+def test_progress_that_asks_its_own_dialogue_is_refused_not_waited_for():
+    dialogue = surfseg.Segmentation(surfseg.phantom("ball", size=48))
+    other = surfseg.Segmentation(surfseg.phantom("ball", size=24))
+    for ask in (lambda p: dialogue.surface(), lambda p: dialogue.clicks(),
+                lambda p: dialogue.evolve()):
+        with pytest.raises(surfseg.UsageError, match="the segmentation is at work"):
+            dialogue.add((0, 0, 0), progress=ask)
+    found = dialogue.add((0, 0, 0), progress=lambda p: other.objects == [])
+    assert len(found.faces) > 0 and other.add((0, 0, 0)).outcome == "converged"
 
 
 def test_what_progress_raises_passes_through():

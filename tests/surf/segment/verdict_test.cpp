@@ -116,6 +116,18 @@ TEST(Verdict, DoesNotTrustWhatTheBorderCutsOff) {
   EXPECT_NE(found->trust, Trust::kTrusted) << found->text();
 }
 
+// A click in the air, which is heeded after the one that finds the ball.
+TEST(Verdict, DoesNotTrustWhereNothingStandsOutRoundOneOfTheClicks) {
+  const FoundBall in_the_air(24, 12, 2), ball(24, 12, 24);
+  ASSERT_FALSE(in_the_air.is_found());
+  const auto search = search_clicks<3>(ball.image.grid, std::vector{inside<3>(2), inside<3>(24)});
+  ASSERT_TRUE(search);
+  ASSERT_FALSE(search->found.empty());
+  const auto found = verdict(ball.image.grid, *search);
+  ASSERT_TRUE(found);
+  EXPECT_NE(found->trust, Trust::kTrusted) << found->text();
+}
+
 // Two balls and a bridge: one object, or two.
 TEST(Verdict, LooksWhereAnotherRegionDiffers) {
   const ClickImage<3> image(test::is_in_dumbbell<3>);
