@@ -2,15 +2,19 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <pthread.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cctype>
 #include <cerrno>
+#include <csignal>
+#include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <utility>
 #include <vector>
 
 #include "libsurf/base/error.h"
@@ -42,66 +46,116 @@ bool sync(const fs::path& path) {
   return is_synced;
 }
 
-/// What takes bytes but is no file that another could take the place of: a device, a pipe, a
-/// socket; and what a descriptor of a process has open, as /dev/stdout.
-bool is_stream(fs::path path) {
+fs::path folder_of(const fs::path& path) {
   std::error_code status;
-  const fs::file_status found = fs::status(path, status);
-  if (fs::exists(found) && !fs::is_regular_file(found) && !fs::is_directory(found)) return true;
-  const auto is_of_a_process = [&] {
-    return fs::weakly_canonical(path.parent_path(), status).string().starts_with("/proc/");
-  };
-  for (int n = 0; n < kMostLinks && !is_of_a_process() && fs::is_symlink(path, status); ++n) {
+  return fs::weakly_canonical(path.parent_path(), status);
+}
+
+bool is_of_a_process(const fs::path& path) {
+  return folder_of(path).string().starts_with("/proc/");
+}
+
+/// The link itself where one leads to what a process has open, as /dev/stdout: /proc/self/fd/1.
+fs::path up_to_processes(fs::path path) {
+  std::error_code status;
+  for (int n = 0; n < kMostLinks && !is_of_a_process(path) && fs::is_symlink(path, status); ++n) {
     const fs::path next = fs::read_symlink(path, status);
     if (status) break;
     path = next.is_absolute() ? next : path.parent_path() / next;
   }
-  return is_of_a_process();
+  return path;
+}
+
+/// Open for writing. What this process has open itself goes on where it is: opened anew, a file
+/// would have a place of its own for the next byte.
+int opened(const std::string& stream_path) {
+  const fs::path path = up_to_processes(stream_path);
+  const std::string name = path.filename().string();
+  const bool is_own =
+      folder_of(path) == fs::path(fmt::format("/proc/{}/fd", ::getpid())) && !name.empty() &&
+      std::all_of(name.begin(), name.end(), [](unsigned char c) { return std::isdigit(c) != 0; });
+  if (!is_own) return ::open(stream_path.c_str(), O_WRONLY | O_APPEND | O_CLOEXEC);
+  std::fflush(stdout);
+  return ::fcntl(std::atoi(name.c_str()), F_DUPFD_CLOEXEC, 0);
+}
+
+/// While it lives a pipe whose reader has gone is an error of writing to this thread, no signal.
+class NoPipeSignal {
+ public:
+  NoPipeSignal() {
+    sigset_t pending;
+    ::sigemptyset(&pipe_);
+    ::sigaddset(&pipe_, SIGPIPE);
+    ::sigpending(&pending);
+    was_pending_ = ::sigismember(&pending, SIGPIPE) == 1;
+    ::pthread_sigmask(SIG_BLOCK, &pipe_, &before_);
+  }
+  ~NoPipeSignal() {
+    const timespec at_once = {};
+    while (!was_pending_ && ::sigtimedwait(&pipe_, nullptr, &at_once) < 0 && errno == EINTR) {
+    }
+    ::pthread_sigmask(SIG_SETMASK, &before_, nullptr);
+  }
+  NoPipeSignal(const NoPipeSignal&) = delete;
+  NoPipeSignal& operator=(const NoPipeSignal&) = delete;
+
+ private:
+  sigset_t pipe_, before_;
+  bool was_pending_;
+};
+
+bool write_all(int descriptor, const char* bytes, std::size_t n) {
+  while (n > 0) {
+    const ssize_t written = ::write(descriptor, bytes, n);
+    if (written < 0 && errno == EINTR) continue;
+    if (written < 0) return false;
+    bytes += written;
+    n -= std::size_t(written);
+  }
+  return true;
 }
 
 /// @throws OutputError  the bytes cannot all be written
-void copy_into(const fs::path& from, const std::string& stream_path) {
-  const auto refuse = [&] {
-    throw OutputError(fmt::format("{}: cannot be written: {}", stream_path, std::strerror(errno)));
+void copy_into(std::ifstream from, const std::string& stream_path) {
+  const auto refuse = [&](int error) {
+    throw OutputError(fmt::format("{}: cannot be written: {}", stream_path, std::strerror(error)));
   };
-  const int descriptor = ::open(stream_path.c_str(), O_WRONLY | O_APPEND | O_CLOEXEC);
-  if (descriptor < 0) refuse();
-  std::ifstream in(from, std::ios::binary);
+  const NoPipeSignal no_signal;
+  const int descriptor = opened(stream_path);
+  if (descriptor < 0) refuse(errno);
   std::vector<char> bytes(1 << 16);
-  bool is_written = true;
-  while (is_written && in) {
-    in.read(bytes.data(), std::ssize(bytes));
-    for (std::ptrdiff_t done = 0; is_written && done < in.gcount();) {
-      const ssize_t n = ::write(descriptor, bytes.data() + done, std::size_t(in.gcount() - done));
-      if (n >= 0)
-        done += n;
-      else if (errno != EINTR)
-        is_written = false;
+  while (from) {
+    from.read(bytes.data(), std::ssize(bytes));
+    if (from.bad() || !write_all(descriptor, bytes.data(), std::size_t(from.gcount()))) {
+      const int error = from.bad() ? EIO : errno;
+      ::close(descriptor);
+      refuse(error);
     }
   }
-  const int error = errno;
-  if ((::close(descriptor) != 0 && is_written) || !is_written) {
-    if (!is_written) errno = error;
-    refuse();
-  }
+  if (::close(descriptor) != 0) refuse(errno);
 }
 
 /// In a folder of its own, with the ending of `path`.
 void write_into_stream(const std::string& path,
                        const std::function<void(const std::string&)>& write) {
-  std::string folder = (fs::temp_directory_path() / "surfseg-XXXXXX").string();
-  if (!::mkdtemp(folder.data()))
-    throw OutputError(fmt::format("{}: {}", folder, std::strerror(errno)));
   std::error_code status;
-  const fs::path temporary = fs::path(folder) / fs::path(path).filename();
+  std::string folder = (fs::temp_directory_path(status) / "surfseg-XXXXXX").string();
+  if (status || !::mkdtemp(folder.data()))
+    throw OutputError(fmt::format("{}: no folder for temporary files (TMPDIR): {}", path,
+                                  status ? status.message() : std::strerror(errno)));
+  std::ifstream written;
   try {
+    const fs::path temporary = fs::path(folder) / fs::path(path).filename();
     write(temporary.string());
-    copy_into(temporary, path);
+    written.open(temporary, std::ios::binary);
   } catch (...) {
     fs::remove_all(folder, status);
     throw;
   }
-  fs::remove_all(folder, status);
+  const bool is_there = written.is_open();
+  fs::remove_all(folder, status);  // its bytes are there as long as they are open
+  if (!is_there) throw OutputError(fmt::format("{}: cannot be written: nothing came", path));
+  copy_into(std::move(written), path);
 }
 
 }  // namespace
@@ -112,6 +166,13 @@ std::string extension(const std::string& path) {
                  [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   if (name.ends_with(".nii.gz")) return ".nii.gz";
   return std::filesystem::path(name).extension().string();
+}
+
+bool is_stream(const std::string& path) {
+  std::error_code status;
+  const fs::file_status found = fs::status(path, status);
+  return (fs::exists(found) && !fs::is_regular_file(found) && !fs::is_directory(found)) ||
+         is_of_a_process(up_to_processes(path));
 }
 
 void write_atomically(const std::string& path,

@@ -15,7 +15,11 @@ namespace surf {
 void write_atomically(const std::string& path,
                       const std::function<void(const std::string&)>& write);
 
-/// The same for bytes that are ready.
+/// Whether `path` takes bytes but is no file that another could take the place of: a device, a
+/// pipe, a socket, and what a descriptor of a process has open, as /dev/stdout.
+bool is_stream(const std::string& path);
+
+/// write_atomically() of bytes that are ready.
 void write_bytes(const std::string& path, std::string_view bytes);
 
 /// Ending of the file's name in lower case with its dot: ".stl", ".nii.gz"; "" if none.

@@ -57,7 +57,8 @@ template <int Dim>
 VerdictFeatures verdict_features(const SearchGrid<Dim>& grid, const ClickSearch<Dim>& search);
 
 /// Nothing in the plane, for which it has not been measured, if nothing was found, or if a person
-/// has chosen another region than the best one.
+/// has chosen another region than the best one. Not trusted is what the border of the image cuts
+/// off, and what heeds an inside click round which nothing stood out.
 template <int Dim>
 std::optional<Verdict<Dim>> verdict(const SearchGrid<Dim>& grid, const ClickSearch<Dim>& search);
 

@@ -27,11 +27,13 @@ namespace {
 /// their range, as those of a small contrast on a large offset; empty if they are not.
 std::string note_of_rounding(const Source& source, const std::array<float, 2>& range) {
   constexpr double kCoarse = 1e-3, kFloat = 6e-8;  // of the range; of a value
+  constexpr double kWholeNumbers = 0.5;            // where all have become one
   const bool is_wide = source.scalar_type == "float64" || source.scalar_type.ends_with("int32") ||
                        source.scalar_type.ends_with("int64");
   const double width = double(range[1]) - range[0],
                rounding = kFloat * std::max(std::abs(double(range[0])), std::abs(double(range[1])));
-  if (!is_wide || !(width > 0) || !(rounding > kCoarse * width)) return {};
+  const bool is_coarse = width > 0 ? rounding > kCoarse * width : rounding > kWholeNumbers;
+  if (!is_wide || !is_coarse) return {};
   return fmt::format(
       "{} values become 32-bit floats, which are up to {:.2g} off here, of a range of {:.4g}; take "
       "off the offset that they have in common",

@@ -37,7 +37,7 @@ TEST_F(Limits, AFullDiskIsAnErrorOfWritingWhateverIsWrittenToIt) {
       run({"segment", "v.nii", "--seed", "0,0,0", "-o", "s.stl", "--json", "/dev/full"});
   EXPECT_EQ(summary.exit_code, 4) << summary.err;
   EXPECT_TRUE(std::filesystem::is_character_file("/dev/full")) << "a file has taken its place";
-  for (const char* arguments : {"info v.nii", "--help", "--version"}) {
+  for (const char* arguments : {"info v.nii", "--help", "--version", "segment --energy list"}) {
     const std::string command = std::string("cd '") + path("files") +
                                 "' && '" SURFSEG_PROGRAM "' " + arguments + " > /dev/full 2> told";
     const int status = std::system(command.c_str());
@@ -45,6 +45,20 @@ TEST_F(Limits, AFullDiskIsAnErrorOfWritingWhateverIsWrittenToIt) {
     EXPECT_EQ(WEXITSTATUS(status), 4) << arguments;
     EXPECT_EQ(bytes("told"),
               "surfseg: error: standard output cannot be written: No space left on device\n");
+  }
+}
+
+// What the program prints itself comes behind the summary, not over it.
+TEST_F(Limits, ASummaryGoesToTheStandardOutputWhateverThatIs) {
+  must({"phantom", "ball", "--size", "32", "--spacing", "1", "-o", "v.nii"});
+  must({"segment", "v.nii", "--seed", "0,0,0", "-o", "s.stl", "--mask", "m.nii"});
+  for (const char* to : {"/dev/stdout", "/dev/fd/1"}) {
+    const Outcome outcome = run({"evaluate", "s.stl", "--reference", "m.nii", "--json", to});
+    ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+    const std::size_t end = outcome.out.find("\n}\n");
+    ASSERT_NE(end, std::string::npos) << outcome.out;
+    EXPECT_TRUE(nlohmann::json::parse(outcome.out.substr(0, end + 2)).contains("dice"));
+    EXPECT_TRUE(outcome.out.substr(end + 3).starts_with("Dice")) << outcome.out;
   }
 }
 

@@ -215,6 +215,16 @@ def test_an_add_that_finds_nothing_leaves_the_dialogue_as_it_was():
     assert np.array_equal(alone.vertices, surfseg.segment(dialogue.volume, [(0, 0, 0)]).vertices)
 
 
+def test_an_add_that_is_refused_is_taken_back_after_a_stop_too():
+    dialogue = surfseg.Segmentation(surfseg.phantom("ball", size=32))
+    dialogue.click((0, 0, 0))
+    assert dialogue.evolve(steps=1).outcome == "interrupted"
+    dialogue.take_back_click(0)
+    with pytest.raises(surfseg.UsageError):
+        dialogue.add((0.9, 0.9, 0.9), inside=False)
+    assert dialogue.clicks() == []
+
+
 def test_an_affine_belongs_to_arrays_alone(tmp_path):
     volume = surfseg.phantom("ball", size=16)
     nibabel.save(nibabel.Nifti1Image(np.zeros((8, 8, 8), np.uint8), np.eye(4)), tmp_path / "v.nii")

@@ -31,6 +31,7 @@ void check_folder_takes_files(const Output& output, const fs::path& folder) {
 }
 
 void check_output(const Output& output) {
+  if (surf::is_stream(output.second)) return;
   const fs::path path(output.second);
   const fs::path folder = path.has_parent_path() ? path.parent_path() : fs::path(".");
   std::error_code status;

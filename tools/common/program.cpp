@@ -110,8 +110,10 @@ Failure failure_of(const std::exception_ptr& error, const std::string& program) 
   } catch (const std::bad_alloc&) {
     return failure(kInput, "out of memory; crop the input or use a larger edge length");
   } catch (const std::system_error& none) {
-    if (none.code() == std::errc::no_space_on_device)  // for what is printed
-      return failure(kOutput, none.what());
+    for (const int of_writing : {ENOSPC, EDQUOT, EFBIG, EIO, EPIPE})  // what is printed
+      if (none.code() == std::error_code(of_writing, std::generic_category()) ||
+          none.code() == std::error_code(of_writing, std::system_category()))
+        return failure(kOutput, none.what());
     if (none.code() != std::errc::resource_unavailable_try_again)
       return failure(kInternal, none.what());
     return failure(
@@ -162,7 +164,7 @@ int run_guarded(CLI::App& app, const std::function<ExitCode()>& work,
   try {
     code = work();
   } catch (const Listing& list) {
-    fmt::print("{}", list.text);
+    std::fwrite(list.text.data(), 1, list.text.size(), stdout);
   } catch (const CLI::Success& help_or_version) {
     code = app.exit(help_or_version);
   } catch (const CLI::ParseError& error) {
@@ -171,8 +173,8 @@ int run_guarded(CLI::App& app, const std::function<ExitCode()>& work,
     return fail(failure_of(std::current_exception(), name));
   }
   if (is_printed() || code != kDone) return code;
-  return fail(
-      {kOutput, fmt::format("standard output cannot be written: {}", std::strerror(errno))});
+  return fail({kOutput, fmt::format("standard output cannot be written: {}",
+                                    errno ? std::strerror(errno) : "what came before could not")});
 }
 
 }  // namespace surfseg

@@ -44,7 +44,7 @@ surf::volume::Volume volume_of(const py::array& values, const py::array& affine,
   surf::volume::Source source;
   source.path = name;
   source.format = "array";
-  source.scalar_type = py::str(values.dtype());
+  source.scalar_type = py::str(values.dtype().attr("name"));  // in either order of bytes
   source.orientation_source = "affine";
   surf::volume::Volume::Builder builder(size, matrix_of(affine), source);
   for (int k = 0; k < size[2]; ++k) {
@@ -85,7 +85,7 @@ surf::curve::Image image_of(const py::array& values, const std::array<double, 2>
   surf::curve::ImageSource source;
   source.path = name;
   source.format = "array";
-  source.scalar_type = py::str(values.dtype());
+  source.scalar_type = py::str(values.dtype().attr("name"));  // in either order of bytes
   source.spacing_source = "options";
   return {{int(values.shape(1)), int(values.shape(0))},
           surf::curve::pixel_to_plane({spacing_mm[0], spacing_mm[1]}),

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <utility>
+#include <vector>
 
 namespace surf::curve {
 
@@ -29,6 +30,27 @@ void turn_upright(Raster& raster) {
       std::copy_n(&in[(std::size_t(row) * stored[0] + column) * n], n,
                   &raster.values[(std::size_t(j) * raster.size[0] + i) * n]);
     }
+}
+
+int orientation_of_exif(std::string_view exif) {
+  const bool is_little = exif.starts_with("II");
+  const auto number = [&](std::size_t at, int n_bytes) -> std::size_t {
+    std::size_t out = 0;
+    for (int k = 0; k < n_bytes && at + n_bytes <= exif.size(); ++k)
+      out |= std::size_t(static_cast<unsigned char>(exif[at + (is_little ? k : n_bytes - 1 - k)]))
+             << 8 * k;
+    return out;
+  };
+  constexpr std::size_t kField = 12, kOrientation = 0x112, kShort = 3;  // bytes, tag, type
+  const std::size_t fields = number(4, 4), n_fields = number(fields, 2);
+  for (std::size_t n = 0; n < n_fields; ++n) {
+    const std::size_t field = fields + 2 + n * kField;
+    if (field + kField > exif.size()) break;
+    if (number(field, 2) != kOrientation || number(field + 2, 2) != kShort) continue;
+    const std::size_t value = number(field + 8, 2);
+    return value >= 1 && value <= 8 ? int(value) : 1;
+  }
+  return 1;
 }
 
 }  // namespace surf::curve

@@ -4,6 +4,7 @@
 #include <array>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "libcurve/image/image.h"
@@ -28,6 +29,10 @@ struct Raster {
 /// its orientation (TIFF 6.0, p. 36: 1 top and left, 2 top and right, ..., 8 left and bottom);
 /// sizes and spacing go with them.
 void turn_upright(Raster& raster);
+
+/// The orientation in a block of EXIF, a header of TIFF with its first list of fields: 1 if it has
+/// none or cannot be read.
+int orientation_of_exif(std::string_view exif);
 
 /// Rec. 709.
 inline float luminance(double red, double green, double blue) {

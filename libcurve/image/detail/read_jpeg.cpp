@@ -20,6 +20,7 @@ namespace surf::curve {
 namespace {
 
 constexpr int kExif = JPEG_APP0 + 1;
+constexpr std::string_view kExifName("Exif\0\0", 6);
 
 /// Reads errors and those warnings that mean that pixels are missing or wrong.
 struct Jpeg {
@@ -84,37 +85,14 @@ bool read_rows(Jpeg& jpeg, JSAMPLE* row, float* values) {
   return true;
 }
 
-/// The orientation in a block of EXIF, a header of TIFF with its first list of fields: 1 if it has
-/// none or cannot be read.
-int orientation_of(std::string_view exif) {
-  using namespace std::string_view_literals;
-  if (!exif.starts_with("Exif\0\0"sv)) return 1;
-  exif.remove_prefix(6);
-  const bool is_little = exif.starts_with("II"sv);
-  const auto number = [&](std::size_t at, int n_bytes) -> std::size_t {
-    std::size_t out = 0;
-    for (int k = 0; k < n_bytes && at + n_bytes <= exif.size(); ++k)
-      out |= std::size_t(static_cast<unsigned char>(exif[at + (is_little ? k : n_bytes - 1 - k)]))
-             << 8 * k;
-    return out;
-  };
-  constexpr std::size_t kField = 12, kOrientation = 0x112, kShort = 3;  // bytes, tag, type
-  const std::size_t fields = number(4, 4), n_fields = number(fields, 2);
-  for (std::size_t n = 0; n < n_fields; ++n) {
-    const std::size_t field = fields + 2 + n * kField;
-    if (field + kField > exif.size()) break;
-    if (number(field, 2) != kOrientation || number(field + 2, 2) != kShort) continue;
-    const std::size_t value = number(field + 8, 2);
-    return value >= 1 && value <= 8 ? int(value) : 1;
-  }
-  return 1;
-}
-
 int orientation_of(const jpeg_decompress_struct& info) {
-  for (const auto* marker = info.marker_list; marker; marker = marker->next)
-    if (marker->marker == kExif)
-      return orientation_of(
-          {reinterpret_cast<const char*>(marker->data), std::size_t(marker->data_length)});
+  for (const auto* marker = info.marker_list; marker; marker = marker->next) {
+    std::string_view block(reinterpret_cast<const char*>(marker->data),
+                           std::size_t(marker->data_length));
+    if (marker->marker != kExif || !block.starts_with(kExifName)) continue;  // XMP, say
+    block.remove_prefix(kExifName.size());
+    return orientation_of_exif(block);
+  }
   return 1;
 }
 

@@ -60,7 +60,7 @@ bool read_header(Png& p, Header& header) {
 bool read_rows(Png& p, png_bytep* rows) {
   if (setjmp(png_jmpbuf(p.png))) return false;
   png_read_image(p.png, rows);
-  png_read_end(p.png, nullptr);
+  png_read_end(p.png, p.info);
   return true;
 }
 
@@ -70,6 +70,13 @@ void open(Png& p, const std::string& path) {
   p.png = png_create_read_struct(PNG_LIBPNG_VER_STRING, &p, remember_error, ignore_warning);
   if (p.png) p.info = png_create_info_struct(p.png);
   if (!p.info) throw std::bad_alloc();
+}
+
+int orientation_of(const Png& p) {
+  png_uint_32 n = 0;
+  png_bytep exif = nullptr;
+  if (png_get_eXIf_1(p.png, p.info, &n, &exif) == 0) return 1;
+  return orientation_of_exif({reinterpret_cast<const char*>(exif), n});
 }
 
 template <class T>
@@ -104,6 +111,8 @@ Raster read_png(const std::string& path) {
       header.n_bits == 16 ? to_floats<std::uint16_t>(bytes) : to_floats<unsigned char>(bytes);
   if (header.x_per_metre > 0 && header.y_per_metre > 0)
     out.spacing_mm = Eigen::Vector2d(1000.0 / header.x_per_metre, 1000.0 / header.y_per_metre);
+  out.orientation = orientation_of(p);
+  turn_upright(out);
   return out;
 }
 

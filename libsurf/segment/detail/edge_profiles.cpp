@@ -229,8 +229,8 @@ EdgeProfiles fit_edge_profiles(const fem::Geometry<Dim>& geometry, const EdgeCel
     inner = n_inner > 0 ? inner / n_inner : mean;
     outer = n_outer > 0 ? outer / n_outer : mean;
     // The solver ends by the relative change of all parameters: levels of 1e7 would hide places.
-    const double unit = unit_of(std::abs(outer - inner));
-    Eigen::Vector4d x((inner + outer) / 2 / unit, (outer - inner) / 2 / unit, 0,
+    const double unit = unit_of(std::max(std::abs(outer - inner), std::sqrt(variance)));
+    Eigen::Vector4d x(((inner + outer) / 2 - mean) / unit, (outer - inner) / 2 / unit, 0,
                       std::log(options.width_mm));
     // Weights by the deviation of a bin's mean: of what the fit before has left; at first of all
     // bins, then of what that leaves.
@@ -240,7 +240,7 @@ EdgeProfiles fit_edge_profiles(const fem::Geometry<Dim>& geometry, const EdgeCel
     std::vector<Bin> weighted = bins;
     for (int round = is_first ? 0 : 1; round < 2; ++round) {
       for (std::size_t k = 0; k < bins.size(); ++k) {
-        weighted[k].mean = bins[k].mean / unit;
+        weighted[k].mean = (bins[k].mean - mean) / unit;
         weighted[k].weight =
             unit / std::hypot(deviation / std::sqrt(bins[k].weight / total * bins.size()),
                               kBinShare * std::abs(outer - inner) + 1e-300);
@@ -255,15 +255,15 @@ EdgeProfiles fit_edge_profiles(const fem::Geometry<Dim>& geometry, const EdgeCel
       for (const Bin& bin : bins) {
         const double share = bin.weight / total,
                      step = step_and_density((bin.distance - x[2]) / width).step,
-                     off = (x[0] + x[1] * step) * unit - bin.mean;
+                     off = (x[0] + x[1] * step) * unit + mean - bin.mean;
         amounts.push_back(std::abs(off) * std::sqrt(share * bins.size()));
         left += share * off * off;
       }
       deviation = std::max(robust_deviation(std::move(amounts)), options.least_noise / 10);
     }
     out.misfit[i] = deviation;
-    out.inside[i] = (x[0] - x[1]) * unit + middle;
-    out.outside[i] = (x[0] + x[1]) * unit + middle;
+    out.inside[i] = (x[0] - x[1]) * unit + mean + middle;
+    out.outside[i] = (x[0] + x[1]) * unit + mean + middle;
     out.place_mm[i] = x[2];
     out.width_mm[i] = std::exp(x[3]);
     out.explained[i] = variance > 0 ? 1 - left / variance : 0;

@@ -1,6 +1,7 @@
 #include "libcurve/image/read_image.h"
 
 #include <tiffio.h>
+#include <zlib.h>
 
 #include <cmath>
 #include <functional>
@@ -174,6 +175,25 @@ TEST_F(ReadImage, JpegHasTheSizeOfItsPixels) {
   EXPECT_TRUE(read_image(path("inch.jpg")).spacing().isApprox(Eigen::Vector2d(0.1, 0.2)));
   write("turned.jpg", turned(bytes, 6, true));
   EXPECT_EQ(read_image(path("turned.jpg")).size()[0], 80);
+  EXPECT_TRUE(read_image(path("turned.jpg")).spacing().isApprox(Eigen::Vector2d(0.2, 0.1)));
+}
+
+TEST_F(ReadImage, ExifIsFoundBehindOtherBlocksAndInPng) {
+  using namespace std::string_literals;
+  const std::string xmp = "http://ns.adobe.com/xap/1.0/\0<x/>"s;
+  const std::string jpeg = turned(jpeg_of_a_ramp(), 6, false);
+  write("xmp.jpg",
+        jpeg.substr(0, 2) + "\xff\xe1"s + '\0' + char(xmp.size() + 2) + xmp + jpeg.substr(2));
+  EXPECT_EQ(read_image(path("xmp.jpg")).size(), (std::array<int, 2>{80, 96}));
+  write_mask(path("m.png"), {3, 2}, std::vector<std::uint8_t>{1, 0, 0, 0, 0, 0});
+  const std::string png = read(path("m.png")),
+                    chunk = "eXIfII*\0\x08\0\0\0\x01\0\x12\x01\x03\0\x01\0\0\0\x06\0\0\0\0\0\0\0"s;
+  const uLong sum = ::crc32(0, reinterpret_cast<const Bytef*>(chunk.data()), uInt(chunk.size()));
+  std::string exif = "\0\0\0"s + char(chunk.size() - 4) + chunk;
+  for (int shift = 24; shift >= 0; shift -= 8) exif += char(sum >> shift & 0xff);
+  write("t.png", png.substr(0, 33) + exif + png.substr(33));  // behind the header
+  EXPECT_EQ(read_image(path("t.png")).size(), (std::array<int, 2>{2, 3}));
+  EXPECT_EQ(read_image(path("t.png")).values(), (std::vector<float>{0, 255, 0, 0, 0, 0}));
 }
 
 TEST_F(ReadImage, TiffOfAnyOrientationTypeAndSize) {

@@ -5,9 +5,11 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <optional>
 #include <thread>
 
 #include "libsurf/base/error.h"
@@ -28,6 +30,22 @@ struct Files : ::testing::Test {
   auto n_files() const {
     return std::distance(fs::directory_iterator(folder), fs::directory_iterator());
   }
+};
+
+/// Of the environment.
+class ScopedVariable {
+ public:
+  ScopedVariable(const char* name, const std::string& value) : name_(name) {
+    if (const char* before = std::getenv(name)) before_ = before;
+    ::setenv(name, value.c_str(), 1);
+  }
+  ~ScopedVariable() { before_ ? ::setenv(name_, before_->c_str(), 1) : ::unsetenv(name_); }
+  ScopedVariable(const ScopedVariable&) = delete;
+  ScopedVariable& operator=(const ScopedVariable&) = delete;
+
+ private:
+  const char* name_;
+  std::optional<std::string> before_;
 };
 
 void write_text(const std::string& path, const std::string& text) { std::ofstream(path) << text; }
@@ -73,6 +91,21 @@ TEST_F(Files, GoIntoPipesWhichStayPipes) {
   EXPECT_EQ(n_files(), 1);
 }
 
+TEST_F(Files, ThatNobodyReadsAnyMoreAreErrorsAndLeaveNothing) {
+  ScopedVariable temporary("TMPDIR", folder.string());
+  int ends[2];
+  ASSERT_EQ(::pipe(ends), 0);
+  ::close(ends[0]);
+  EXPECT_THROW(write_bytes("/dev/fd/" + std::to_string(ends[1]), "this"), OutputError);
+  ::close(ends[1]);
+  EXPECT_EQ(n_files(), 0);
+}
+
+TEST_F(Files, ForPipesNeedAFolderForTemporaryOnes) {
+  ScopedVariable temporary("TMPDIR", path("none"));
+  EXPECT_THROW(write_bytes("/dev/null", "this"), OutputError);
+}
+
 TEST_F(Files, GoIntoDevicesAndSayIfThoseAreFull) {
   EXPECT_THROW(write_bytes("/dev/full", "much"), OutputError);
   EXPECT_TRUE(fs::is_character_file("/dev/full"));
@@ -82,8 +115,11 @@ TEST_F(Files, GoIntoDevicesAndSayIfThoseAreFull) {
 
 TEST_F(Files, GoToWhatADescriptorHasOpenWithoutTakingItsPlace) {
   write_text(path("log"), "before ");
-  const int descriptor = ::open(path("log").c_str(), O_WRONLY | O_APPEND);
+  const int descriptor = ::open(path("log").c_str(), O_WRONLY);
   ASSERT_GE(descriptor, 0);
+  ASSERT_EQ(::write(descriptor, "before ", 7), 7);
+  EXPECT_TRUE(is_stream("/dev/fd/" + std::to_string(descriptor)));
+  EXPECT_FALSE(is_stream(path("log")));
   write_bytes("/dev/fd/" + std::to_string(descriptor), "this ");
   ASSERT_EQ(::write(descriptor, "after", 5), 5);
   ::close(descriptor);

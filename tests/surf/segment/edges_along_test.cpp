@@ -86,6 +86,9 @@ TEST(EdgesRound, KeepTheSmoothingThatIsGivenAndHaveTheSameBlur) {
   EXPECT_EQ(edges.sigma_mm, 0.1);
   EXPECT_EQ(edges.blur_mm, free.blur_mm);
   EXPECT_GT(edges.nearest_mm, 0);
+  given.seed_radius_mm = 0.2;
+  EXPECT_EQ(edges_round<3>(fields, given, {Vector<3>::Zero()}).blur_mm, free.blur_mm);
+  EXPECT_EQ(edges_round<3>(fields, given, {Vector<3>::Zero()}).nearest_mm, 0) << "not looked for";
 }
 
 // From a click in the air beside a ball: under wide blurs slopes are 0 to the last digit.

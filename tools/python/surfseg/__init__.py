@@ -90,8 +90,10 @@ class Segmentation:
         self.click(point, inside, object=object, space=space)
         try:
             return self.evolve(object=object, progress=progress)
-        except (UsageError, NoObject):
-            if self._segmentation.outcome(self._id(object)) != "interrupted":
+        except (UsageError, NoObject) as error:
+            is_stopped = (isinstance(error, NoObject)
+                          and self._segmentation.outcome(self._id(object)) == "interrupted")
+            if not is_stopped:
                 self.undo(object=object)
                 self._drop_new(known)
             raise

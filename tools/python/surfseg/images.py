@@ -23,9 +23,9 @@ def as_volume(image: Any, affine: Optional[np.ndarray] = None) -> Volume:
         return image
     if isinstance(image, (str, os.PathLike)):
         return read(image)
-    if hasattr(image, "GetDirection") and hasattr(image, "GetOrigin"):
+    if _is_simple_itk(image):
         return _from_simple_itk(image)
-    if hasattr(image, "affine") and hasattr(image, "dataobj"):
+    if _is_nibabel(image):
         name = image.get_filename() if hasattr(image, "get_filename") else None
         return _surfseg.Volume(np.asanyarray(image.dataobj), image.affine, name or "")
     if affine is None:
@@ -37,7 +37,7 @@ def as_image(image: Any, affine: Optional[np.ndarray] = None,
              spacing: Union[float, Sequence[float], None] = None) -> Union[Volume, Image]:
     """What segment() takes: a volume, or an image of two dimensions."""
     has_own = (isinstance(image, (Volume, Image, str, os.PathLike))
-               or hasattr(image, "GetDirection") or hasattr(image, "affine"))
+               or _is_simple_itk(image) or _is_nibabel(image))
     if affine is not None and has_own:
         raise UsageError("affine: belongs to an array; a file, a Volume, an Image and an image of "
                          "nibabel or SimpleITK have their own")
@@ -56,6 +56,14 @@ def as_image(image: Any, affine: Optional[np.ndarray] = None,
     if is_picture:
         return Image.read(os.fspath(image), sizes)
     return Image(image, sizes or [1.0, 1.0], "")
+
+
+def _is_simple_itk(image: Any) -> bool:
+    return hasattr(image, "GetDirection") and hasattr(image, "GetOrigin")
+
+
+def _is_nibabel(image: Any) -> bool:
+    return hasattr(image, "affine") and hasattr(image, "dataobj")
 
 
 def _spacing(spacing: Union[float, Sequence[float]]) -> list[float]:
