@@ -85,7 +85,8 @@ class Segmentation:
     def add(self, point: Point, inside: bool = True, *, object: Optional[str] = None,
             space: Optional[str] = None, progress: Optional[ProgressFunction] = None) -> Shape:
         """A click, and the surface that obeys it and those before. See evolve(). Where no object
-        stands out, or it vanishes, the click is taken back: all is as it was."""
+        stands out, or it vanishes, the click is taken back, as is an outside one before the first
+        inside click: click() keeps that."""
         known = self._segmentation.objects()
         self.click(point, inside, object=object, space=space)
         try:
