@@ -77,9 +77,10 @@ std::shared_ptr<const TiledField> SmoothedVolume::edge_indicator(double lambda,
                                                                  DerivativeFilter filter) const {
   if (!(lambda > 0) || !std::isfinite(lambda))
     throw UsageError(fmt::format("edge_indicator: lambda = {} violates > 0", lambda));
-  // Gradients in units of lambda.
-  const Eigen::Matrix3d scaled = grid().index_to_world.linear().inverse() / lambda;
-  return std::make_shared<const TiledField>(grid(), [scaled, filter, smoother = smoother_](
+  // |grad I|^2 / lambda^2 of differences along the index axes.
+  const Eigen::Matrix3d to_world = grid().index_to_world.linear().inverse() / lambda;
+  const Eigen::Matrix3d Q = to_world * to_world.transpose();
+  return std::make_shared<const TiledField>(grid(), [Q, filter, smoother = smoother_](
                                                         const Index3& lower, const Index3& upper,
                                                         float* out) {
     const ValueBox box = smoother->box(widened(lower, {1, 1, 1}, -1), widened(upper, {1, 1, 1}, 1));
@@ -89,11 +90,13 @@ std::shared_ptr<const TiledField> SmoothedVolume::edge_indicator(double lambda,
       return;
     }
     const std::array<ValueBox, 3> gradient = index_gradient(box, filter);
+    const float *x = gradient[0].values.data(), *y = gradient[1].values.data(),
+                *z = gradient[2].values.data();
     for (std::size_t at = 0; at < gradient[0].values.size(); ++at) {
-      const Eigen::Vector3d along(gradient[0].values[at], gradient[1].values[at],
-                                  gradient[2].values[at]);
-      const double squared = (scaled.transpose() * along).squaredNorm();
-      out[at] = static_cast<float>(1 / (1 + squared));
+      const double i = x[at], j = y[at], k = z[at];
+      const double squared = Q(0, 0) * i * i + Q(1, 1) * j * j + Q(2, 2) * k * k +
+                             2 * (Q(0, 1) * i * j + Q(0, 2) * i * k + Q(1, 2) * j * k);
+      out[at] = static_cast<float>(1 / (1 + std::max(squared, 0.0)));
     }
   });
 }
