@@ -16,7 +16,7 @@ namespace {
 // volume spread by 0.8 % with 400.
 constexpr Eigen::Index kMostProfiles = 4000;
 constexpr Eigen::Index kMostPlaces = 1 << 17;  // that are sampled at once
-constexpr double kFirstSigma = 0.4;  // cells
+constexpr double kFirstSigma = 0.4;            // cells
 constexpr int kMostScales = 5;
 constexpr double kShareOfThickness =
     0.5;                      // of the wider smoothing; a ball is as thick as its radius
