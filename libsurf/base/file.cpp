@@ -26,17 +26,6 @@ namespace fs = std::filesystem;
 
 constexpr int kMostLinks = 40;  // as Linux
 
-/// The file that a link leads to, be it there or not, so that the link stays one.
-fs::path end_of_links(fs::path path) {
-  std::error_code status;
-  for (int n = 0; n < kMostLinks && fs::is_symlink(path, status); ++n) {
-    const fs::path next = fs::read_symlink(path, status);
-    if (status) break;
-    path = next.is_absolute() ? next : path.parent_path() / next;
-  }
-  return path;
-}
-
 /// Waits until a file or folder is on the disk; false if it cannot be.
 bool sync(const fs::path& path) {
   const int descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
@@ -55,8 +44,9 @@ bool is_of_a_process(const fs::path& path) {
   return folder_of(path).string().starts_with("/proc/");
 }
 
-/// The link itself where one leads to what a process has open, as /dev/stdout: /proc/self/fd/1.
-fs::path up_to_processes(fs::path path) {
+/// The file that a link leads to, be it there or not, so that the link stays one; where one leads
+/// to what a process has open, as /dev/stdout, that: /proc/self/fd/1.
+fs::path end_of_links(fs::path path) {
   std::error_code status;
   for (int n = 0; n < kMostLinks && !is_of_a_process(path) && fs::is_symlink(path, status); ++n) {
     const fs::path next = fs::read_symlink(path, status);
@@ -69,7 +59,7 @@ fs::path up_to_processes(fs::path path) {
 /// Open for writing. What this process has open itself goes on where it is: opened anew, a file
 /// would have a place of its own for the next byte.
 int opened(const std::string& stream_path) {
-  const fs::path path = up_to_processes(stream_path);
+  const fs::path path = end_of_links(stream_path);
   const std::string name = path.filename().string();
   const bool is_own =
       folder_of(path) == fs::path(fmt::format("/proc/{}/fd", ::getpid())) && !name.empty() &&
@@ -172,7 +162,7 @@ bool is_stream(const std::string& path) {
   std::error_code status;
   const fs::file_status found = fs::status(path, status);
   return (fs::exists(found) && !fs::is_regular_file(found) && !fs::is_directory(found)) ||
-         is_of_a_process(up_to_processes(path));
+         is_of_a_process(end_of_links(path));
 }
 
 void write_atomically(const std::string& path,
