@@ -382,6 +382,26 @@ class Dialogue(WithStudio):
         undone = self.studio.idle()["objects"][0]
         self.assertEqual((undone["name"], undone["has_surface"]), ("object 1", True))
 
+    def test_a_name_given_before_an_evolution_begins_is_undone_alone(self):
+        for _ in range(8):
+            self.studio.do("add_object")
+            number = self.studio.state()["objects"][-1]["id"]
+            self.studio.click(LEFT, object=number)
+            self.studio.do("rename", object=number, name="left")
+            named = self.studio.idle()["objects"][-1]
+            self.assertEqual((named["name"], named["undo_words"]), ("left", "name"))
+            self.studio.do("undo", object=number)
+            undone = self.studio.idle()["objects"][-1]
+            self.assertEqual((undone["has_surface"], undone["undo_words"]), (True, "inside click"))
+            self.studio.do("remove_object", object=number)
+
+    def test_a_name_given_while_an_object_evolves_is_kept_at_the_end(self):
+        self.studio.click(LEFT)
+        self.studio.do("rename", object=1, name="left")
+        self.studio.process.terminate()
+        self.studio.process.wait(20)
+        self.assertIn(b'"left"', content(self.folder, "balls.nii.gz.surfseg.json"))
+
     def test_a_report_is_that_of_the_command_line(self):
         self.studio.click(LEFT)
         self.studio.idle()

@@ -72,11 +72,11 @@ void Dialogue::work() {
     wake_.wait(lock, [&] {
       return is_ending_ || !acts_.empty() || !wanted_.empty() || opening_.has_value();
     });
-    if (is_ending_) return;
+    if (is_ending_ && acts_.empty()) return;
     stop_ = {};
     is_kept_ = false;
-    if (!acts_.empty()) {
-      const Act act = std::move(acts_.front());
+    if (is_act_next()) {
+      const Act act = std::move(acts_.front().act);
       acts_.pop_front();
       lock.unlock();
       act();
@@ -94,6 +94,14 @@ void Dialogue::work() {
   }
 }
 
+/// Under the lock. What only changes how objects look waits for the evolution that is next in turn:
+/// done before, it would stand between a click and what the click set off, and undoing it would
+/// take the surface with it.
+bool Dialogue::is_act_next() const {
+  if (acts_.empty() || is_ending_ || opening_ || wanted_.empty()) return !acts_.empty();
+  return std::any_of(acts_.begin(), acts_.end(), [](const Waiting& w) { return !w.is_beside; });
+}
+
 /// On the worker, before anything else is computed.
 /// @param while_opening  may end what is being opened
 void Dialogue::do_now(const Act& act, bool while_opening) {
@@ -104,14 +112,15 @@ void Dialogue::do_now(const Act& act, bool while_opening) {
     if (is_ending_) throw surf::UsageError("the studio is ending");
     if (job_ && job_->what == "open" && !while_opening)
       throw surf::UsageError("the volume is being opened: wait until it is there");
-    acts_.push_back([&] {
-      try {
-        act();
-      } catch (...) {
-        failure = std::current_exception();
-      }
-      done.set_value();
-    });
+    acts_.push_back({[&] {
+                       try {
+                         act();
+                       } catch (...) {
+                         failure = std::current_exception();
+                       }
+                       done.set_value();
+                     },
+                     false});
     stop_.request_stop();
   }
   wake_.notify_all();
@@ -135,13 +144,14 @@ void Dialogue::do_beside(const Act& act, const std::function<void(State&)>& show
       show_now(*next);
       ++next->revision;
       state_ = std::move(next);
-      acts_.push_back([this, act] {
-        try {
-          act();
-        } catch (const surf::Error& error) {
-          publish_error(error.what());
-        }
-      });
+      acts_.push_back({[this, act] {
+                         try {
+                           act();
+                         } catch (const surf::Error& error) {
+                           publish_error(error.what());
+                         }
+                       },
+                       true});
       ++tick_;
       wake_.notify_all();
       changed_.notify_all();

@@ -140,6 +140,12 @@ class Dialogue {
  private:
   using Act = std::function<void()>;
 
+  /// What was asked for and is not done yet.
+  struct Waiting {
+    Act act;
+    bool is_beside;  ///< it ends no evolution
+  };
+
   /// An object that is to be computed.
   struct Wanted {
     int id;
@@ -147,6 +153,7 @@ class Dialogue {
   };
 
   void work();
+  bool is_act_next() const;
   void do_now(const Act& act, bool while_opening = false);
   void do_beside(const Act& act, const std::function<void(State&)>& show_now);
   surf::volume::Volume volume_of(const std::filesystem::path& image,
@@ -207,7 +214,7 @@ class Dialogue {
 
   mutable std::mutex mutex_;
   mutable std::condition_variable wake_, changed_;
-  std::deque<Act> acts_;
+  std::deque<Waiting> acts_;
   std::deque<Wanted> wanted_;  ///< the next one first
   std::optional<std::function<void()>> opening_;
   std::shared_ptr<const State> state_;

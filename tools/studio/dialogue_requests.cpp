@@ -129,7 +129,7 @@ void Dialogue::stop() {
     std::lock_guard lock(mutex_);
     is_kept_ = true;
     wanted_.clear();
-    acts_.push_back([this] { publish(); });
+    acts_.push_back({[this] { publish(); }, false});
     stop_.request_stop();
   }
   wake_.notify_all();
