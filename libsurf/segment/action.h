@@ -1,6 +1,7 @@
 // What may be done to an object: the entries of its history and of a recipe.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <optional>
@@ -59,6 +60,19 @@ template <int Dim>
 bool is_consequence(const Action<Dim>& action) {
   return std::holds_alternative<Evolve<Dim>>(action) ||
          std::holds_alternative<Propose<Dim>>(action);
+}
+
+/// Whether it changes no more than how an object is named and drawn.
+template <int Dim>
+bool is_look(const Action<Dim>& action) {
+  return std::holds_alternative<Rename>(action) || std::holds_alternative<Recolour>(action);
+}
+
+/// Whether something was done last that no evolution has heeded: a click, options, a choice.
+template <int Dim>
+bool awaits_evolution(const std::vector<Action<Dim>>& history) {
+  const auto last = std::find_if_not(history.rbegin(), history.rend(), is_look<Dim>);
+  return last != history.rend() && !is_consequence<Dim>(*last);
 }
 
 }  // namespace surf::segment

@@ -321,7 +321,8 @@ Result<Dim> stopped_before_first_step(const Result<Dim>& before, Result<Dim> sto
 template <int Dim>
 const Result<Dim>& Segmentation<Dim>::evolve_beside(Id id, const std::vector<Click<Dim>>& others,
                                                     const ProgressOf<Dim>& progress,
-                                                    const std::stop_token& stop) {
+                                                    const std::stop_token& stop,
+                                                    const std::function<bool()>& keeps_stopped) {
   make(id, progress, stop);
   if (!is_made(id)) return *object(id).result;  // after a stop
   Object<Dim> after = object(id);
@@ -337,6 +338,7 @@ const Result<Dim>& Segmentation<Dim>::evolve_beside(Id id, const std::vector<Cli
   };
   Result<Dim> result = evolved(find(id), others, counted, stop, action.is_anew);
   if (result.outcome == Outcome::kStopped) {
+    if (keeps_stopped && !keeps_stopped()) return *object(id).result;
     action.stopped_at = n_calls;
     if (n_calls == 0) result = stopped_before_first_step(*after.result, std::move(result));
   }
@@ -357,6 +359,14 @@ const Result<Dim>& Segmentation<Dim>::step(Id id, int n_steps, const ProgressOf<
         return (!progress || progress(stage, record, shape)) && n_done < n_steps;
       },
       stop);
+}
+
+template <int Dim>
+bool Segmentation<Dim>::is_outdated(Id id) const {
+  const Outcome outcome = object(id).state();
+  return object(id).is_made() && has_shape(outcome) && outcome != Outcome::kProposed &&
+         awaits_evolution<Dim>(history(id)) &&
+         !find(id).is_at_rest(others_of(id), setting().extent());
 }
 
 template <int Dim>

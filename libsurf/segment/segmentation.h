@@ -2,6 +2,7 @@
 // docs/developer.md for the stages behind it.
 #pragma once
 
+#include <functional>
 #include <limits>
 #include <map>
 #include <memory>
@@ -105,11 +106,14 @@ class Segmentation {
   /// what does not obey them evolves again, a large shape only where they change the region
   /// (amend.h). What was stopped or came to a limit goes on with the energy that it had, unless
   /// options that the energy depends on have changed.
+  /// @param keeps_stopped  whether what a stop has left is kept; asked once it has stopped. If not,
+  ///                       nothing has been done, and what was undone can be redone. None = it is
   /// @throws UsageError  there is nothing to start from, or an inside click is in a cell with that
   ///                     of another object
   const Result<Dim>& evolve(Id id, const ProgressOf<Dim>& progress = {},
-                            const std::stop_token& stop = {}) {
-    return evolve_beside(id, others_of(id), progress, stop);
+                            const std::stop_token& stop = {},
+                            const std::function<bool()>& keeps_stopped = {}) {
+    return evolve_beside(id, others_of(id), progress, stop, keeps_stopped);
   }
 
   /// evolve() that is stopped after n_steps steps, unless it comes to its end before; the next call
@@ -141,6 +145,9 @@ class Segmentation {
                           const std::stop_token& stop = {});
   /// What has been done so far and is not undone.
   std::vector<Action<Dim>> history(Id id) const;
+  /// Whether its shape is not what its clicks, options and choices ask for: something was done last
+  /// that no evolution has heeded, and that the shape does not obey as it is.
+  bool is_outdated(Id id) const;
   /// Does what an entry says.
   void apply(Id id, const Action<Dim>& action, const ProgressOf<Dim>& progress = {},
              const std::stop_token& stop = {});
@@ -163,7 +170,8 @@ class Segmentation {
   const Result<Dim>& propose_beside(Id id, const std::vector<Click<Dim>>& others,
                                     const ProgressOf<Dim>& progress, const std::stop_token& stop);
   const Result<Dim>& evolve_beside(Id id, const std::vector<Click<Dim>>& others,
-                                   const ProgressOf<Dim>& progress, const std::stop_token& stop);
+                                   const ProgressOf<Dim>& progress, const std::stop_token& stop,
+                                   const std::function<bool()>& keeps_stopped = {});
   /// @param is_anew  set: whether it went on from nothing before it
   Result<Dim> evolved(const History<Dim>& history, const std::vector<Click<Dim>>& others,
                       const ProgressOf<Dim>& progress, const std::stop_token& stop, bool& is_anew);

@@ -382,6 +382,59 @@ class Dialogue(WithStudio):
         undone = self.studio.idle()["objects"][0]
         self.assertEqual((undone["name"], undone["has_surface"]), ("object 1", True))
 
+    def volume_ml(self):
+        return self.studio.idle()["objects"][0]["measures"]["volume_ml"]
+
+    def test_what_undo_comes_back_to_is_computed_if_it_never_was(self):
+        self.studio.click(LEFT)
+        one = self.volume_ml()
+        self.studio.click(RIGHT)
+        self.studio.click((0.4, 0.1, 0.1))  # before the click on the right was heeded
+        self.assertAlmostEqual(self.volume_ml() / one, 2, delta=0.05)
+        self.studio.do("undo", object=1)
+        undone = self.studio.idle()["objects"][0]
+        self.assertEqual((len(undone["clicks"]), undone["outdated"]), (2, False))
+        self.assertAlmostEqual(undone["measures"]["volume_ml"] / one, 2, delta=0.05)
+
+    def test_what_redo_comes_to_is_computed_if_it_never_was(self):
+        self.studio.click(LEFT)
+        one = self.volume_ml()
+        self.studio.click(RIGHT)
+        self.studio.do("undo", object=1)  # before it was heeded
+        self.assertAlmostEqual(self.volume_ml() / one, 1, delta=0.01)
+        self.studio.do("redo", object=1)
+        redone = self.studio.idle()["objects"][0]
+        self.assertEqual((len(redone["clicks"]), redone["outdated"]), (2, False))
+        self.assertAlmostEqual(redone["measures"]["volume_ml"] / one, 2, delta=0.05)
+
+    def test_acts_before_one_evolution_are_redone_together(self):
+        self.studio.click(LEFT)
+        self.studio.click(RIGHT)
+        two = self.volume_ml()
+        self.studio.do("undo", object=1)
+        self.studio.do("undo", object=1)
+        self.assertEqual(self.studio.idle()["objects"][0]["clicks"], [])
+        self.studio.do("redo", object=1)
+        redone = self.studio.idle()["objects"][0]
+        self.assertEqual(len(redone["clicks"]), 2)
+        self.assertEqual(redone["measures"]["volume_ml"], two)
+
+    def test_a_redo_of_nothing_ends_no_evolution(self):
+        for _ in range(5):
+            self.studio.click(LEFT)
+            self.studio.do("redo", object=1)
+            self.assertEqual(self.studio.idle()["objects"][0]["outcome"], "converged")
+            self.studio.do("delete_click", object=1, index=0)
+
+    def test_a_surface_that_does_not_heed_what_was_done_says_so(self):
+        self.studio.click(LEFT)
+        self.assertFalse(self.studio.idle()["objects"][0]["outdated"])
+        self.studio.do("delete_click", object=1, index=0)
+        left = self.studio.idle()["objects"][0]
+        self.assertEqual((left["has_surface"], left["outdated"], left["verdict"]), (True, True, None))
+        self.studio.click((-0.45, 0, 0))
+        self.assertFalse(self.studio.idle()["objects"][0]["outdated"])
+
     def test_a_name_given_before_an_evolution_begins_is_undone_alone(self):
         for _ in range(8):
             self.studio.do("add_object")

@@ -21,6 +21,10 @@
 namespace surfseg {
 namespace {
 
+constexpr const char* kOutdated =
+    "what was done last is not heeded: the recipe ends before the evolution that would, as where a "
+    "dialogue was cut off (studio opens such a recipe and goes on)";
+
 /// "FILE: " and what is wrong with the recipe in it.
 [[noreturn]] void fail(const ReplayArguments& a, const surf::InputError& error) {
   throw surf::InputError(fmt::format("{}: {}", a.path, error.what()));
@@ -131,8 +135,14 @@ std::vector<SegmentedObject<Dim>> replayed(
     fail(a, error);
   }
   std::vector<SegmentedObject<Dim>> out;
-  for (const int id : segmentation.objects())
+  for (const int id : segmentation.objects()) {
     out.push_back({segmentation.object(id), {}, is_wanted[out.size()]});
+    if (!segmentation.is_outdated(id)) continue;
+    auto noted = std::make_shared<surf::segment::Result<Dim>>(*out.back().object.result);
+    noted->notes.push_back(kOutdated);
+    noted->verdict.reset();
+    out.back().object.result = std::move(noted);
+  }
   return out;
 }
 

@@ -189,13 +189,17 @@ bool Dialogue::can_evolve(int id) const {
                      [](const auto& click) { return click.side == Side::kInside; });
 }
 
+/// What the present state of the history asks for.
+void Dialogue::want_present(int id) {
+  if (awaits_evolution(id))
+    want(id);
+  else
+    want_made(id);
+}
+
 /// Whether it was left with a click, or whatever else, that no evolution has heeded.
 bool Dialogue::awaits_evolution(int id) const {
-  const auto history = segmentation_->history(id);
-  for (auto action = history.rbegin(); action != history.rend(); ++action)
-    if (!std::holds_alternative<Rename>(*action) && !std::holds_alternative<Recolour>(*action))
-      return !surf::segment::is_consequence<3>(*action) && can_evolve(id);
-  return false;
+  return surf::segment::awaits_evolution<3>(segmentation_->history(id)) && can_evolve(id);
 }
 
 /// What has been dropped is made again first.
@@ -233,14 +237,12 @@ void Dialogue::run(const Wanted& wanted) {
 
 /// False if something newer ended it; then there is no trace of it.
 bool Dialogue::evolve_now(int id) {
-  segmentation_->evolve(id, frames(), stop_.get_token());
-  if (segmentation_->object(id).state() != surf::segment::Outcome::kStopped) return true;
-  {
+  const auto n_before = segmentation_->history(id).size();
+  segmentation_->evolve(id, frames(), stop_.get_token(), [this] {
     std::lock_guard lock(mutex_);
-    if (is_kept_) return true;
-  }
-  segmentation_->undo(id);
-  return false;
+    return is_kept_;
+  });
+  return segmentation_->history(id).size() > n_before;
 }
 
 bool Dialogue::make_now(int id) {
@@ -366,6 +368,7 @@ void Dialogue::publish() {
       }
       object.undo_words = undo_words(id);
       object.can_undo = !object.undo_words.empty();
+      object.is_outdated = segmentation_->is_outdated(id);
       object.redo_words = redo_words(id);
       object.can_redo = !object.redo_words.empty();
       next->objects.push_back(std::move(object));

@@ -47,7 +47,8 @@ struct ObjectState {
   surf::segment::Object<3> object;
   /// The final check of its surface; null if it has none.
   std::shared_ptr<const surf::segment::Measures<3>> measures;
-  int surface = 0;  ///< another number for another surface; 0 if it has none
+  int surface = 0;           ///< another number for another surface; 0 if it has none
+  bool is_outdated = false;  ///< the surface does not heed what was done last
   bool can_undo = false, can_redo = false;
   std::string undo_words;  ///< what undo would take back: "inside click"
   std::string redo_words;  ///< what redo would do again
@@ -163,6 +164,7 @@ class Dialogue {
   std::string recipe_now() const;
   bool can_evolve(int id) const;
   bool awaits_evolution(int id) const;
+  void want_present(int id);
   void run(const Wanted& wanted);
   bool evolve_now(int id);
   bool make_now(int id);
@@ -183,6 +185,7 @@ class Dialogue {
   bool undo_brings_back(int id) const;
   bool redo_removes(int id) const;
   void bring_back();
+  bool redo_act(int id);
   void set_aside(int id);
   void keep_act();
   std::string undo_words(int id) const, redo_words(int id) const;

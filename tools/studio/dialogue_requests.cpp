@@ -166,10 +166,7 @@ void Dialogue::bring_back() {
   segmentation_->bring_back(id);
   brought_back_.push_back(std::move(removed_.back()));
   removed_.pop_back();
-  if (awaits_evolution(id))
-    want(id);
-  else
-    want_made(id);
+  want_present(id);
   save();
   publish();
 }
@@ -193,7 +190,7 @@ void Dialogue::undo(int id) {
       throw;
     }
     if (was_moved) s.undo(id);
-    want_made(id);
+    want_present(id);
     save();
     publish();
   });
@@ -201,36 +198,45 @@ void Dialogue::undo(int id) {
 
 void Dialogue::redo(int id) {
   do_now([&] {
-    auto& s = segmentation();
     if (redo_removes(id)) {
       set_aside(brought_back_.back().id);
       brought_back_.pop_back();
       save();
       return publish();
     }
-    if (!s.redo(id)) return;
-    const Action<3> done = s.history(id).back();
-    bool is_first = true;
-    const auto goes_on = [&] {
-      try {
-        return s.redo(id);
-      } catch (const surf::UsageError&) {  // a name that is another's: an act of its own
-        return false;
-      }
-    };
-    while (goes_on()) {
-      const Action<3> action = s.history(id).back();
-      const bool belongs =
-          surf::segment::is_consequence<3>(action) || (is_first && is_move(&done, &action));
-      is_first = false;
-      if (belongs) continue;
-      s.undo(id);
-      break;
-    }
-    want_made(id);
+    if (!redo_act(id)) return;
+    // What was done while the evolution of the act before it had not come to its end: that went on
+    // to heed them both.
+    while (awaits_evolution(id) && redo_act(id)) continue;
+    want_present(id);
     save();
     publish();
   });
+}
+
+/// Does again what a person did, with what it set off; false if there is nothing.
+bool Dialogue::redo_act(int id) {
+  auto& s = segmentation();
+  if (!s.redo(id)) return false;
+  const Action<3> done = s.history(id).back();
+  bool is_first = true;
+  const auto goes_on = [&] {
+    try {
+      return s.redo(id);
+    } catch (const surf::UsageError&) {  // a name that is another's: an act of its own
+      return false;
+    }
+  };
+  while (goes_on()) {
+    const Action<3> action = s.history(id).back();
+    const bool belongs =
+        surf::segment::is_consequence<3>(action) || (is_first && is_move(&done, &action));
+    is_first = false;
+    if (belongs) continue;
+    s.undo(id);
+    break;
+  }
+  return true;
 }
 
 }  // namespace surfseg::studio

@@ -87,6 +87,7 @@ ordered_json to_json(const ObjectState& state) {
                       {"options", options_to_json(object.options)},
                       {"outcome", to_string(result.outcome)},
                       {"message", result.message},
+                      {"outdated", state.is_outdated},
                       {"has_surface", state.measures != nullptr},
                       {"surface", state.surface},
                       {"measures", nullptr},
@@ -98,7 +99,7 @@ ordered_json to_json(const ObjectState& state) {
                       {"undo_words", state.undo_words},
                       {"redo_words", state.redo_words}};
   if (state.measures) out["measures"] = measures_to_json(*state.measures, result.certainty);
-  if (result.verdict && state.measures)
+  if (result.verdict && state.measures && !state.is_outdated)
     out["verdict"] = {{"trust", to_string(result.verdict->trust)},
                       {"words", result.verdict->words()},
                       {"place", to_json(result.verdict->place_mm)}};

@@ -76,7 +76,7 @@ function drawDetails(o: StudioObject | null): void {
     return;
   }
   const busy = page.job?.object === o.id;
-  refill(container, verdict(o), measures(o), o.has_surface && meshColour(o), actions(o, busy), clicks(o), notes(o));
+  refill(container, verdict(o), measures(o), o.has_surface && meshColour(o), actions(o, busy), clicks(o), notes(o, busy));
 }
 
 function verdict(o: StudioObject): Node | null {
@@ -124,7 +124,7 @@ function meshColour(o: StudioObject): Node {
 
 function actions(o: StudioObject, busy: boolean): Node {
   return h('div', { class: 'buttons' },
-    o.clicks.length > 0 && !busy && o.outcome !== 'converged' && h('button', { type: 'button', class: 'small', 'data-key': 'evolve',
+    o.clicks.length > 0 && !busy && (o.outcome !== 'converged' || o.outdated) && h('button', { type: 'button', class: 'small', 'data-key': 'evolve',
       onclick: () => { void evolve(); } }, icon('play'), 'Go on'),
     h('button', { type: 'button', class: 'small', 'data-key': 'copy', disabled: !o.clicks.length,
       title: 'Copies the command line that repeats this object', onclick: () => { void copyCommand(); } }, icon('copy'), 'Copy command line'));
@@ -153,7 +153,8 @@ function clickRow(o: StudioObject, index: number, chosen: boolean): Node {
       { 'data-key': `delete${index}` }));
 }
 
-function notes(o: StudioObject): Node | null {
-  if (!o.notes.length) return null;
-  return h('ul', { class: 'notes' }, ...o.notes.map((n) => h('li', {}, n)));
+function notes(o: StudioObject, busy: boolean): Node | null {
+  const all = o.outdated && !busy ? ['The surface does not heed what was done last.', ...o.notes] : o.notes;
+  if (!all.length) return null;
+  return h('ul', { class: 'notes' }, ...all.map((n) => h('li', {}, n)));
 }

@@ -22,7 +22,7 @@ export interface StudioObject {
   id: number; name: string; colour: string;
   clicks: Click[]; options: OptionValues;
   outcome?: string | null; message?: string | null;
-  has_surface: boolean; surface: number;
+  outdated: boolean; has_surface: boolean; surface: number;
   measures: Measures | null; verdict: Verdict | null;
   candidates: Candidate[]; notes: string[];
   can_undo: boolean; can_redo: boolean; undo_words?: string | null; redo_words?: string | null;
