@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <cstdlib>
 #include <functional>
 #include <utility>
 #include <vector>
@@ -134,7 +135,17 @@ class March {
 
 }  // namespace
 
+void check_label(std::optional<int> label) {
+  constexpr int kBeyond = 1 << 24;
+  if (label && std::abs(*label) >= kBeyond)
+    throw InputError(
+        fmt::format("label {}: labels from 2^24 = {} on are not told apart, voxels are 32-bit "
+                    "floats; renumber the labels",
+                    *label, kBeyond));
+}
+
 Triangles surface_of_label_map(const volume::Volume& labels, std::optional<int> label) {
+  check_label(label);
   Triangles surface = March(
                           labels, [&](float value) { return is_labelled(value, label); },
                           [](float, float) { return 0.5; })

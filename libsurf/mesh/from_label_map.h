@@ -8,6 +8,10 @@
 
 namespace surf::mesh {
 
+/// Voxels are 32-bit floats, which tell whole numbers apart up to 2^24.
+/// @throws InputError  the label lies beyond
+void check_label(std::optional<int> label);
+
 /// True for voxels of the label; without a label, for all that are not 0.
 inline bool is_labelled(float value, std::optional<int> label) {
   return label ? value == static_cast<float>(*label) : value != 0;
@@ -24,7 +28,7 @@ inline bool is_labelled(float value, std::optional<int> label) {
 ///
 /// O(voxels), two slices in memory at a time.
 ///
-/// @throws InputError  no voxel has the label
+/// @throws InputError  no voxel has the label, or check_label() refuses it
 Triangles surface_of_label_map(const volume::Volume& labels, std::optional<int> label = {});
 
 /// The surface between the voxels above a level and the others, its vertices where the values,

@@ -87,6 +87,7 @@ SampleCounts count_slab(const Triangles& surface, const volume::Volume& labels,
 
 Overlap overlap(const Triangles& surface, const volume::Volume& labels, std::optional<int> label,
                 int samples_per_axis) {
+  check_label(label);
   constexpr int kSlab = 8;  // voxels
   const IndexBox<3> box = box_of(surface, labels.world_to_index());
   const int end = box.upper()[2];

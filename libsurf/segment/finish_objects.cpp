@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cassert>
+#include <limits>
 
 #include "libsurf/base/error.h"
 #include "libsurf/fem/geometry.h"
@@ -110,7 +110,9 @@ std::vector<FinishedObject<Dim>> finish_objects(const Setting<Dim>& setting,
 template <int Dim>
 std::vector<std::uint8_t> label_map(const Setting<Dim>& setting, const ImageBox<Dim>& grid,
                                     std::span<const FinishedObject<Dim>> objects) {
-  assert(objects.size() <= 255);
+  if (objects.size() > std::numeric_limits<std::uint8_t>::max())
+    throw UsageError(
+        fmt::format("label map: {} objects; at most 255 have a label", objects.size()));
   std::vector<std::uint8_t> out;
   const auto cells_in = [&](const Simplices<Dim>& shape) {
     return setting.rasterized(shape, grid.size, grid.index_to_world);

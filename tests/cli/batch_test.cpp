@@ -1,6 +1,8 @@
 // surfseg batch: what a list becomes, and what becomes of it when something is wrong.
 #include <fmt/format.h>
 
+#include <thread>
+
 #include "tests/cli/program.h"
 #include "tests/cli/rows.h"
 
@@ -100,9 +102,68 @@ TEST_F(Batch, RunsAgainWhatChangedAlone) {
   std::filesystem::remove(file(anat("c", "mask.nii.gz")));
   EXPECT_TRUE(has(batch(), "c: done"));
   // What fails now leaves nothing of what it was.
-  std::filesystem::remove(file("3.nii.gz"));
+  put("3.nii.gz", "no volume");
   EXPECT_TRUE(has(batch(), "c: failed (3)"));
   EXPECT_FALSE(exists(anat("c", "surface.stl")));
+}
+
+// On a share that is away for a moment.
+TEST_F(Batch, AScanThatIsNotThereLeavesWhatWasMadeOfIt) {
+  make_list();
+  batch();
+  const auto before = contents("out");
+  std::filesystem::rename(file("3.nii.gz"), file("away.nii.gz"));
+  const Outcome outcome = batch();
+  EXPECT_EQ(outcome.exit_code, 7);
+  EXPECT_TRUE(has(outcome, "c: failed (3): 3.nii.gz: cannot be read")) << outcome.err;
+  EXPECT_EQ(contents("out"), before);
+  std::filesystem::rename(file("away.nii.gz"), file("3.nii.gz"));
+  const Outcome again = batch();
+  EXPECT_EQ(again.exit_code, 0) << again.err;
+  EXPECT_TRUE(has(again, "c: is done already")) << again.err;
+}
+
+TEST_F(Batch, WhatARowSaidBeforeItWasChangedIsNotCollected) {
+  make_list();
+  batch();
+  put("list.tsv", "name\tscan\tclicks\na\t2.nii.gz\t0,0,0\nc\t3.nii.gz\t1,0,0\n");
+  batch({"--collect"});
+  const std::string table = bytes("out/group.tsv");
+  EXPECT_NE(table.find("a\tn/a\tnot run"), std::string::npos) << table;
+  EXPECT_NE(table.find("its row has changed since it was run"), std::string::npos) << table;
+}
+
+TEST_F(Batch, TwoRunsOnOneFolderDoNotDisturbEachOther) {
+  make_list();
+  std::filesystem::create_directories(file("out/.sub-a.elsewhere-1.partial"));  // may still run
+  std::filesystem::create_directories(file("out/.sub-b.partial"));              // nobody's
+  Outcome first, second;
+  {
+    const std::jthread one([&] { first = batch(); });
+    const std::jthread two([&] { second = batch(); });
+  }
+  EXPECT_EQ(first.exit_code, 0) << first.err;
+  EXPECT_EQ(second.exit_code, 0) << second.err;
+  must({"batch", "list.tsv", "-o", "once", "-q"});
+  std::filesystem::remove_all(file("out/.sub-a.elsewhere-1.partial"));
+  std::filesystem::remove_all(file("out/.sub-b.partial"));
+  EXPECT_EQ(contents("out"), contents("once"));
+}
+
+TEST_F(Batch, ALabelThatIsNotInTheReferenceIsNoDice) {
+  must({"phantom", "ball", "--size", "24", "--spacing", "1", "-o", "1.nii.gz"});
+  must({"segment", "1.nii.gz", "--seed", "0,0,0", "-o", "s.stl", "--mask", "m.nii.gz", "-q"});
+  put("list.tsv",
+      "name\tscan\tclicks\treference\treference-label\n"
+      "a\t1.nii.gz\t0,0,0\tm.nii.gz\t9\nb\t1.nii.gz\t0,0,0\tm.nii.gz\t1\n"
+      "two\t1.nii.gz\tright: 0,0,0; wrong: -11,-11,-11\tm.nii.gz\t\n");
+  EXPECT_EQ(batch().exit_code, 7);
+  EXPECT_TRUE(json(anat("a", "surfseg.json"))["dice"].is_null());
+  EXPECT_GT(json(anat("b", "surfseg.json"))["dice"], 0.99);
+  // One of several objects that are not all there.
+  const auto objects = json(anat("two", "surfseg.json"))["objects"];
+  EXPECT_GT(objects[0]["dice"], 0.99);
+  EXPECT_TRUE(objects[1]["dice"].is_null());
 }
 
 TEST_F(Batch, ShardsTogetherDoAllAndCollectShowsThem) {

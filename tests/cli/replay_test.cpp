@@ -47,6 +47,22 @@ TEST_F(Replay, GivesTheSameBytesAndTheSameSummary) {
     EXPECT_EQ(json("a.json")[key], json("s.json")[key]) << key;
 }
 
+// As a dialogue leaves it that is cut off between a click and what comes of it.
+TEST_F(Replay, SaysThatTheLastClickIsNotHeeded) {
+  make_recipe();
+  nlohmann::json recipe = json("r.json");
+  recipe["objects"][0]["history"].push_back(
+      {{"do", "click"}, {"side", "outside"}, {"point_mm", {8, 0, 0}}});
+  write("files/r.json", recipe.dump());
+  const Outcome outcome = must({"replay", "r.json", "-o", "again.stl", "--json", "a.json"});
+  EXPECT_NE(outcome.err.find("what was done last is not heeded"), std::string::npos) << outcome.err;
+  EXPECT_TRUE(json("a.json")["verdict"].is_null());
+  recipe["objects"][0]["history"].back()["point_mm"] = {19, 0, 0};  // it is obeyed as it is
+  write("files/r.json", recipe.dump());
+  EXPECT_EQ(must({"replay", "r.json", "-o", "again.stl"}).err.find("not heeded"),
+            std::string::npos);
+}
+
 TEST_F(Replay, EndsWithTheCodeOfWhatItRepeats) {
   make_recipe({"--max-iterations", "2"});
   EXPECT_EQ(run({"replay", "r.json", "-o", "again.stl"}).exit_code, 5);

@@ -76,12 +76,26 @@ Entry entry_of(const Case& row, const ordered_json& summary, const ordered_json&
   return out;
 }
 
+Entry not_run(const Case& row) {
+  Entry out;
+  out.name = row.name;
+  out.scan = row.settings.at("scan");
+  return out;
+}
+
 /// One for each object; none if there is no summary.
 std::vector<Entry> entries_of(const Case& row, const std::filesystem::path& folder) {
   const std::filesystem::path path = folder / summary_file(row.name);
   std::vector<Entry> out;
   if (!std::filesystem::exists(path)) return out;
   const ordered_json summary = read_json(path.string());
+  // Of another scan, other clicks or options than the list has by now.
+  if (const auto its = summary.find("settings");
+      its != summary.end() && *its != ordered_json(row.settings)) {
+    out.push_back(not_run(row));
+    out.back().message = "its row has changed since it was run";
+    return out;
+  }
   if (!summary.contains("objects")) return {entry_of(row, summary, summary)};
   for (const ordered_json& object : summary["objects"]) {
     out.push_back(entry_of(row, summary, object));
@@ -177,11 +191,7 @@ std::vector<Entry> collect(const std::vector<Case>& cases, const std::string& fo
       entries = entries_of(row, folder);
     } catch (const surf::InputError&) {  // damaged: as if it had not been run
     }
-    if (entries.empty()) {
-      entries.emplace_back();
-      entries.back().name = row.name;
-      entries.back().scan = row.settings.at("scan");
-    }
+    if (entries.empty()) entries.push_back(not_run(row));
     std::move(entries.begin(), entries.end(), std::back_inserter(out));
   }
   compare(out);

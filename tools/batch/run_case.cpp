@@ -1,11 +1,19 @@
 #include "tools/batch/run_case.h"
 
 #include <fmt/format.h>
+#include <signal.h>
+#include <unistd.h>
 
 #include <CLI/App.hpp>
 #include <algorithm>
+#include <cerrno>
+#include <chrono>
+#include <cstdlib>
+#include <cstring>
+#include <exception>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <iterator>
 #include <optional>
 
@@ -53,6 +61,21 @@ void drop_measured(ordered_json& json) {
     for (ordered_json& entry : json) drop_measured(entry);
 }
 
+constexpr const char* kPartial = ".partial";
+constexpr std::chrono::hours kLongAgo(48);
+
+std::string machine() {
+  char name[256] = "";
+  ::gethostname(name, sizeof name - 1);
+  return name;
+}
+
+/// Of the folders in which a case is on its way, one for each process: two runs on one folder do
+/// the same work, but do not disturb each other.
+std::string partial_prefix(const std::string& name) {
+  return fmt::format(".{}.", case_folder(name));
+}
+
 /// A case on its way: all it writes goes to a folder beside its own.
 class CaseRun {
  public:
@@ -61,8 +84,9 @@ class CaseRun {
       : row_(row),
         folder_(folder),
         input_(std::move(input)),
-        partial_(folder_ / fmt::format(".{}.partial", case_folder(row.name))) {
-    fs::remove_all(partial_);
+        partial_(folder_ / fmt::format("{}{}-{}{}", partial_prefix(row.name), machine(), ::getpid(),
+                                       kPartial)) {
+    remove_left();
     for (const char* part : {"anat", "figures"})
       fs::create_directories(partial_ / case_folder(row.name) / part);
   }
@@ -80,10 +104,14 @@ class CaseRun {
       objects_ = is_replay ? objects_of_recipe() : row_.clicks.objects;
       files_.emplace(row_.name, objects_.size() > 1);
       out.exit_code = run_verb(is_replay ? add_replay_command : add_segment_command, words());
-      if (signal_exit_code() == kDone) finish();
     } catch (...) {
-      const Failure failure = failure_of(std::current_exception(), "surfseg");
-      out = {false, failure.exit_code, reason(relative(failure.message))};
+      out = outcome_of(std::current_exception());
+    }
+    try {  // of several objects some may be there
+      const bool is_any = is_success(out.exit_code) || out.exit_code == kBatchFailed;
+      if (is_any && signal_exit_code() == kDone) finish();
+    } catch (...) {
+      out = outcome_of(std::current_exception());
     }
     if (const ExitCode signal = signal_exit_code(); signal != kDone) return {false, signal, ""};
     clean_report();
@@ -92,6 +120,22 @@ class CaseRun {
   }
 
  private:
+  /// What processes have left that are no more; of other machines' nobody knows for two days.
+  void remove_left() const {
+    std::vector<fs::path> left;
+    const std::string prefix = partial_prefix(row_.name), here = prefix + machine() + "-";
+    for (const auto& entry : fs::directory_iterator(folder_)) {
+      const std::string name = entry.path().filename().string();
+      if (!name.starts_with(prefix) || !name.ends_with(kPartial)) continue;
+      const int process = name.starts_with(here) ? std::atoi(name.c_str() + here.size()) : 0;
+      const bool is_left =
+          process > 0 ? process == ::getpid() || (::kill(process, 0) != 0 && errno == ESRCH)
+                      : entry.last_write_time() < fs::file_time_type::clock::now() - kLongAgo;
+      if (is_left) left.push_back(entry.path());
+    }
+    for (const fs::path& path : left) fs::remove_all(path);
+  }
+
   std::string at(const std::string& name) const { return (partial_ / name).string(); }
   /// Without the folder that nobody sees.
   std::string relative(std::string text) const {
@@ -100,6 +144,11 @@ class CaseRun {
       for (std::size_t at = text.find(form); at != std::string::npos; at = text.find(form, at))
         text.erase(at, form.size());
     return text;
+  }
+
+  CaseOutcome outcome_of(const std::exception_ptr& error) const {
+    const Failure failure = failure_of(error, "surfseg");
+    return {false, failure.exit_code, reason(relative(failure.message))};
   }
 
   /// Without the name of the only surface, which says nothing here.
@@ -194,10 +243,12 @@ class CaseRun {
       std::optional<int> label;
       if (!row_.reference_label.empty()) label = std::stoi(row_.reference_label);
       if (!is_one) label = int(n + 1);
-      dice_.push_back(
-          !fs::exists(path)
-              ? std::optional<double>()
-              : surf::mesh::overlap(surf::io::read_surface(path), labels, label).dice());
+      dice_.emplace_back();
+      if (!fs::exists(path)) continue;
+      const surf::mesh::Overlap shared =
+          surf::mesh::overlap(surf::io::read_surface(path), labels, label);
+      if (shared.second_mm3 > 0)
+        dice_.back() = shared.dice();  // else the verb says why there is none
     }
   }
 
@@ -271,14 +322,14 @@ class CaseRun {
   std::vector<std::optional<double>> dice_;
 };
 
-/// All that was written of it is there, from this input.
-bool is_done(const Case& row, const fs::path& folder, const std::string& input) {
+/// All that was written of it is there, from what is_same says of its summary.
+bool is_there(const Case& row, const fs::path& folder,
+              const std::function<bool(const ordered_json&)>& is_same) {
   const fs::path path = folder / summary_file(row.name);
   if (!fs::exists(path)) return false;
   try {
     const ordered_json summary = read_json(path.string());
-    if (summary.value("input", "") != input || !is_success(summary.value("exit_code", -1)))
-      return false;
+    if (!is_same(summary) || !is_success(summary.value("exit_code", -1))) return false;
     for (const auto& name : summary.at("files"))
       if (!fs::exists(folder / name.get<std::string>())) return false;
     return true;
@@ -287,12 +338,28 @@ bool is_done(const Case& row, const fs::path& folder, const std::string& input) 
   }
 }
 
+bool is_done(const Case& row, const fs::path& folder, const std::string& input) {
+  return is_there(row, folder,
+                  [&](const ordered_json& summary) { return summary.value("input", "") == input; });
+}
+
+/// From the same row, whatever its files hold by now.
+bool was_done(const Case& row, const fs::path& folder) {
+  return is_there(row, folder, [&](const ordered_json& summary) {
+    return summary.value("settings", ordered_json()) == ordered_json(row.settings);
+  });
+}
+
 }  // namespace
 
 bool is_success(int exit_code) { return exit_code == kDone || exit_code == kStoppedAtLimit; }
 
 CaseOutcome run_case(const Case& row, const std::string& folder) {
   try {
+    if (!row.scan.empty() && ::access(row.scan.c_str(), R_OK) != 0 && was_done(row, folder))
+      throw surf::InputError(
+          fmt::format("{}: cannot be read: {}; what was made of it before is left as it was",
+                      row.scan, std::strerror(errno)));
     std::string input = fingerprint(row);
     if (is_done(row, folder, input)) {
       const int code = read_json((fs::path(folder) / summary_file(row.name)).string())["exit_code"];

@@ -1,6 +1,8 @@
 #include "tools/common/program.h"
 
+#include <fcntl.h>
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -19,6 +21,7 @@
 #include "libsurf/base/nearest_name.h"
 #include "tools/common/config.h"
 #include "tools/common/field_names.h"
+#include "tools/common/say.h"
 #include "tools/common/signals.h"
 
 namespace surfseg {
@@ -133,7 +136,7 @@ int run_program(const Program& program, int argc, char** argv) {
   for (const auto add_verb : program.verbs) add_verb(app, exit_code);
   surf::set_log_sink([name = program.name](surf::LogLevel level, const std::string& message) {
     if (level == surf::LogLevel::kWarning)
-      fmt::print(stderr, "{}: warning: {}\n", name, with_option_names(message, name));
+      say("{}: warning: {}\n", name, with_option_names(message, name));
   });
   return run_guarded(app, [&] {
     app.parse(argc, argv);
@@ -149,15 +152,23 @@ bool is_printed() {
   return std::fflush(stdout) == 0 && !std::ferror(stdout) && std::cout.good();
 }
 
+/// A file that is opened would take the number of standard error, and warnings would be written
+/// into it.
+void take_the_numbers_of_closed_streams() {
+  for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})
+    if (::fcntl(stream, F_GETFD) == -1 && errno == EBADF)
+      (void)!::open("/dev/null", O_RDONLY);  // the least number that is free; writing still fails
+}
+
 }  // namespace
 
 int run_guarded(CLI::App& app, const std::function<ExitCode()>& work,
                 const std::function<std::string(const std::string&)>& reworded) {
+  take_the_numbers_of_closed_streams();
   take_file_limits_as_errors();
   const std::string& name = app.get_name();
   const auto fail = [&](const Failure& failure) -> int {
-    fmt::print(stderr, "{}: error: {}\n", name,
-               reworded ? reworded(failure.message) : failure.message);
+    say("{}: error: {}\n", name, reworded ? reworded(failure.message) : failure.message);
     return failure.exit_code;
   };
   int code = kDone;

@@ -5,6 +5,8 @@
 
 #include <cstdio>
 
+#include "tools/common/say.h"
+
 namespace surfseg {
 
 ProgressLine::ProgressLine(Verbosity verbosity)
@@ -13,32 +15,32 @@ ProgressLine::ProgressLine(Verbosity verbosity)
 ProgressLine::~ProgressLine() { clear(); }
 
 void ProgressLine::clear() {
-  if (has_line_) fmt::print(stderr, "\r\x1b[K");
+  if (has_line_) say("\r\x1b[K");
   has_line_ = false;
 }
 
 void ProgressLine::step(const std::string& line) {
   if (verbosity_ == Verbosity::kQuiet) return;
   if (verbosity_ == Verbosity::kVerbose) {
-    fmt::print(stderr, "{}\n", line);
+    say("{}\n", line);
     return;
   }
   const auto now = std::chrono::steady_clock::now();
   if (now - last_ < std::chrono::milliseconds(is_terminal_ ? 100 : 2000)) return;
   last_ = now;
   if (is_terminal_) {
-    fmt::print(stderr, "\r{}\x1b[K", line);
+    say("\r{}\x1b[K", line);
     std::fflush(stderr);
     has_line_ = true;
   } else {
-    fmt::print(stderr, "{}\n", line);
+    say("{}\n", line);
   }
 }
 
 void ProgressLine::note(const std::string& line) {
   if (verbosity_ == Verbosity::kQuiet) return;
   clear();
-  fmt::print(stderr, "{}\n", line);
+  say("{}\n", line);
 }
 
 }  // namespace surfseg

@@ -15,6 +15,7 @@
 #include <thread>
 
 #include "libsurf/base/error.h"
+#include "tools/common/say.h"
 #include "tools/common/signals.h"
 #include "tools/studio/dialogue.h"
 #include "tools/studio/folder.h"
@@ -44,8 +45,7 @@ struct Arguments {
 };
 
 void tell_without_browser() {
-  fmt::print(stderr,
-             "surfseg studio: no browser could be opened (xdg-open): open the address in one\n");
+  say("surfseg studio: no browser could be opened (xdg-open): open the address in one\n");
 }
 
 /// Without a shell; what it says goes nowhere.
@@ -99,7 +99,7 @@ void run(const Arguments& arguments, ExitCode& exit_code) {
   });
   fmt::print("{}\n", server.address());
   std::fflush(stdout);
-  fmt::print(stderr, "surfseg studio: open this address in a browser; Ctrl-C ends it\n");
+  say("surfseg studio: open this address in a browser; Ctrl-C ends it\n");
   if (!arguments.is_closed) open_browser(server.address());
   server.run();
   is_done = true;

@@ -101,6 +101,7 @@ TEST(SurfaceOfLabelMap, ChoosesTheLabelAndCapsItAtTheBorder) {
   EXPECT_NEAR(volume_mm3(rest) / (box - ball), 1, kBevels);
   EXPECT_NEAR(volume_mm3(surface_of_label_map(labels)) / box, 1, kBevels);
   EXPECT_THROW(surface_of_label_map(labels, 1), InputError);
+  EXPECT_THROW(surface_of_label_map(labels, 614454277), InputError);  // not told from others
 }
 
 /// radius - |x - center|.

@@ -309,6 +309,47 @@ TEST(Segmentation, UndoesAndRedoesWithoutComputing) {
   EXPECT_FALSE(s.redo(object));
 }
 
+TEST(Segmentation, KeepsWhatCanBeRedoneWhereAStopKeepsNothing) {
+  Segmentation<3> s = ball();
+  const int object = s.add_object();
+  s.add_click(object, inside(0));
+  s.rename(object, "ball");
+  s.undo(object);
+  std::stop_source source;
+  const ProgressOf<3> stops = [&](const std::string&, const auto&, const auto&) {
+    source.request_stop();
+    return true;
+  };
+  s.evolve(object, stops, source.get_token(), [] { return false; });
+  EXPECT_EQ(s.history(object).size(), 1u);
+  EXPECT_EQ(s.object(object).state(), Outcome::kEmpty);
+  EXPECT_TRUE(s.can_redo(object));
+  s.evolve(object, stops, source.get_token(), [] { return true; });
+  EXPECT_EQ(s.history(object).size(), 2u);
+  EXPECT_EQ(s.object(object).state(), Outcome::kStopped);
+}
+
+TEST(Segmentation, KnowsThatItsShapeIsNotWhatWasAskedForLast) {
+  Segmentation<3> s = ball();
+  const int object = s.add_object();
+  EXPECT_FALSE(s.is_outdated(object));
+  s.add_click(object, inside(0));
+  EXPECT_FALSE(s.is_outdated(object));  // there is none
+  s.evolve(object);
+  s.rename(object, "ball");
+  EXPECT_FALSE(s.is_outdated(object));
+  s.take_back_click(object, 0);
+  EXPECT_TRUE(s.is_outdated(object));
+  s.undo(object);
+  EXPECT_FALSE(s.is_outdated(object));
+  Options<3> options;
+  options.edge_length_mm = 3;
+  s.set_options(object, options);
+  EXPECT_TRUE(s.is_outdated(object));
+  s.evolve(object);
+  EXPECT_FALSE(s.is_outdated(object));
+}
+
 TEST(Segmentation, BringsBackWhatWasSetAside) {
   Segmentation<3> s = ball();
   const int object = s.add_object("a"), other = s.add_object("b");
