@@ -14,6 +14,7 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <utility>
 #include <vector>
 
@@ -25,6 +26,9 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr int kMostLinks = 40;  // as Linux
+// Of a temporary file's name, which ends as the file's does: the rest is room for what makes it
+// one.
+constexpr std::size_t kMostOfTheName = 180;
 
 /// Waits until a file or folder is on the disk; false if it cannot be.
 bool sync(const fs::path& path) {
@@ -42,18 +46,6 @@ fs::path folder_of(const fs::path& path) {
 
 bool is_of_a_process(const fs::path& path) {
   return folder_of(path).string().starts_with("/proc/");
-}
-
-/// The file that a link leads to, be it there or not, so that the link stays one; where one leads
-/// to what a process has open, as /dev/stdout, that: /proc/self/fd/1.
-fs::path end_of_links(fs::path path) {
-  std::error_code status;
-  for (int n = 0; n < kMostLinks && !is_of_a_process(path) && fs::is_symlink(path, status); ++n) {
-    const fs::path next = fs::read_symlink(path, status);
-    if (status) break;
-    path = next.is_absolute() ? next : path.parent_path() / next;
-  }
-  return path;
 }
 
 /// Open for writing. What this process has open itself goes on where it is: opened anew, a file
@@ -150,6 +142,17 @@ void write_into_stream(const std::string& path,
 
 }  // namespace
 
+std::string end_of_links(const std::string& link) {
+  fs::path path = link;
+  std::error_code status;
+  for (int n = 0; n < kMostLinks && !is_of_a_process(path) && fs::is_symlink(path, status); ++n) {
+    const fs::path next = fs::read_symlink(path, status);
+    if (status) break;
+    path = next.is_absolute() ? next : path.parent_path() / next;
+  }
+  return path.string();
+}
+
 std::string extension(const std::string& path) {
   std::string name = std::filesystem::path(path).filename().string();
   std::transform(name.begin(), name.end(), name.begin(),
@@ -175,8 +178,11 @@ void write_atomically(const std::string& path,
     throw OutputError(fmt::format("{}: the folder {} does not exist", path, folder.string()));
   if (fs::is_directory(target, status))
     throw OutputError(fmt::format("{}: is a folder; give a file name", path));
-  const fs::path temporary =
-      folder / fmt::format(".surfseg-{}-{}", ::getpid(), target.filename().string());
+  std::string name = target.filename().string();
+  if (name.size() > kMostOfTheName)
+    name = fmt::format("{:x}-{}", std::hash<std::string>()(name),
+                       name.substr(name.size() - kMostOfTheName));
+  const fs::path temporary = folder / fmt::format(".surfseg-{}-{}", ::getpid(), name);
   try {
     write(temporary.string());
     if (!sync(temporary))

@@ -19,6 +19,10 @@ void write_atomically(const std::string& path,
 /// pipe, a socket, and what a descriptor of a process has open, as /dev/stdout.
 bool is_stream(const std::string& path);
 
+/// The file that a link leads to, be it there or not; what is no link as it is. Where one leads to
+/// what a process has open, as /dev/stdout, that: /proc/self/fd/1.
+std::string end_of_links(const std::string& path);
+
 /// write_atomically() of bytes that are ready.
 void write_bytes(const std::string& path, std::string_view bytes);
 

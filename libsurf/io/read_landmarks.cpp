@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <cerrno>
 #include <cmath>
+#include <cstring>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <sstream>
@@ -18,10 +20,12 @@ using nlohmann::json;
 using Rows = std::vector<std::vector<double>>;
 
 std::string content_of(const std::string& path) {
+  errno = 0;
   std::ifstream stream(path, std::ios::binary);
   std::ostringstream text;
   if (!stream || !(text << stream.rdbuf()))
-    throw InputError(fmt::format("{}: cannot read the landmarks", path));
+    throw InputError(
+        fmt::format("{}: cannot read the landmarks: {}", path, std::strerror(errno ? errno : EIO)));
   return text.str();
 }
 

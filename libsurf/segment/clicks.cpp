@@ -116,6 +116,19 @@ void check_box(const ImageExtent<Dim>& extent, const std::optional<BoxCorners<Di
 }
 
 template <int Dim>
+void check_blur(const ImageExtent<Dim>& extent, const Options<Dim>& options) {
+  Vector<Dim> size;
+  for (int axis = 0; axis < Dim; ++axis) size[axis] = extent.size[axis];
+  const double widest = (extent.index_to_world.linear().cwiseAbs() * size).norm();
+  for (const auto& [sigma, name] : {std::pair{options.sigma_mm.value_or(0), "sigma_mm"},
+                                    {options.selective_sigma_mm, "selective_sigma_mm"}})
+    if (sigma > widest)
+      throw UsageError(
+          fmt::format("Options::{} = {:.4g} mm is wider than the whole image ({:.4g} mm)", name,
+                      sigma, widest));
+}
+
+template <int Dim>
 std::vector<Vector<Dim>> points_on(Side side, const std::vector<Click<Dim>>& clicks) {
   std::vector<Vector<Dim>> out;
   for (const Click<Dim>& click : clicks)
@@ -180,6 +193,7 @@ bool heeds(const Simplices<Dim>& shape, const std::vector<Click<Dim>>& clicks) {
                                  const Click<Dim>&);                                               \
   template void check_beside<Dim>(const ImageExtent<Dim>&, const std::vector<Click<Dim>>&,         \
                                   const std::string&, const Click<Dim>&);                          \
+  template void check_blur<Dim>(const ImageExtent<Dim>&, const Options<Dim>&);                    \
   template void check_box<Dim>(const ImageExtent<Dim>&, const std::optional<BoxCorners<Dim>>&,     \
                                const std::vector<Click<Dim>>&);                                    \
   template std::vector<Vector<Dim>> points_on<Dim>(Side, const std::vector<Click<Dim>>&);          \

@@ -31,6 +31,11 @@ template <int Dim>
 void check_box(const ImageExtent<Dim>& extent, const std::optional<BoxCorners<Dim>>& box_mm,
                const std::vector<Click<Dim>>& clicks);
 
+/// That no blur is wider than the image.
+/// @throws UsageError  one is
+template <int Dim>
+void check_blur(const ImageExtent<Dim>& extent, const Options<Dim>& options);
+
 template <int Dim>
 std::vector<Vector<Dim>> points_on(Side side, const std::vector<Click<Dim>>& clicks);
 

@@ -48,6 +48,45 @@ TEST_F(Limits, AFullDiskIsAnErrorOfWritingWhateverIsWrittenToIt) {
   }
 }
 
+// A log on a full disk, a terminal that is closed.
+TEST_F(Limits, StandardErrorThatCannotBeWrittenEndsNoWork) {
+  must({"phantom", "ball", "--size", "32", "--spacing", "1", "-o", "v.nii"});
+  must({"segment", "v.nii", "--seed", "0,0,0", "-o", "told.stl"});
+  const auto code = [&](const std::string& words) {
+    const int status =
+        std::system(("cd '" + path("files") + "' && '" SURFSEG_PROGRAM "' " + words).c_str());
+    EXPECT_TRUE(WIFEXITED(status)) << words;
+    return WEXITSTATUS(status);
+  };
+  for (const char* away : {"2> /dev/full", "2>&-", "2>&- >&- <&-"}) {
+    const std::string to = away;
+    EXPECT_EQ(code("info nowhere.nii " + to), 3) << to;
+    EXPECT_EQ(code("segment v.nii --seed 0,0,0 -o s.stl " + to), 0) << to;
+    EXPECT_EQ(bytes("s.stl"), bytes("told.stl")) << to;
+  }
+}
+
+TEST_F(Limits, AnOutputIsWrittenOnceWhateverLinksLeadToIt) {
+  must({"phantom", "ball", "--size", "24", "--spacing", "1", "-o", "v.nii"});
+  std::filesystem::create_symlink("s.stl", file("link.stl"));  // to what is not there yet
+  const Outcome outcome =
+      run({"segment", "v.nii", "--seed", "0,0,0", "-o", "s.stl", "--json", "link.stl"});
+  EXPECT_EQ(outcome.exit_code, 2) << outcome.err;
+  EXPECT_FALSE(exists("s.stl"));
+}
+
+TEST_F(Limits, TheLongestNameIsWrittenAndALongerOneRefusedBeforeTheWork) {
+  must({"phantom", "ball", "--size", "24", "--spacing", "1", "-o", "v.nii"});
+  const std::string longest = std::string(251, 'x') + ".stl";
+  must({"segment", "v.nii", "--seed", "0,0,0", "-o", longest});
+  EXPECT_TRUE(exists(longest));
+  const Outcome outcome = run({"segment", "v.nii", "--seed", "0,0,0", "-o", "x" + longest});
+  EXPECT_EQ(outcome.exit_code, 4);
+  EXPECT_NE(outcome.err.find("the name has 256 bytes; the disk takes 255"), std::string::npos)
+      << outcome.err;
+  EXPECT_EQ(outcome.err.find("propose"), std::string::npos) << outcome.err;
+}
+
 // What the program prints itself comes behind the summary, not over it.
 TEST_F(Limits, ASummaryGoesToTheStandardOutputWhateverThatIs) {
   must({"phantom", "ball", "--size", "32", "--spacing", "1", "-o", "v.nii"});

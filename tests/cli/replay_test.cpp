@@ -99,6 +99,8 @@ TEST_F(Replay, RefusesAnotherVolumeAndRecipesThatItCannotRead) {
   expect_refused(3, {"r.json", "object 1, entry 2", "'dance' is no action"});
   change("/version", 1000);
   expect_refused(3, {"r.json", "version 1000 is newer"});
+  change("/version", "2");
+  expect_refused(3, {"r.json", "version \"2\" is no whole number"});
   write("files/r.json", "{}");
   expect_refused(3, {"r.json", "not a surfseg recipe"});
   std::filesystem::remove(file("r.json"));

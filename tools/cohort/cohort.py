@@ -229,6 +229,18 @@ def submit(cohort, arguments):
     return 0
 
 
+def at_least_one(text):
+    if int(text) < 1:
+        raise argparse.ArgumentTypeError(f"expected 1 or more; got {text}")
+    return int(text)
+
+
+def above_zero(text):
+    if not 0 < float(text) < math.inf:
+        raise argparse.ArgumentTypeError(f"expected more than 0; got {text}")
+    return float(text)
+
+
 def parser():
     out = argparse.ArgumentParser(description=__doc__)
     verbs = out.add_subparsers(dest="verb", required=True)
@@ -237,16 +249,16 @@ def parser():
         one = verbs.add_parser(verb, help=words, description=words)
         one.add_argument("list", metavar="LIST", help="as surfseg batch reads it")
         one.add_argument("-o", "--output", required=True, metavar="DIR", help="of all derivatives; logs go to DIR.jobs")
-        one.add_argument("--per-job", type=int, default=1, metavar="N", help="cases in a job [1]")
+        one.add_argument("--per-job", type=at_least_one, default=1, metavar="N", help="cases in a job [1]")
         one.add_argument("--surfseg", default="surfseg", metavar="PROGRAM", help="[surfseg]")
         one.add_argument("--options", default="", help="of surfseg batch, such as '--preset kidney-ct'")
-        one.add_argument("--threads", type=int, default=1, metavar="N", help="of a job [1]")
-        one.add_argument("--memory", type=float, default=1, metavar="F", help="times the estimate [1]")
-        one.add_argument("--attempt", type=int, default=1, metavar="N", help="the second has twice the memory [1]")
+        one.add_argument("--threads", type=at_least_one, default=1, metavar="N", help="of a job [1]")
+        one.add_argument("--memory", type=above_zero, default=1, metavar="F", help="times the estimate [1]")
+        one.add_argument("--attempt", type=at_least_one, default=1, metavar="N", help="the second has twice the memory [1]")
         if verb == "run":
             one.add_argument("--job", required=True, metavar="NAME", help="the job's first case")
         if verb == "submit":
-            one.add_argument("--at-once", type=int, default=100, metavar="N", help="jobs at a time [100]")
+            one.add_argument("--at-once", type=at_least_one, default=100, metavar="N", help="jobs at a time [100]")
             one.add_argument("--sbatch", default="", help="further options of sbatch, such as '-p long -A project'")
     return out
 
@@ -271,6 +283,9 @@ def main():
     except OSError as error:
         print(f"cohort.py: error: {error.filename}: {error.strerror}", file=sys.stderr)
         return 3
+    except subprocess.CalledProcessError as error:  # what it says itself is printed
+        print(f"cohort.py: error: {error.cmd[0]} ended with {error.returncode}", file=sys.stderr)
+        return 1
 
 
 if __name__ == "__main__":

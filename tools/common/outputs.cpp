@@ -32,7 +32,7 @@ void check_folder_takes_files(const Output& output, const fs::path& folder) {
 
 void check_output(const Output& output) {
   if (surf::is_stream(output.second)) return;
-  const fs::path path(output.second);
+  const fs::path path(surf::end_of_links(output.second));
   const fs::path folder = path.has_parent_path() ? path.parent_path() : fs::path(".");
   std::error_code status;
   if (!fs::is_directory(folder, status))
@@ -41,12 +41,16 @@ void check_output(const Output& output) {
   if (fs::is_directory(path, status))
     throw surf::OutputError(
         fmt::format("{}: {}: is a folder; give a file name", output.first, output.second));
+  const long longest = ::pathconf(folder.c_str(), _PC_NAME_MAX);
+  if (const auto size = path.filename().string().size(); longest > 0 && size > std::size_t(longest))
+    throw surf::OutputError(fmt::format("{}: {}: the name has {} bytes; the disk takes {}",
+                                        output.first, output.second, size, longest));
   check_folder_takes_files(output, folder);
 }
 
 std::string identity(const std::string& path) {
   std::error_code status;
-  return fs::weakly_canonical(fs::absolute(path, status), status).string();
+  return fs::weakly_canonical(fs::absolute(surf::end_of_links(path), status), status).string();
 }
 
 }  // namespace

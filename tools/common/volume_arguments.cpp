@@ -5,6 +5,7 @@
 #include <CLI/App.hpp>
 
 #include "libsurf/base/error.h"
+#include "libsurf/base/log.h"
 #include "libsurf/volume/read_volume.h"
 #include "tools/common/option_group.h"
 
@@ -34,7 +35,12 @@ surf::volume::Volume VolumeArguments::read(const std::string& path) const {
   surf::volume::ReadOptions options;
   options.frame_index = frame_index;
   if (!series_uid.empty()) options.series_uid = series_uid;
-  return surf::volume::read_volume(path, options);
+  surf::volume::Volume volume = surf::volume::read_volume(path, options);
+  if (const auto& source = volume.source(); source.n_frames > 1 && frame_index == 0)
+    surf::log(surf::LogLevel::kWarning,
+              fmt::format("{}: the first of {} frames is used; --frame-index names another", path,
+                          source.n_frames));
+  return volume;
 }
 
 }  // namespace surfseg

@@ -92,13 +92,17 @@ RecipeImage image_of_recipe(const fs::path& recipe) {
   return {beside, series.empty() ? std::nullopt : std::optional(series)};
 }
 
+constexpr std::size_t kLongestName = 200;
+
 fs::path output_path(const fs::path& folder, const std::string& name) {
-  const bool is_plain = !name.empty() && name.size() <= 200 && name.front() != '.' &&
-                        fs::path(name).filename() == fs::path(name) &&
-                        name.find('/') == std::string::npos &&
-                        name.find('\\') == std::string::npos &&
-                        std::none_of(name.begin(), name.end(),
-                                     [](char c) { return (unsigned char)c < 32 || c == 127; });
+  const bool is_plain =
+      !name.empty() && name.front() != '.' && fs::path(name).filename() == fs::path(name) &&
+      name.find('/') == std::string::npos && name.find('\\') == std::string::npos &&
+      std::none_of(name.begin(), name.end(),
+                   [](char c) { return (unsigned char)c < 32 || c == 127; });
+  if (name.size() > kLongestName)
+    throw surf::UsageError(fmt::format("'{}...': a name of {} bytes; at most {} are taken",
+                                       name.substr(0, 40), name.size(), kLongestName));
   if (!is_plain)
     throw surf::UsageError(fmt::format(
         "'{}': expected the name of a file, without a folder and not hidden", name.substr(0, 80)));

@@ -157,8 +157,10 @@ Json parse_recipe(const std::string& text) {
   try {
     out = Json::parse(text);
     if (!out.is_object() || out.value("kind", "") != kKind)
-      throw InputError(fmt::format("recipe: not a {}: its \"kind\" is missing", kKind));
+      throw InputError(fmt::format("recipe: not a {0}: its \"kind\" is not \"{0}\"", kKind));
     version = out.value("version", Json(0));
+    if (!version.is_number_integer())
+      throw InputError(fmt::format("recipe: version {} is no whole number", version.dump()));
   } catch (const Json::parse_error& error) {
     throw InputError(fmt::format("recipe: not valid JSON: {}", error.what()));
   } catch (const Json::exception& error) {
