@@ -435,6 +435,22 @@ class Dialogue(WithStudio):
         self.studio.click((-0.45, 0, 0))
         self.assertFalse(self.studio.idle()["objects"][0]["outdated"])
 
+    def test_two_studios_on_one_scan_lose_nothing(self):
+        self.studio.click(LEFT)
+        self.studio.idle()
+        with Studio(self.folder, "balls.nii.gz") as other:
+            other.idle()
+            other.click(RIGHT)
+            two = other.idle()
+            self.assertIsNone(two["error"])
+            theirs = content(self.folder, "balls.nii.gz.surfseg.json")
+            self.studio.click((0, 0.9, 0), "outside")
+            state = self.studio.idle()
+            self.assertIn("is now balls.nii.gz.surfseg.json.1", state["error"]["text"])
+            self.assertEqual(content(self.folder, "balls.nii.gz.surfseg.json.1"), theirs)
+            self.studio.click((0, -0.9, 0), "outside")
+            self.assertEqual(self.studio.idle()["error"]["id"], state["error"]["id"])
+
     def test_a_name_given_before_an_evolution_begins_is_undone_alone(self):
         for _ in range(8):
             self.studio.do("add_object")

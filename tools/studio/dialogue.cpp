@@ -414,8 +414,10 @@ void Dialogue::save() {
     std::lock_guard lock(mutex_);
     recipe_ = text;
   }
+  spare_what_others_keep();
   try {
     surf::write_bytes(volume_->recipe.string(), text);
+    kept_ = text;
   } catch (const surf::OutputError& error) {
     publish_error(fmt::format("the state is not kept: {}", error.what()));
   }

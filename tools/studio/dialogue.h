@@ -161,6 +161,7 @@ class Dialogue {
                                  const std::optional<std::string>& series_uid);
   void read_volume(const std::filesystem::path& path, const std::optional<std::string>& series_uid);
   void load_recipe(const std::filesystem::path& recipe);
+  void spare_what_others_keep();
   std::string recipe_now() const;
   bool can_evolve(int id) const;
   bool awaits_evolution(int id) const;
@@ -194,6 +195,7 @@ class Dialogue {
 
   // Of the worker alone.
   std::shared_ptr<const OpenVolume> volume_;
+  std::optional<std::string> kept_;  ///< what its recipe held when it was last read or written
   std::unique_ptr<surf::segment::Segmentation<3>> segmentation_;
   struct Checked {
     std::shared_ptr<const surf::segment::Measures<3>> measures;

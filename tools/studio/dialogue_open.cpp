@@ -118,6 +118,7 @@ void Dialogue::read_volume(const std::filesystem::path& path,
   if (const std::string note = note_on_keeping(recipe, beside); !note.empty())
     opened->notes.push_back(note);
   volume_ = opened;
+  kept_.reset();
   segmentation_ = std::make_unique<surf::segment::Segmentation<3>>(opened->setting, kMostFieldBytes,
                                                                    max_past_bytes(volume));
   if (std::filesystem::exists(recipe)) load_recipe(recipe);
@@ -140,10 +141,25 @@ void Dialogue::read_volume(const std::filesystem::path& path,
   segmentation_->prepare();
 }
 
+/// What another studio or program has written there since is moved aside, so that nothing is lost.
+void Dialogue::spare_what_others_keep() {
+  const std::filesystem::path& recipe = volume_->recipe;
+  std::error_code status;
+  if (!std::filesystem::is_regular_file(recipe, status)) return;
+  try {
+    if (kept_ && text_of_file(recipe) == *kept_) return;
+    const std::filesystem::path aside = moved_aside(recipe);
+    publish_error(fmt::format("{} was written by another studio or program; what it had is now {}",
+                              recipe.filename().string(), aside.filename().string()));
+  } catch (const std::exception&) {  // writing will say what is wrong
+  }
+}
+
 /// One that cannot be repeated here is moved aside, so that nothing is lost.
 void Dialogue::load_recipe(const std::filesystem::path& recipe) {
   try {
-    surf::segment::load<3>(text_of_file(recipe), *segmentation_);
+    kept_ = text_of_file(recipe);
+    surf::segment::load<3>(*kept_, *segmentation_);
   } catch (const surf::Error& error) {
     const std::filesystem::path aside = moved_aside(recipe);
     publish_error(fmt::format("{}; it is now {}", error.what(), aside.filename().string()));
