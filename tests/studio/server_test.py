@@ -337,7 +337,10 @@ class Dialogue(WithStudio):
         self.studio.do("choose", object=1, number=1)
         self.studio.idle()
         self.studio.do("choose", 400, object=1, number=99)
+        self.assertIn("no candidate 99", self.studio.do("choose", 400, object=1, number=99)["error"])
         self.studio.do("choose", 400, object=1, number=0)
+        for index in (-1, 0.5, "0", 1e30):
+            self.studio.do("delete_click", 400, object=1, index=index)
         self.studio.do("preset", object=1, name="kidney-ct")
         self.studio.do("preset", 400, object=1, name="no-such")
         described = json.loads(self.studio.get("/api/options"))

@@ -99,7 +99,7 @@ void Dialogue::work() {
 /// take the surface with it.
 bool Dialogue::is_act_next() const {
   if (acts_.empty() || is_ending_ || opening_ || wanted_.empty()) return !acts_.empty();
-  return std::any_of(acts_.begin(), acts_.end(), [](const Waiting& w) { return !w.is_beside; });
+  return std::any_of(acts_.begin(), acts_.end(), [](const Waiting& w) { return !w.show; });
 }
 
 /// On the worker, before anything else is computed.
@@ -120,7 +120,7 @@ void Dialogue::do_now(const Act& act, bool while_opening) {
                        }
                        done.set_value();
                      },
-                     false});
+                     {}});
     stop_.request_stop();
   }
   wake_.notify_all();
@@ -151,7 +151,7 @@ void Dialogue::do_beside(const Act& act, const std::function<void(State&)>& show
                            publish_error(error.what());
                          }
                        },
-                       true});
+                       show_now});
       ++tick_;
       wake_.notify_all();
       changed_.notify_all();
@@ -267,9 +267,17 @@ void Dialogue::begin_job(int object, const std::string& what, const std::string&
   publish();
 }
 
+/// What waited for its end is done first, so that without a job nothing waits.
 void Dialogue::end_job() {
   {
-    std::lock_guard lock(mutex_);
+    std::unique_lock lock(mutex_);
+    while (!acts_.empty() && acts_.front().show) {
+      const Act act = std::move(acts_.front().act);
+      acts_.pop_front();
+      lock.unlock();
+      act();
+      lock.lock();
+    }
     job_.reset();
     frame_.reset();
   }
@@ -382,6 +390,13 @@ void Dialogue::publish() {
     next->error_number = state_->error_number;
     next->error = state_->error;
     next->job = present_job();
+    for (const Waiting& waiting : acts_) {
+      if (!waiting.show) continue;
+      try {
+        waiting.show(*next);
+      } catch (const surf::UsageError&) {  // it will say so itself
+      }
+    }
     state_ = std::move(next);
     ++tick_;
   }

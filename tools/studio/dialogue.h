@@ -144,7 +144,7 @@ class Dialogue {
   /// What was asked for and is not done yet.
   struct Waiting {
     Act act;
-    bool is_beside;  ///< it ends no evolution
+    std::function<void(State&)> show;  ///< of what ends no evolution: what is seen of it till then
   };
 
   /// An object that is to be computed.

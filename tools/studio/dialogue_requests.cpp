@@ -48,7 +48,7 @@ void Dialogue::rename(int id, const std::string& name) {
     segmentation().rename(id, name);
     keep_act();
   };
-  do_beside(act, [&](State& state) {
+  do_beside(act, [id, name](State& state) {
     if (name.empty()) throw surf::UsageError("the name is empty");
     for (const ObjectState& other : state.objects)
       if (other.id != id && other.object.name == name)
@@ -62,7 +62,7 @@ void Dialogue::recolour(int id, const surf::segment::Colour& colour) {
     segmentation().recolour(id, colour);
     keep_act();
   };
-  do_beside(act, [&](State& state) { find(state, id).object.colour = colour; });
+  do_beside(act, [id, colour](State& state) { find(state, id).object.colour = colour; });
 }
 
 void Dialogue::click(int id, const Vector<3>& point_mm, Side side) {
@@ -100,6 +100,9 @@ void Dialogue::delete_click(int id, std::size_t index) {
 
 void Dialogue::choose(int id, std::size_t proposal) {
   do_now([&] {
+    if (const std::size_t n = segmentation().object(id).result->proposals.size(); proposal >= n)
+      throw surf::UsageError(
+          fmt::format("number: there is no candidate {}; there are {}", proposal + 1, n));
     segmentation().choose(id, proposal);
     want(id);
     keep_act();
@@ -129,7 +132,7 @@ void Dialogue::stop() {
     std::lock_guard lock(mutex_);
     is_kept_ = true;
     wanted_.clear();
-    acts_.push_back({[this] { publish(); }, false});
+    acts_.push_back({[this] { publish(); }, {}});
     stop_.request_stop();
   }
   wake_.notify_all();

@@ -5,6 +5,7 @@
 
 #include <atomic>
 #include <chrono>
+#include <limits>
 #include <mutex>
 #include <nlohmann/json.hpp>
 
@@ -251,8 +252,16 @@ struct Server::Impl {
 
   void act(const ordered_json& request) {
     const auto action = request.at("action").get<std::string>();
-    const auto object = [&] { return request.at("object").get<int>(); };
-    const auto index = [&] { return request.at("index").get<std::size_t>(); };
+    const auto whole = [&](const char* key, int least) {
+      const ordered_json& value = request.at(key);
+      if (!value.is_number_integer() || value.get<long>() < least ||
+          value.get<long>() > std::numeric_limits<int>::max())
+        throw Refusal{400, fmt::format("{}: expected a whole number, {} or more; got {}", key,
+                                       least, value.dump())};
+      return value.get<int>();
+    };
+    const auto object = [&] { return whole("object", 0); };
+    const auto index = [&] { return std::size_t(whole("index", 0)); };
     if (action == "open") {
       const auto path = request.at("path").get<std::string>();
       const auto entries = entries_of(dialogue.folder());
@@ -283,9 +292,7 @@ struct Server::Impl {
     } else if (action == "delete_click") {
       dialogue.delete_click(object(), index());
     } else if (action == "choose") {
-      const int number = request.at("number").get<int>();
-      if (number < 1) throw Refusal{400, "number: expected 1 or more"};
-      dialogue.choose(object(), std::size_t(number - 1));
+      dialogue.choose(object(), std::size_t(whole("number", 1) - 1));
     } else if (action == "set_options") {
       const ordered_json& changes = request.at("options");
       dialogue.set_options(object(),

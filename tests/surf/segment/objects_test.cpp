@@ -131,6 +131,16 @@ TEST(Objects, KeepTheirNaturalGaps) {
   EXPECT_GT(gap, 0.4);
 }
 
+TEST(Objects, HaveNoMoreLabelsThanAByte) {
+  const FinishedAbdomen& made = finished_abdomen();
+  const auto labels_of = [&](std::size_t n) {
+    return label_map<3>(made.segmentation.setting(), made.segmentation.setting().extent(),
+                        std::vector<FinishedObject<3>>(n));
+  };
+  EXPECT_NO_THROW(labels_of(255));
+  EXPECT_THROW(labels_of(256), UsageError);
+}
+
 TEST(Objects, ShareOneMapOfLabels) {
   const FinishedAbdomen& made = finished_abdomen();
   const auto labels = label_map<3>(made.segmentation.setting(),
