@@ -169,6 +169,22 @@ class Rules(InAFolder):
         program.write_text(program.read_text().replace("surfseg of the test", "surfseg of tomorrow"))
         self.assertFalse(self.read("done").jobs[0].is_done())
 
+    def test_numbers_that_cannot_be_are_refused_and_a_failed_sbatch_is_one_line(self):
+        self.read("done")
+        script = os.path.abspath(cohort.__file__)
+        words = ["list.tsv", "-o", "out", "--surfseg", str(FOLDER / "program")]
+        for wrong in (["--per-job", "0"], ["--memory", "-1"], ["--memory", "nan"], ["--attempt", "0"], ["--per-job", "x"]):
+            refused = subprocess.run([sys.executable, script, "needs", *words, *wrong], capture_output=True, text=True)
+            self.assertEqual(refused.returncode, 2, wrong)
+            self.assertNotIn("Traceback", refused.stderr)
+        (FOLDER / "sbatch").write_text("#!/bin/sh\necho 'sbatch: error: no cluster' >&2\nexit 1\n")
+        (FOLDER / "sbatch").chmod(0o755)
+        failed = subprocess.run([sys.executable, script, "submit", *words], capture_output=True, text=True,
+                                env={**os.environ, "PATH": f"{FOLDER}:{os.environ['PATH']}"})
+        self.assertEqual(failed.returncode, 1)
+        self.assertEqual(failed.stderr.splitlines()[-1], "cohort.py: error: sbatch ended with 1")
+        self.assertNotIn("Traceback", failed.stderr)
+
     def test_collecting_takes_away_what_killed_jobs_have_left(self):
         one = self.read("done")
         (FOLDER / "out/.sub-c0.partial/sub-c0/anat").mkdir(parents=True)
