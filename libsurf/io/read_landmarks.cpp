@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstring>
 #include <fstream>
+#include <iterator>
 #include <nlohmann/json.hpp>
 #include <sstream>
 #include <vector>
@@ -22,11 +23,11 @@ using Rows = std::vector<std::vector<double>>;
 std::string content_of(const std::string& path) {
   errno = 0;
   std::ifstream stream(path, std::ios::binary);
-  std::ostringstream text;
-  if (!stream || !(text << stream.rdbuf()))
+  std::string text{std::istreambuf_iterator<char>(stream), {}};
+  if (!stream.is_open() || stream.bad())
     throw InputError(
         fmt::format("{}: cannot read the landmarks: {}", path, std::strerror(errno ? errno : EIO)));
-  return text.str();
+  return text;
 }
 
 std::vector<std::string_view> split(std::string_view line, std::string_view dividers,

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
-#include <cstdlib>
 #include <functional>
 #include <utility>
 #include <vector>
@@ -137,7 +136,7 @@ class March {
 
 void check_label(std::optional<int> label) {
   constexpr int kBeyond = 1 << 24;
-  if (label && std::abs(*label) >= kBeyond)
+  if (label && (*label >= kBeyond || *label <= -kBeyond))
     throw InputError(
         fmt::format("label {}: labels from 2^24 = {} on are not told apart, voxels are 32-bit "
                     "floats; renumber the labels",

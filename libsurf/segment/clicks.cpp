@@ -193,7 +193,7 @@ bool heeds(const Simplices<Dim>& shape, const std::vector<Click<Dim>>& clicks) {
                                  const Click<Dim>&);                                               \
   template void check_beside<Dim>(const ImageExtent<Dim>&, const std::vector<Click<Dim>>&,         \
                                   const std::string&, const Click<Dim>&);                          \
-  template void check_blur<Dim>(const ImageExtent<Dim>&, const Options<Dim>&);                    \
+  template void check_blur<Dim>(const ImageExtent<Dim>&, const Options<Dim>&);                     \
   template void check_box<Dim>(const ImageExtent<Dim>&, const std::optional<BoxCorners<Dim>>&,     \
                                const std::vector<Click<Dim>>&);                                    \
   template std::vector<Vector<Dim>> points_on<Dim>(Side, const std::vector<Click<Dim>>&);          \

@@ -112,7 +112,8 @@ std::shared_ptr<const Result<Dim>> History<Dim>::unfinished() const {
   const Outcome outcome = now().state();
   if (outcome != Outcome::kStopped && outcome != Outcome::kAtLimit) return nullptr;
   for (std::size_t n = n_done; n-- > 0;) {
-    const auto& [action, after] = moments[n];
+    const Action<Dim>& action = moments[n].action;
+    const Object<Dim>& after = moments[n].after;
     if (std::holds_alternative<Evolve<Dim>>(action))
       return !after.result->energies.empty() && after.result->shape.elements.rows() > 0 &&
                      have_same_energy(after.options, now().options)

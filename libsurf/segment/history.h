@@ -39,6 +39,7 @@ struct History {
   struct Moment {
     Action<Dim> action;
     Object<Dim> after;
+    bool is_between = false;  ///< what was undone before it goes on from the moment before
   };
 
   Object<Dim> first;  ///< as it was added
@@ -48,7 +49,13 @@ struct History {
   const Object<Dim>& now() const { return n_done == 0 ? first : moments[n_done - 1].after; }
   bool undo() { return n_done > 0 && n_done-- > 0; }
   bool can_redo() const { return n_done < moments.size(); }
-  bool redo() { return can_redo() && n_done++ < moments.size(); }
+  bool redo() {
+    if (!can_redo()) return false;
+    if (n_done > 0 && moments[n_done - 1].is_between)
+      moments.erase(moments.begin() + std::ptrdiff_t(--n_done));
+    ++n_done;
+    return true;
+  }
   /// What redo() would do again; null if there is nothing.
   /// @param n  the n-th of them
   const Action<Dim>* undone(std::size_t n = 0) const {
@@ -81,10 +88,12 @@ struct History {
     const Moment* moment = last_evolution(n);
     return !moment || moment->after.is_made();
   }
-  /// What has been undone is gone.
-  void add(Action<Dim> action, Object<Dim> after) {
-    moments.resize(n_done);
-    moments.push_back({std::move(action), std::move(after)});
+  /// What has been undone is gone, or is kept: then redo() takes away what was added first.
+  void add(Action<Dim> action, Object<Dim> after, bool keeps_undone = false) {
+    const bool is_between = keeps_undone && can_redo();
+    if (!is_between) moments.resize(n_done);
+    moments.insert(moments.begin() + std::ptrdiff_t(n_done),
+                   {std::move(action), std::move(after), is_between});
     ++n_done;
   }
 };

@@ -130,12 +130,19 @@ void Segmentation<Dim>::add_click_unchecked_beside(Id id, const Click<Dim>& clic
 
 /// The inside clicks of all other objects, as outside clicks.
 template <int Dim>
+std::vector<Click<Dim>> Segmentation<Dim>::checked_others_of(Id id) const {
+  for (const auto& [other, history] : objects_)
+    for (const Click<Dim>& click : object(id).clicks)
+      if (other != id)
+        check_beside<Dim>(setting().extent(), history.now().clicks, history.now().name, click);
+  return others_of(id);
+}
+
+template <int Dim>
 std::vector<Click<Dim>> Segmentation<Dim>::others_of(Id id) const {
   std::vector<Click<Dim>> out;
   for (const auto& [other, history] : objects_) {
     if (other == id) continue;
-    for (const Click<Dim>& click : object(id).clicks)
-      check_beside<Dim>(setting().extent(), history.now().clicks, history.now().name, click);
     const std::vector<Click<Dim>> clicks = as_outside<Dim>(history.now().clicks);
     out.insert(out.end(), clicks.begin(), clicks.end());
   }
@@ -323,13 +330,14 @@ template <int Dim>
 const Result<Dim>& Segmentation<Dim>::evolve_beside(Id id, const std::vector<Click<Dim>>& others,
                                                     const ProgressOf<Dim>& progress,
                                                     const std::stop_token& stop,
-                                                    const std::function<bool()>& keeps_stopped) {
+                                                    const std::function<bool()>& keeps_stopped,
+                                                    bool keeps_undone) {
   make(id, progress, stop);
   if (!is_made(id)) return *object(id).result;  // after a stop
   Object<Dim> after = object(id);
   Evolve<Dim> action{.others = others};
   if (find(id).is_at_rest(others, setting().extent())) {
-    find(id).add(action, std::move(after));
+    find(id).add(action, std::move(after), keeps_undone);
     return *object(id).result;
   }
   int n_calls = checkpointing_.state.empty() ? 0 : stages_done(checkpointing_.state).n_steps;
@@ -344,7 +352,7 @@ const Result<Dim>& Segmentation<Dim>::evolve_beside(Id id, const std::vector<Cli
     if (n_calls == 0) result = stopped_before_first_step(*after.result, std::move(result));
   }
   after.result = std::make_shared<const Result<Dim>>(std::move(result));
-  find(id).add(action, std::move(after));
+  find(id).add(action, std::move(after), keeps_undone);
   drop_past();
   return *object(id).result;
 }

@@ -76,7 +76,7 @@ class Segmentation {
   /// @throws UsageError  there is no such click
   void take_back_click(Id id, std::size_t index);
   /// @throws UsageError  options.error() is not empty, an energy or a parameter is unknown, a
-  ///                     sample is outside the image
+  ///                     sample is outside the image, a blur is wider than it
   void set_options(Id id, const Options<Dim>& options);
   void rename(Id id, const std::string& name);
   void recolour(Id id, const Colour& colour);
@@ -88,7 +88,7 @@ class Segmentation {
   /// @throws UsageError  there is no inside click, or one is in a cell with that of another object
   const Result<Dim>& propose(Id id, const ProgressOf<Dim>& progress = {},
                              const std::stop_token& stop = {}) {
-    return propose_beside(id, others_of(id), progress, stop);
+    return propose_beside(id, checked_others_of(id), progress, stop);
   }
   /// What was proposed, and what was besides for the clicks before the last; see candidate.h. Empty
   /// if nothing was proposed.
@@ -108,12 +108,15 @@ class Segmentation {
   /// options that the energy depends on have changed.
   /// @param keeps_stopped  whether what a stop has left is kept; asked once it has stopped. If not,
   ///                       nothing has been done, and what was undone can be redone. None = it is
+  /// @param keeps_undone  what was undone can be redone also after it has come to its end: redo()
+  ///                      takes this evolution away first
   /// @throws UsageError  there is nothing to start from, or an inside click is in a cell with that
   ///                     of another object
   const Result<Dim>& evolve(Id id, const ProgressOf<Dim>& progress = {},
                             const std::stop_token& stop = {},
-                            const std::function<bool()>& keeps_stopped = {}) {
-    return evolve_beside(id, others_of(id), progress, stop, keeps_stopped);
+                            const std::function<bool()>& keeps_stopped = {},
+                            bool keeps_undone = false) {
+    return evolve_beside(id, checked_others_of(id), progress, stop, keeps_stopped, keeps_undone);
   }
 
   /// evolve() that is stopped after n_steps steps, unless it comes to its end before; the next call
@@ -165,13 +168,16 @@ class Segmentation {
   void check_name(const std::string& name, Id besides) const;
   void add_click_unchecked_beside(Id id, const Click<Dim>& click);
   std::vector<Click<Dim>> others_of(Id id) const;
+  /// @throws UsageError  an inside click is in a cell with that of another object
+  std::vector<Click<Dim>> checked_others_of(Id id) const;
   Work<Dim> work_for(const Object<Dim>& object, const std::vector<Click<Dim>>& others,
                      const ProgressOf<Dim>& progress, const std::stop_token& stop);
   const Result<Dim>& propose_beside(Id id, const std::vector<Click<Dim>>& others,
                                     const ProgressOf<Dim>& progress, const std::stop_token& stop);
   const Result<Dim>& evolve_beside(Id id, const std::vector<Click<Dim>>& others,
                                    const ProgressOf<Dim>& progress, const std::stop_token& stop,
-                                   const std::function<bool()>& keeps_stopped = {});
+                                   const std::function<bool()>& keeps_stopped = {},
+                                   bool keeps_undone = false);
   /// @param is_anew  set: whether it went on from nothing before it
   Result<Dim> evolved(const History<Dim>& history, const std::vector<Click<Dim>>& others,
                       const ProgressOf<Dim>& progress, const std::stop_token& stop, bool& is_anew);

@@ -1,6 +1,10 @@
 // surfseg batch: what a list becomes, and what becomes of it when something is wrong.
+#include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/file.h>
+#include <unistd.h>
 
+#include <chrono>
 #include <thread>
 
 #include "tests/cli/program.h"
@@ -115,7 +119,7 @@ TEST_F(Batch, AScanThatIsNotThereLeavesWhatWasMadeOfIt) {
   std::filesystem::rename(file("3.nii.gz"), file("away.nii.gz"));
   const Outcome outcome = batch();
   EXPECT_EQ(outcome.exit_code, 7);
-  EXPECT_TRUE(has(outcome, "c: failed (3): 3.nii.gz: cannot be read")) << outcome.err;
+  EXPECT_TRUE(has(outcome, "c: failed (3): 3.nii.gz: cannot be read: No such file")) << outcome.err;
   EXPECT_EQ(contents("out"), before);
   std::filesystem::rename(file("away.nii.gz"), file("3.nii.gz"));
   const Outcome again = batch();
@@ -127,16 +131,15 @@ TEST_F(Batch, WhatARowSaidBeforeItWasChangedIsNotCollected) {
   make_list();
   batch();
   put("list.tsv", "name\tscan\tclicks\na\t2.nii.gz\t0,0,0\nc\t3.nii.gz\t1,0,0\n");
-  batch({"--collect"});
+  batch({"--collect", "--space", "ijk"});  // which the list does not state
   const std::string table = bytes("out/group.tsv");
+  EXPECT_NE(table.find("\nc\tn/a\tdone"), std::string::npos) << table;
   EXPECT_NE(table.find("a\tn/a\tnot run"), std::string::npos) << table;
   EXPECT_NE(table.find("its row has changed since it was run"), std::string::npos) << table;
 }
 
 TEST_F(Batch, TwoRunsOnOneFolderDoNotDisturbEachOther) {
   make_list();
-  std::filesystem::create_directories(file("out/.sub-a.elsewhere-1.partial"));  // may still run
-  std::filesystem::create_directories(file("out/.sub-b.partial"));              // nobody's
   Outcome first, second;
   {
     const std::jthread one([&] { first = batch(); });
@@ -145,9 +148,29 @@ TEST_F(Batch, TwoRunsOnOneFolderDoNotDisturbEachOther) {
   EXPECT_EQ(first.exit_code, 0) << first.err;
   EXPECT_EQ(second.exit_code, 0) << second.err;
   must({"batch", "list.tsv", "-o", "once", "-q"});
-  std::filesystem::remove_all(file("out/.sub-a.elsewhere-1.partial"));
-  std::filesystem::remove_all(file("out/.sub-b.partial"));
   EXPECT_EQ(contents("out"), contents("once"));
+}
+
+TEST_F(Batch, RemovesWhatKilledRunsHaveLeftAndNoOthers) {
+  make_list();
+  const auto made = [&](const std::string& name) {
+    std::filesystem::create_directories(file("out/" + name + "/anat"));
+    std::filesystem::last_write_time(
+        file("out/" + name),
+        std::filesystem::file_time_type::clock::now() - std::chrono::minutes(5));
+  };
+  made(".sub-a.partial-left12");
+  made(".sub-b.partial");
+  made(".sub-c.partial-used34");
+  const int used = ::open(file("out/.sub-c.partial-used34").c_str(), O_RDONLY);
+  ASSERT_EQ(::flock(used, LOCK_EX), 0);
+  std::filesystem::create_directories(file("out/.sub-a.partial-new567"));
+  batch();
+  EXPECT_FALSE(exists("out/.sub-a.partial-left12"));
+  EXPECT_FALSE(exists("out/.sub-b.partial"));
+  EXPECT_TRUE(exists("out/.sub-c.partial-used34"));
+  EXPECT_TRUE(exists("out/.sub-a.partial-new567"));
+  ::close(used);
 }
 
 TEST_F(Batch, ALabelThatIsNotInTheReferenceIsNoDice) {

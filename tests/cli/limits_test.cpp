@@ -64,6 +64,10 @@ TEST_F(Limits, StandardErrorThatCannotBeWrittenEndsNoWork) {
     EXPECT_EQ(code("segment v.nii --seed 0,0,0 -o s.stl " + to), 0) << to;
     EXPECT_EQ(bytes("s.stl"), bytes("told.stl")) << to;
   }
+  // A pipe whose reader has gone.
+  std::filesystem::remove(file("s.stl"));
+  EXPECT_EQ(code("segment v.nii --seed 0,0,0 -o s.stl -v 2>&1 >&- | true; test -s s.stl"), 0);
+  EXPECT_EQ(bytes("s.stl"), bytes("told.stl"));
 }
 
 TEST_F(Limits, AnOutputIsWrittenOnceWhateverLinksLeadToIt) {

@@ -181,7 +181,7 @@ class Rules(InAFolder):
         (FOLDER / "sbatch").chmod(0o755)
         failed = subprocess.run([sys.executable, script, "submit", *words], capture_output=True, text=True,
                                 env={**os.environ, "PATH": f"{FOLDER}:{os.environ['PATH']}"})
-        self.assertEqual(failed.returncode, 1)
+        self.assertEqual(failed.returncode, 3)
         self.assertEqual(failed.stderr.splitlines()[-1], "cohort.py: error: sbatch ended with 1")
         self.assertNotIn("Traceback", failed.stderr)
 

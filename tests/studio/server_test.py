@@ -398,6 +398,37 @@ class Dialogue(WithStudio):
         undone = self.studio.idle()["objects"][0]
         self.assertEqual((len(undone["clicks"]), undone["outdated"]), (2, False))
         self.assertAlmostEqual(undone["measures"]["volume_ml"] / one, 2, delta=0.05)
+        self.assertEqual(undone["redo_words"], "inside click")
+        self.studio.do("redo", object=1)
+        redone = self.studio.idle()["objects"][0]
+        self.assertEqual((len(redone["clicks"]), redone["outdated"], redone["can_redo"]), (3, False, False))
+
+    def test_states_that_cannot_be_evolved_end_no_studio(self):
+        self.studio.click(LEFT)
+        self.studio.idle()
+        self.studio.do("add_object")
+        self.studio.do("remove_object", object=1)
+        self.studio.click(LEFT, object=2)
+        self.studio.idle()
+        self.studio.do("undo", object=0)  # both have the click now
+        self.studio.do("set_options", None, object=1, options={"edge_length_mm": 0.1})
+        state = self.studio.until(lambda s: s["job"] is None and s["error"])
+        self.assertIn("inside click", state["error"]["text"])
+        self.assertEqual(len(state["objects"]), 2)
+
+    def test_a_name_that_another_has_by_now_is_not_redone(self):
+        self.studio.click(LEFT)
+        self.studio.idle()
+        self.studio.click(RIGHT)
+        self.studio.do("rename", object=1, name="x")
+        self.studio.idle()
+        self.studio.do("undo", object=1)
+        self.studio.do("undo", object=1)
+        self.studio.do("add_object", name="x")
+        self.studio.do("redo", object=1)
+        redone = self.studio.idle()["objects"][0]
+        self.assertEqual((redone["name"], len(redone["clicks"]), redone["outdated"]), ("object 1", 2, False))
+        self.studio.do("undo", object=4294967297, expect=400)
 
     def test_what_redo_comes_to_is_computed_if_it_never_was(self):
         self.studio.click(LEFT)

@@ -10,6 +10,7 @@
 #include "tools/batch/case_list.h"
 #include "tools/batch/cohort.h"
 #include "tools/batch/derivatives.h"
+#include "tools/batch/partial_folder.h"
 #include "tools/common/option_group.h"
 #include "tools/common/program.h"
 #include "tools/common/run_arguments.h"
@@ -92,6 +93,7 @@ ExitCode run(const Arguments& a) {
   const Shard shard = parse_shard(a.shard);
   const std::vector<batch::Case> cases = batch::read_cases(a.list, a.defaults);
   batch::prepare_derivatives(a.output);
+  batch::remove_left_partial_folders(a.output);
   const Verbosity verbosity = a.quiet ? Verbosity::kQuiet : Verbosity::kNormal;
   batch::RunCounts counts;
   if (!a.collect)
@@ -99,9 +101,10 @@ ExitCode run(const Arguments& a) {
   ProgressLine(verbosity).note(report(a, cases));
   if (const ExitCode signal = signal_exit_code(); signal != kDone) return signal;
   if (counts.n_failed > 0)
-    throw PartFailed(fmt::format("{} of {} cases failed; they come first in {}", counts.n_failed,
-                                 counts.n_done + counts.n_skipped + counts.n_failed,
-                                 (std::filesystem::path(a.output) / "group.html").string()));
+    throw PartFailed(
+        fmt::format("{} of {} cases failed, see above; those without a result come first in {}",
+                    counts.n_failed, counts.n_done + counts.n_skipped + counts.n_failed,
+                    (std::filesystem::path(a.output) / "group.html").string()));
   return kDone;
 }
 

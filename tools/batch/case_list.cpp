@@ -104,6 +104,7 @@ class RowReader {
     out.line = row.line;
     out.settings = row.cells;
     out.settings.erase("name");
+    out.stated = out.settings;
     out.name = name_of(row);
     out.scan = file(taken(row, "scan"), out);
     if (out.scan.empty()) throw UsageError("scan: a volume is missing");

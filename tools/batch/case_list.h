@@ -20,6 +20,7 @@ struct Case {
   /// The row as it is written, with defaults, but for the name: with the files' contents it
   /// decides what comes out.
   std::map<std::string, std::string> settings;
+  std::map<std::string, std::string> stated;  ///< the same without defaults
   std::string scan;
   std::string recipe;  ///< to be replayed, in place of clicks
   ClicksCell clicks;

@@ -76,6 +76,15 @@ Entry entry_of(const Case& row, const ordered_json& summary, const ordered_json&
   return out;
 }
 
+/// Whether it is of the scan, the clicks and the options that the list has by now. What the list
+/// does not state came from the command line then, which a collecting one does not repeat.
+bool is_of(const Case& row, const ordered_json& summary) {
+  ordered_json its = summary.value("settings", ordered_json::object());
+  for (const char* key : {"space", "preset"})
+    if (!row.stated.contains(key)) its.erase(key);
+  return its == ordered_json(row.stated);
+}
+
 Entry not_run(const Case& row) {
   Entry out;
   out.name = row.name;
@@ -89,9 +98,7 @@ std::vector<Entry> entries_of(const Case& row, const std::filesystem::path& fold
   std::vector<Entry> out;
   if (!std::filesystem::exists(path)) return out;
   const ordered_json summary = read_json(path.string());
-  // Of another scan, other clicks or options than the list has by now.
-  if (const auto its = summary.find("settings");
-      its != summary.end() && *its != ordered_json(row.settings)) {
+  if (!is_of(row, summary)) {
     out.push_back(not_run(row));
     out.back().message = "its row has changed since it was run";
     return out;

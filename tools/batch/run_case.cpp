@@ -1,14 +1,11 @@
 #include "tools/batch/run_case.h"
 
 #include <fmt/format.h>
-#include <signal.h>
 #include <unistd.h>
 
 #include <CLI/App.hpp>
 #include <algorithm>
 #include <cerrno>
-#include <chrono>
-#include <cstdlib>
 #include <cstring>
 #include <exception>
 #include <filesystem>
@@ -24,6 +21,7 @@
 #include "libsurf/volume/read_volume.h"
 #include "tools/batch/derivatives.h"
 #include "tools/batch/fingerprint.h"
+#include "tools/batch/partial_folder.h"
 #include "tools/batch/table.h"
 #include "tools/common/html.h"
 #include "tools/common/objects.h"
@@ -61,38 +59,14 @@ void drop_measured(ordered_json& json) {
     for (ordered_json& entry : json) drop_measured(entry);
 }
 
-constexpr const char* kPartial = ".partial";
-constexpr std::chrono::hours kLongAgo(48);
-
-std::string machine() {
-  char name[256] = "";
-  ::gethostname(name, sizeof name - 1);
-  return name;
-}
-
-/// Of the folders in which a case is on its way, one for each process: two runs on one folder do
-/// the same work, but do not disturb each other.
-std::string partial_prefix(const std::string& name) {
-  return fmt::format(".{}.", case_folder(name));
-}
-
 /// A case on its way: all it writes goes to a folder beside its own.
 class CaseRun {
  public:
   /// @param row  is kept
   CaseRun(const Case& row, const std::string& folder, std::string input)
-      : row_(row),
-        folder_(folder),
-        input_(std::move(input)),
-        partial_(folder_ / fmt::format("{}{}-{}{}", partial_prefix(row.name), machine(), ::getpid(),
-                                       kPartial)) {
-    remove_left();
+      : row_(row), folder_(folder), input_(std::move(input)), partial_(folder, row.name) {
     for (const char* part : {"anat", "figures"})
-      fs::create_directories(partial_ / case_folder(row.name) / part);
-  }
-  ~CaseRun() {
-    std::error_code ignored;
-    fs::remove_all(partial_, ignored);
+      fs::create_directories(partial_.path() / case_folder(row.name) / part);
   }
   CaseRun(const CaseRun&) = delete;
   CaseRun& operator=(const CaseRun&) = delete;
@@ -120,26 +94,10 @@ class CaseRun {
   }
 
  private:
-  /// What processes have left that are no more; of other machines' nobody knows for two days.
-  void remove_left() const {
-    std::vector<fs::path> left;
-    const std::string prefix = partial_prefix(row_.name), here = prefix + machine() + "-";
-    for (const auto& entry : fs::directory_iterator(folder_)) {
-      const std::string name = entry.path().filename().string();
-      if (!name.starts_with(prefix) || !name.ends_with(kPartial)) continue;
-      const int process = name.starts_with(here) ? std::atoi(name.c_str() + here.size()) : 0;
-      const bool is_left =
-          process > 0 ? process == ::getpid() || (::kill(process, 0) != 0 && errno == ESRCH)
-                      : entry.last_write_time() < fs::file_time_type::clock::now() - kLongAgo;
-      if (is_left) left.push_back(entry.path());
-    }
-    for (const fs::path& path : left) fs::remove_all(path);
-  }
-
-  std::string at(const std::string& name) const { return (partial_ / name).string(); }
+  std::string at(const std::string& name) const { return (partial_.path() / name).string(); }
   /// Without the folder that nobody sees.
   std::string relative(std::string text) const {
-    const std::string prefix = partial_.string() + "/";
+    const std::string prefix = partial_.path().string() + "/";
     for (const std::string& form : {prefix, html_text(prefix)})
       for (std::size_t at = text.find(form); at != std::string::npos; at = text.find(form, at))
         text.erase(at, form.size());
@@ -279,9 +237,9 @@ class CaseRun {
   /// Files with something in them, but for the summary.
   std::vector<std::string> written() const {
     std::vector<std::string> out;
-    for (const auto& entry : fs::recursive_directory_iterator(partial_))
+    for (const auto& entry : fs::recursive_directory_iterator(partial_.path()))
       if (entry.is_regular_file())
-        out.push_back(entry.path().lexically_relative(partial_).generic_string());
+        out.push_back(entry.path().lexically_relative(partial_.path()).generic_string());
     std::sort(out.begin(), out.end());
     std::erase(out, summary_file(row_.name));
     return out;
@@ -306,7 +264,7 @@ class CaseRun {
       const fs::path own = folder_ / case_folder(row_.name);
       fs::remove(folder_ / summary_file(row_.name));
       for (const char* part : {"anat", "figures"}) clear(own / part);
-      for (const std::string& name : names) fs::rename(partial_ / name, folder_ / name);
+      for (const std::string& name : names) fs::rename(partial_.path() / name, folder_ / name);
       write_json((folder_ / summary_file(row_.name)).string(), document);
     } catch (...) {
       outcome = {false, kOutput, failure_of(std::current_exception(), "surfseg").message};
@@ -316,7 +274,7 @@ class CaseRun {
   const Case& row_;
   fs::path folder_;
   std::string input_;
-  fs::path partial_;
+  PartialFolder partial_;
   std::vector<std::string> objects_;
   std::optional<CaseFiles> files_;
   std::vector<std::optional<double>> dice_;
@@ -356,10 +314,14 @@ bool is_success(int exit_code) { return exit_code == kDone || exit_code == kStop
 
 CaseOutcome run_case(const Case& row, const std::string& folder) {
   try {
-    if (!row.scan.empty() && ::access(row.scan.c_str(), R_OK) != 0 && was_done(row, folder))
-      throw surf::InputError(
-          fmt::format("{}: cannot be read: {}; what was made of it before is left as it was",
-                      row.scan, std::strerror(errno)));
+    // On a share that is away for a moment: what was made of the case stays.
+    for (const std::string& file : row.files) {
+      const int error = ::access(file.c_str(), R_OK) == 0 ? 0 : errno;
+      if (error != 0 && was_done(row, folder))
+        throw surf::InputError(fmt::format(
+            "{}: cannot be read: {}; what was made of the case before is left as it was", file,
+            std::strerror(error)));
+    }
     std::string input = fingerprint(row);
     if (is_done(row, folder, input)) {
       const int code = read_json((fs::path(folder) / summary_file(row.name)).string())["exit_code"];

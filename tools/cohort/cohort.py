@@ -127,7 +127,7 @@ class Cohort:
         self.list, self.output, self.surfseg, self.options, self.memory = path, pathlib.Path(output), surfseg, options, memory
         self.folder = pathlib.Path(f"{self.output}.jobs")
         self.cases = read_cases(path)
-        self.version = subprocess.run([surfseg, "--version"], capture_output=True, text=True, check=True).stdout.strip()
+        self.version = subprocess.run([surfseg, "--version"], stdout=subprocess.PIPE, text=True, check=True).stdout.strip()
         self.jobs = [Job(self.cases[n:n + per_job], self) for n in range(0, len(self.cases), per_job)]
 
     def job(self, name):
@@ -168,7 +168,7 @@ class Cohort:
 
     def collect(self):
         """Table and page of all, when no job runs any more; what killed ones have left goes."""
-        for rest in self.output.glob(".sub-*.partial"):
+        for rest in self.output.glob(".sub-*.partial*"):
             shutil.rmtree(rest, ignore_errors=True)
         for rest in self.output.glob(".surfseg-*"):
             rest.unlink(missing_ok=True)
@@ -230,15 +230,18 @@ def submit(cohort, arguments):
 
 
 def at_least_one(text):
-    if int(text) < 1:
+    if not text.isdecimal() or int(text) < 1:
         raise argparse.ArgumentTypeError(f"expected 1 or more; got {text}")
     return int(text)
 
 
 def above_zero(text):
-    if not 0 < float(text) < math.inf:
-        raise argparse.ArgumentTypeError(f"expected more than 0; got {text}")
-    return float(text)
+    try:
+        if 0 < float(text) < math.inf:
+            return float(text)
+    except ValueError:
+        pass
+    raise argparse.ArgumentTypeError(f"expected more than 0; got {text}")
 
 
 def parser():
@@ -285,7 +288,7 @@ def main():
         return 3
     except subprocess.CalledProcessError as error:  # what it says itself is printed
         print(f"cohort.py: error: {error.cmd[0]} ended with {error.returncode}", file=sys.stderr)
-        return 1
+        return 3
 
 
 if __name__ == "__main__":

@@ -23,7 +23,7 @@ namespace {
 
 constexpr const char* kOutdated =
     "what was done last is not heeded: the recipe ends before the evolution that would, as where a "
-    "dialogue was cut off (studio opens such a recipe and goes on)";
+    "dialogue was cut off; add {\"do\": \"evolve\"} to its history";
 
 /// "FILE: " and what is wrong with the recipe in it.
 [[noreturn]] void fail(const ReplayArguments& a, const surf::InputError& error) {

@@ -147,7 +147,7 @@ void Dialogue::do_beside(const Act& act, const std::function<void(State&)>& show
       acts_.push_back({[this, act] {
                          try {
                            act();
-                         } catch (const surf::Error& error) {
+                         } catch (const std::exception& error) {
                            publish_error(error.what());
                          }
                        },
@@ -212,10 +212,10 @@ void Dialogue::run(const Wanted& wanted) {
     unwant(id);
     return publish();
   }
-  begin_job(id, is_made ? "evolve" : "repeat");
   std::string error;
   bool is_done = true;
   try {
+    begin_job(id, is_made ? "evolve" : "repeat");
     is_done = is_made ? evolve_now(id) : make_now(id);
   } catch (const std::exception& exception) {
     error = exception.what();
@@ -238,10 +238,13 @@ void Dialogue::run(const Wanted& wanted) {
 /// False if something newer ended it; then there is no trace of it.
 bool Dialogue::evolve_now(int id) {
   const auto n_before = segmentation_->history(id).size();
-  segmentation_->evolve(id, frames(), stop_.get_token(), [this] {
-    std::lock_guard lock(mutex_);
-    return is_kept_;
-  });
+  segmentation_->evolve(
+      id, frames(), stop_.get_token(),
+      [this] {
+        std::lock_guard lock(mutex_);
+        return is_kept_;
+      },
+      true);
   return segmentation_->history(id).size() > n_before;
 }
 
@@ -429,8 +432,8 @@ void Dialogue::save() {
     std::lock_guard lock(mutex_);
     recipe_ = text;
   }
-  spare_what_others_keep();
   try {
+    spare_what_others_keep();
     surf::write_bytes(volume_->recipe.string(), text);
     kept_ = text;
   } catch (const surf::OutputError& error) {

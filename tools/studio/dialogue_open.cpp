@@ -5,6 +5,7 @@
 #include <sstream>
 
 #include "libsurf/base/error.h"
+#include "libsurf/base/file.h"
 #include "libsurf/segment/recipe.h"
 #include "libsurf/segment/segment.h"
 #include "libsurf/volume/read_volume.h"
@@ -142,16 +143,22 @@ void Dialogue::read_volume(const std::filesystem::path& path,
 }
 
 /// What another studio or program has written there since is moved aside, so that nothing is lost.
+/// @throws OutputError  it cannot be
 void Dialogue::spare_what_others_keep() {
-  const std::filesystem::path& recipe = volume_->recipe;
+  const std::filesystem::path recipe = surf::end_of_links(volume_->recipe.string());
   std::error_code status;
   if (!std::filesystem::is_regular_file(recipe, status)) return;
   try {
     if (kept_ && text_of_file(recipe) == *kept_) return;
+  } catch (const surf::InputError&) {  // another user's: all the more it is not ours
+  }
+  try {
     const std::filesystem::path aside = moved_aside(recipe);
     publish_error(fmt::format("{} was written by another studio or program; what it had is now {}",
                               recipe.filename().string(), aside.filename().string()));
-  } catch (const std::exception&) {  // writing will say what is wrong
+  } catch (const std::filesystem::filesystem_error& error) {
+    throw surf::OutputError(fmt::format("{} was written by another studio or program: {}",
+                                        recipe.filename().string(), error.code().message()));
   }
 }
 

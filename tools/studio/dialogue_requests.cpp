@@ -210,7 +210,10 @@ void Dialogue::redo(int id) {
     if (!redo_act(id)) return;
     // What was done while the evolution of the act before it had not come to its end: that went on
     // to heed them both.
-    while (awaits_evolution(id) && redo_act(id)) continue;
+    try {
+      while (awaits_evolution(id) && redo_act(id)) continue;
+    } catch (const surf::UsageError&) {  // a name that is another's: an act for the next redo
+    }
     want_present(id);
     save();
     publish();

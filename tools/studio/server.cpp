@@ -309,7 +309,7 @@ struct Server::Impl {
     } else if (action == "stop") {
       dialogue.stop();
     } else if (action == "undo") {
-      dialogue.undo(request.value("object", 0));
+      dialogue.undo(request.contains("object") ? object() : 0);
     } else if (action == "redo") {
       dialogue.redo(object());
     } else if (action == "quit") {

@@ -329,6 +329,32 @@ TEST(Segmentation, KeepsWhatCanBeRedoneWhereAStopKeepsNothing) {
   EXPECT_EQ(s.object(object).state(), Outcome::kStopped);
 }
 
+TEST(Segmentation, RedoesWhatWasUndoneBeforeAnEvolutionThatKeepsIt) {
+  Segmentation<3> s = ball(), other = ball();
+  for (Segmentation<3>* each : {&s, &other}) {
+    each->add_click(each->add_object(), inside(0));
+    each->add_click(1, inside(0.1));
+    each->evolve(1);
+  }
+  s.undo(1);
+  s.undo(1);
+  s.evolve(1, {}, {}, {}, true);
+  EXPECT_EQ(s.history(1).size(), 2u);
+  ASSERT_NE(s.undone(1), nullptr);
+  EXPECT_TRUE(std::holds_alternative<AddClick<3>>(*s.undone(1)));
+  s.undo(1);  // and the other way round
+  EXPECT_TRUE(s.redo(1));
+  EXPECT_TRUE(s.redo(1));
+  EXPECT_TRUE(s.redo(1));
+  EXPECT_FALSE(s.can_redo(1));
+  EXPECT_EQ(s.history(1).size(), 3u);  // the evolution between is gone
+  EXPECT_EQ(s.object(1).result->shape.points, other.object(1).result->shape.points);
+  s.undo(1);
+  s.undo(1);
+  s.evolve(1);
+  EXPECT_FALSE(s.can_redo(1));
+}
+
 TEST(Segmentation, KnowsThatItsShapeIsNotWhatWasAskedForLast) {
   Segmentation<3> s = ball();
   const int object = s.add_object();
