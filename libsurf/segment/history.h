@@ -51,7 +51,7 @@ struct History {
   bool can_redo() const { return n_done < moments.size(); }
   bool redo() {
     if (!can_redo()) return false;
-    if (n_done > 0 && moments[n_done - 1].is_between)
+    while (n_done > 0 && moments[n_done - 1].is_between)
       moments.erase(moments.begin() + std::ptrdiff_t(--n_done));
     ++n_done;
     return true;
@@ -91,7 +91,10 @@ struct History {
   /// What has been undone is gone, or is kept: then redo() takes away what was added first.
   void add(Action<Dim> action, Object<Dim> after, bool keeps_undone = false) {
     const bool is_between = keeps_undone && can_redo();
-    if (!is_between) moments.resize(n_done);
+    if (!is_between) {
+      moments.resize(n_done);
+      for (std::size_t n = n_done; n-- > 0 && moments[n].is_between;) moments[n].is_between = false;
+    }
     moments.insert(moments.begin() + std::ptrdiff_t(n_done),
                    {std::move(action), std::move(after), is_between});
     ++n_done;

@@ -351,6 +351,13 @@ TEST(Segmentation, RedoesWhatWasUndoneBeforeAnEvolutionThatKeepsIt) {
   EXPECT_EQ(s.object(1).result->shape.points, other.object(1).result->shape.points);
   s.undo(1);
   s.undo(1);
+  s.evolve(1, {}, {}, {}, true);
+  s.add_click(1, inside(-0.1));  // what was undone is gone, and the evolution is one of all others
+  s.undo(1);
+  EXPECT_TRUE(s.redo(1));
+  EXPECT_EQ(s.history(1).size(), 3u);
+  s.undo(1);
+  s.undo(1);
   s.evolve(1);
   EXPECT_FALSE(s.can_redo(1));
 }
