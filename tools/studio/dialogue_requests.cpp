@@ -226,22 +226,10 @@ bool Dialogue::redo_act(int id) {
   if (!s.redo(id)) return false;
   const Action<3> done = s.history(id).back();
   bool is_first = true;
-  const auto goes_on = [&] {
-    try {
-      return s.redo(id);
-    } catch (const surf::UsageError&) {  // a name that is another's: an act of its own
-      return false;
-    }
+  const auto belongs = [&](const Action<3>* next) {
+    return next && (surf::segment::is_consequence<3>(*next) || (is_first && is_move(&done, next)));
   };
-  while (goes_on()) {
-    const Action<3> action = s.history(id).back();
-    const bool belongs =
-        surf::segment::is_consequence<3>(action) || (is_first && is_move(&done, &action));
-    is_first = false;
-    if (belongs) continue;
-    s.undo(id);
-    break;
-  }
+  for (; belongs(s.undone(id)); is_first = false) s.redo(id);
   return true;
 }
 
