@@ -19,12 +19,13 @@ constexpr double kLeastPair = 0.02;    // where the intensity jumps
 constexpr double kLeastWeight = 0.02;  // of the nodes next to the boundary in the means
 constexpr double kLeastStep = 1e-6;    // of the largest intensity: without noise
 
+/// With a third axis of one node in the plane.
 template <int Dim>
-std::array<int, 3> size_in_space(const NodeBox<Dim>& box) {
+NodeBox<3> in_space(const NodeBox<Dim>& box) {
   if constexpr (Dim == 3)
-    return box.size;
+    return box;
   else
-    return {box.size[0], box.size[1], 1};
+    return {{box.lower[0], box.lower[1], 0}, {box.size[0], box.size[1], 1}};
 }
 
 /// Distance to the boundary less half a node [nodes], as far as reach; positive inside.
@@ -42,19 +43,35 @@ std::vector<float> signed_distance(const NodeBox<Dim>& box, const Flags& inside,
   return out;
 }
 
-/// Means near each node of the values by the weights, as differences from `origin`.
+/// Means near the wanted nodes of the values by the weights, as differences from `origin`.
 template <int Dim, class Weight>
-std::vector<float> local_means(const NodeBox<Dim>& box, const std::vector<float>& values,
-                               double origin, double reach, const Weight& weight) {
+std::vector<float> local_means(const NodeBox<Dim>& box, const NodeBox<Dim>& wanted,
+                               const std::vector<float>& values, double origin, double reach,
+                               const Weight& weight) {
   std::vector<float> weights(values.size()), sums(values.size());
   for (std::size_t at = 0; at < values.size(); ++at) {
     weights[at] = weight(at);
     sums[at] = weights[at] * float(values[at] - origin);
   }
-  blur(size_in_space(box), reach, weights);
-  blur(size_in_space(box), reach, sums);
+  blur(in_space(box).size, reach, in_space(wanted), weights);
+  blur(in_space(box).size, reach, in_space(wanted), sums);
   for (std::size_t at = 0; at < values.size(); ++at) sums[at] /= weights[at] + 1e-6f;
   return sums;
+}
+
+/// The smallest box with these nodes, from 0 as their numbers count.
+template <int Dim>
+NodeBox<Dim> bounds_of(const NodeBox<Dim>& box, const std::vector<std::size_t>& nodes) {
+  const NodeBox<Dim> from_0{{}, box.size};
+  typename NodeBox<Dim>::Index lower = box.size, upper{};
+  for (const std::size_t at : nodes) {
+    const auto node = from_0.node(at);
+    for (int axis = 0; axis < Dim; ++axis) {
+      lower[axis] = std::min(lower[axis], node[axis]);
+      upper[axis] = std::max(upper[axis], node[axis] + 1);
+    }
+  }
+  return NodeBox<Dim>::between(lower, upper);
 }
 
 /// Half the median of |dI| across the boundary, at least `least`.
@@ -79,18 +96,20 @@ int whole(double capacity) { return int(std::lround(capacity * kUnit)); }
 template <int Dim>
 class Cut {
  public:
-  Cut(const NodeBox<Dim>& box, const std::vector<Held>& held) : box_(box), held_(held) {
-    number_.resize(box.n());
-    for (std::size_t at = 0; at < held.size(); ++at)
-      if (held[at] == Held::kFree) number_[at] = n_free_++;
-    graph_ = std::make_unique<Graph>(std::max(1, n_free_), std::max(1, Dim * n_free_));
-    graph_->add_node(std::max(1, n_free_));
+  /// @param free  the nodes that are
+  Cut(const std::vector<Held>& held, const std::vector<std::size_t>& free)
+      : held_(held), number_(held.size()) {
+    const int n_free = int(free.size());
+    for (int n = 0; n < n_free; ++n) number_[free[n]] = n;
+    graph_ = std::make_unique<Graph>(std::max(1, n_free), std::max(1, Dim * n_free));
+    graph_->add_node(std::max(1, n_free));
   }
 
   /// Of being outside if positive, of being inside if negative.
   void add_cost(std::size_t at, double cost) {
     graph_->add_tweights(number_[at], whole(std::max(cost, 0.0)), whole(std::max(-cost, 0.0)));
   }
+  /// At least one of them is free.
   void add_pair(std::size_t a, std::size_t b, double cost) {
     const int capacity = whole(cost);
     if (held_[a] == Held::kFree && held_[b] == Held::kFree)
@@ -100,7 +119,7 @@ class Cut {
   }
   Flags least() {
     graph_->maxflow();
-    Flags out(box_.n());
+    Flags out(held_.size());
     for (std::size_t at = 0; at < out.size(); ++at)
       out[at] = held_[at] == Held::kFree
                     ? graph_->what_segment(number_[at], Graph::SINK) == Graph::SOURCE
@@ -110,15 +129,12 @@ class Cut {
 
  private:
   void tie(std::size_t free, std::size_t held, int capacity) {
-    if (held_[free] != Held::kFree) return;
     const bool is_inside = held_[held] == Held::kInside;
     graph_->add_tweights(number_[free], is_inside ? capacity : 0, is_inside ? 0 : capacity);
   }
 
-  const NodeBox<Dim>& box_;
   const std::vector<Held>& held_;
   std::vector<int> number_;
-  int n_free_ = 0;
   std::unique_ptr<Graph> graph_;
 };
 
@@ -134,23 +150,29 @@ Flags settled(const NodeBox<Dim>& box, const Flags& inside, const std::vector<fl
   const double origin = 0.5 * (double(*lowest) + *highest),
                least_step = std::max(2 * noise, kLeastStep * (double(*highest) - *lowest));
   if (!(least_step > 0)) return inside;
-  const auto inner = local_means(box, intensity, origin, options.reach, [&](std::size_t at) {
-    return inside[at] ? float(kLeastWeight + (depth[at] > 0.5f)) : 0.f;
-  });
-  const auto outer = local_means(box, intensity, origin, options.reach, [&](std::size_t at) {
-    return depth[at] > 0 || depth[at] < 0.5f - float(options.shell)
-               ? 0.f
-               : float(kLeastWeight + (depth[at] < -0.5f));
-  });
   std::vector<Held> of_node(box.n());
-  for (std::size_t at = 0; at < of_node.size(); ++at)
+  std::vector<std::size_t> free;
+  for (std::size_t at = 0; at < of_node.size(); ++at) {
     if (!held.empty() && held[at] != Held::kFree)
       of_node[at] = held[at];
     else if (std::abs(depth[at]) >= float(options.width))
       of_node[at] = inside[at] ? Held::kInside : Held::kOutside;
-  Cut<Dim> cut(box, of_node);
-  for (std::size_t at = 0; at < of_node.size(); ++at) {
-    if (of_node[at] != Held::kFree) continue;
+    else
+      free.push_back(at);
+  }
+  Cut<Dim> cut(of_node, free);
+  if (free.empty()) return cut.least();
+  const NodeBox<Dim> wanted = bounds_of(box, free);
+  const auto inner = local_means(
+      box, wanted, intensity, origin, options.reach,
+      [&](std::size_t at) { return inside[at] ? float(kLeastWeight + (depth[at] > 0.5f)) : 0.f; });
+  const auto outer =
+      local_means(box, wanted, intensity, origin, options.reach, [&](std::size_t at) {
+        return depth[at] > 0 || depth[at] < 0.5f - float(options.shell)
+                   ? 0.f
+                   : float(kLeastWeight + (depth[at] < -0.5f));
+      });
+  for (const std::size_t at : free) {
     const double I = intensity[at] - origin, m_in = inner[at], m_out = outer[at],
                  contrast = std::max(std::abs(m_in - m_out), least_step),
                  fit = 2 * ((I - m_out) * (I - m_out) - (I - m_in) * (I - m_in)) /
@@ -159,13 +181,18 @@ Flags settled(const NodeBox<Dim>& box, const Flags& inside, const std::vector<fl
                          (costs.empty() ? 0 : double(costs[at])));
   }
   const double step = edge_step(box, inside, intensity, least_step);
-  for (int axis = 0; axis < Dim; ++axis)
-    box.for_lines(axis, [&](std::size_t at, int here, std::size_t stride) {
-      if (here + 1 == box.size[axis]) return;
-      if (of_node[at] != Held::kFree && of_node[at + stride] != Held::kFree) return;
-      const double jump = (intensity[at + stride] - intensity[at]) / step;
-      cut.add_pair(at, at + stride, options.pair * std::exp(-0.5 * jump * jump) + kLeastPair);
-    });
+  const auto add_pair = [&](std::size_t first, std::size_t second) {
+    const double jump = (intensity[second] - intensity[first]) / step;
+    cut.add_pair(first, second, options.pair * std::exp(-0.5 * jump * jump) + kLeastPair);
+  };
+  for (int axis = 0; axis < Dim; ++axis) {
+    const std::size_t stride = box.stride(axis), size = std::size_t(box.size[axis]);
+    for (const std::size_t at : free) {
+      const std::size_t here = at / stride % size;
+      if (here + 1 < size) add_pair(at, at + stride);
+      if (here > 0 && of_node[at - stride] != Held::kFree) add_pair(at - stride, at);
+    }
+  }
   return cut.least();
 }
 

@@ -170,24 +170,32 @@ std::array<PointSample<Dim>, N> NodeFields<Dim, N>::sample(const Vector<Dim>& x,
 }
 
 void blur(const std::array<int, 3>& size, double deviation, std::vector<float>& values) {
+  blur(size, deviation, {{}, size}, values);
+}
+
+void blur(const std::array<int, 3>& size, double deviation, const IndexBox<3>& wanted,
+          std::vector<float>& values) {
   // Three boxes of radius r have variance r (r + 1).
   const int r = std::max(0, int(std::lround((std::sqrt(1 + 4 * deviation * deviation) - 1) / 2)));
-  if (r == 0) return;
-  std::size_t stride = 1;
-  for (int axis = 0; axis < 3; stride *= size[axis], ++axis) {
-    if (size[axis] == 1) continue;
-    if (axis == 0) {
-      blur_rows(values, size[0], r);
-      continue;
-    }
-    const std::size_t block = stride * std::size_t(size[axis]), n_blocks = values.size() / block,
-                      n_parts = (stride + kLines - 1) / kLines;
-    tbb::parallel_for(std::size_t(0), n_blocks * n_parts, [&](std::size_t task) {
-      const std::size_t first = task % n_parts * kLines;
-      box_filters(values.data() + task / n_parts * block + first, size[axis], stride,
-                  std::min(kLines, stride - first), r);
+  if (r == 0 || wanted.n() == 0) return;
+  // Of the lines along an axis those that are wanted along the axes before it.
+  if (size[0] > 1) blur_rows(values, size[0], r);
+  const auto filter = [&](int axis, const IndexBox<3>& first_nodes) {
+    if (size[axis] == 1) return;
+    const std::size_t stride = IndexBox<3>{{}, size}.stride(axis);
+    const std::size_t n_parts = (std::size_t(first_nodes.size[0]) + kLines - 1) / kLines,
+                      n_rows = first_nodes.n() / std::size_t(first_nodes.size[0]);
+    tbb::parallel_for(std::size_t(0), n_rows * n_parts, [&](std::size_t task) {
+      const std::size_t along_row = task % n_parts * kLines,
+                        row = task / n_parts * std::size_t(first_nodes.size[0]);
+      const std::size_t first = IndexBox<3>{{}, size}.at(first_nodes.node(row + along_row));
+      box_filters(values.data() + first, size[axis], stride,
+                  std::min(kLines, std::size_t(first_nodes.size[0]) - along_row), r);
     });
-  }
+  };
+  const auto& lower = wanted.lower;
+  filter(1, {{lower[0], 0, 0}, {wanted.size[0], 1, size[2]}});
+  filter(2, {{lower[0], lower[1], 0}, {wanted.size[0], wanted.size[1], 1}});
 }
 
 template struct NodeGrid<2>;

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "libsurf/base/field.h"
+#include "libsurf/base/index_box.h"
 
 namespace surf::segment {
 
@@ -64,5 +65,8 @@ class NodeFields {
 /// The values blurred along each axis by three boxes that together are about a Gaussian of this
 /// deviation [nodes]; beyond the grid there is nothing (0). O(nodes).
 void blur(const std::array<int, 3>& size, double deviation, std::vector<float>& values);
+/// The same at the wanted nodes alone, in about half the time; elsewhere the values are lost.
+void blur(const std::array<int, 3>& size, double deviation, const IndexBox<3>& wanted,
+          std::vector<float>& values);
 
 }  // namespace surf::segment

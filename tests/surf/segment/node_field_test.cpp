@@ -80,5 +80,21 @@ TEST(Blur, KeepsASumAndHasTheDeviationThatIsAsked) {
   EXPECT_NEAR(std::sqrt(variance), 4, 0.5);  // boxes have whole radii
 }
 
+TEST(NodeField, BlurOfWantedNodesIsThatOfAll) {
+  const std::array<int, 3> size = {37, 29, 41};
+  std::vector<float> all(std::size_t(size[0]) * size[1] * size[2]);
+  for (std::size_t at = 0; at < all.size(); ++at) all[at] = float(at * 7919 % 1009);
+  const std::vector<float> before = all;
+  blur(size, 4, all);
+  for (const IndexBox<3>& wanted :
+       {IndexBox<3>{{3, 5, 7}, {30, 20, 11}}, {{36, 28, 40}, {1, 1, 1}}, {{}, size}}) {
+    std::vector<float> some = before;
+    blur(size, 4, wanted, some);
+    const IndexBox<3> grid{{}, size};
+    for (std::size_t n = 0; n < wanted.n(); ++n)
+      ASSERT_EQ(some[grid.at(wanted.node(n))], all[grid.at(wanted.node(n))]) << n;
+  }
+}
+
 }  // namespace
 }  // namespace surf::segment
