@@ -14,10 +14,11 @@
 
 namespace surf::segment {
 
-/// Where an image (Dim = 2) or volume (Dim = 3) lies, and between which values.
+/// Where an image (Dim = 2) or volume (Dim = 3) lies, and which values it has.
 template <int Dim>
 struct ImageExtent : ImageBox<Dim> {
-  std::array<float, 2> range;
+  std::array<float, 2> range;  ///< lowest and highest one
+  double rounded_to = 0;       ///< 1 where all are whole numbers, 0 where that is not known
 
   /// Side of the square or cube of a pixel's or voxel's content [mm].
   double cell_mm() const {

@@ -90,17 +90,23 @@ SearchLattice<Dim>::SearchLattice(const ImageExtent<Dim>& extent, double max_nod
 template <int Dim>
 SearchGrid<Dim>::SearchGrid(const Field<Dim>& I, const ImageExtent<Dim>& extent,
                             const SearchLattice<Dim>& lattice)
-    : lattice_(lattice), range_(extent.range), values_(made(I, lattice.box, {})) {}
+    : lattice_(lattice),
+      range_(extent.range),
+      rounded_to_(extent.rounded_to),
+      values_(made(I, lattice.box, {})) {}
 
 template <int Dim>
 SearchGrid<Dim>::SearchGrid(std::shared_ptr<const Field<Dim>> I, const ImageExtent<Dim>& extent,
                             const SearchLattice<Dim>& lattice)
-    : lattice_(lattice), range_(extent.range), I_(std::move(I)) {}
+    : lattice_(lattice), range_(extent.range), rounded_to_(extent.rounded_to), I_(std::move(I)) {}
 
 template <int Dim>
-SearchGrid<Dim>::SearchGrid(const SearchLattice<Dim>& lattice, const std::array<float, 2>& range,
+SearchGrid<Dim>::SearchGrid(const SearchGrid& whole, const SearchLattice<Dim>& lattice,
                             std::shared_ptr<const Values> values)
-    : lattice_(lattice), range_(range), values_(std::move(values)) {}
+    : lattice_(lattice),
+      range_(whole.range_),
+      rounded_to_(whole.rounded_to_),
+      values_(std::move(values)) {}
 
 template <int Dim>
 bool SearchGrid<Dim>::make_all(const std::stop_token& stop) const {
@@ -127,13 +133,13 @@ SearchGrid<Dim> SearchGrid<Dim>::part(const NodeBox<Dim>& part, const std::stop_
   }
   lattice.node_to_world =
       node_to_world() * Eigen::Translation<double, Dim>(point_of<Dim>(part.lower));
-  if (!values_) return {lattice, range_, made(*I_, part, stop)};
+  if (!values_) return {*this, lattice, made(*I_, part, stop)};
   Values out{cropped(box(), values_->intensity, part),
              cropped(box(), values_->slope, part),
              cropped(box(), values_->edge_slope, part),
              {}};
   out.level = levels(out.intensity);
-  return {lattice, range_, std::make_shared<Values>(std::move(out))};
+  return {*this, lattice, std::make_shared<Values>(std::move(out))};
 }
 
 template <int Dim>

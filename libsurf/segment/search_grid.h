@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <memory>
 #include <optional>
 #include <stdexcept>
@@ -73,6 +74,11 @@ class SearchGrid {
   bool is_cut_off(const NodeBox<Dim>& object) const;
   /// Highest less lowest intensity of the image.
   double range() const { return double(range_[1]) - range_[0]; }
+  /// Deviation of what the image's values were rounded by, as far as that is known; 0 where they
+  /// are a few levels alone, as in a mask.
+  double rounding() const {
+    return range() >= kLeastSteps * rounded_to_ ? rounded_to_ / std::sqrt(12.0) : 0;
+  }
 
   // Of all nodes. std::logic_error if they have not been made.
 
@@ -88,13 +94,15 @@ class SearchGrid {
   std::size_t memory_bytes() const;
 
  private:
+  static constexpr double kLeastSteps = 8;
   struct Values {
     std::vector<float> intensity, slope, edge_slope;
     std::vector<std::uint16_t> level;
   };
   using Directions = std::vector<Eigen::Matrix<float, Dim, 1>>;
 
-  SearchGrid(const SearchLattice<Dim>& lattice, const std::array<float, 2>& range,
+  /// A part of another one.
+  SearchGrid(const SearchGrid& whole, const SearchLattice<Dim>& lattice,
              std::shared_ptr<const Values> values);
   const Values& values() const {
     if (!values_) throw std::logic_error("SearchGrid: its nodes are asked for before make_all()");
@@ -107,6 +115,7 @@ class SearchGrid {
 
   SearchLattice<Dim> lattice_;
   std::array<float, 2> range_;
+  double rounded_to_;
   mutable std::shared_ptr<const Field<Dim>> I_;
   mutable std::shared_ptr<const Values> values_;  ///< null until all are made
   mutable std::size_t n_alone_ = 0;               ///< nodes of parts that were made alone

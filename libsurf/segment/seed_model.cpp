@@ -254,7 +254,8 @@ SeedModel estimate_seed_model(const SearchGrid<Dim>& grid, const Vector<Dim>& se
                                    value(node, offset - step)));
       }
     });
-  return grown_ball(noise_of(std::move(seconds)), grid.node_mm(), [&](double inner, double outer) {
+  const double noise = std::max(noise_of(std::move(seconds)), grid.rounding());
+  return grown_ball(noise, grid.node_mm(), [&](double inner, double outer) {
     std::vector<double> shell;
     for (const auto& node : nodes)
       for_shell<Dim>(inner, outer,

@@ -33,7 +33,8 @@ SeedModel estimate_seed_model(const Field<Dim>& I, std::span<const Vector<Dim>> 
                               const ImageExtent<Dim>& extent);
 
 /// The same at the nodes of a grid, "voxel" being a node: its noise is that which a search on the
-/// grid meets.
+/// grid meets, at least that of rounding. (Without it steps of one grey level in a clean image are
+/// edges: a ball with an edge of 2 voxels ended where its intensity is first rounded down.)
 template <int Dim>
 SeedModel estimate_seed_model(const SearchGrid<Dim>& grid, const Vector<Dim>& seed);
 

@@ -43,6 +43,7 @@ constexpr double kMostOnBorder = 0.1;
 struct Cases {
   int n_right, n;
 };
+constexpr double kMostWithoutEdge = 0.5;  // of the area of what is trusted
 // Surfaces, each judged by a fit without its person.
 constexpr Cases kOfTrusted{126, 133}, kOfCheck{42, 58}, kOfDoubtful{48, 121};
 
@@ -122,6 +123,15 @@ std::string Verdict<Dim>::text() const {
   return fmt::format(
       "{}: {}{}", to_string(trust), words(),
       trust == Trust::kTrusted ? "" : fmt::format("; look at ({}) mm", point_text<Dim>(place_mm)));
+}
+
+template <int Dim>
+void Verdict<Dim>::heed_edges(double share_without_edge) {
+  if (trust != Trust::kTrusted || !(share_without_edge > kMostWithoutEdge)) return;
+  trust = Trust::kCheck;
+  n_right = kOfCheck.n_right;
+  n_cases = kOfCheck.n;
+  reason = fmt::format("along {:.0f} % of it no edge is found", 100 * share_without_edge);
 }
 
 template <int Dim>

@@ -41,6 +41,9 @@ struct Verdict {
   std::string text() const;
   /// Without the trust and the place.
   std::string words() const;
+  /// What the surface shows besides: one along more than half of which no edge is found is not
+  /// trusted.
+  void heed_edges(double share_without_edge);
 };
 
 /// Likelihood of a Dice of 0.8 or more: a logistic function of

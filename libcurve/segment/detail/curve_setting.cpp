@@ -17,7 +17,9 @@ namespace surf::curve {
 
 CurveSetting::CurveSetting(const Image& image)
     : image_(image),
-      extent_{{image.size(), image.pixel_to_plane(), image.plane_to_pixel()}, image.range()} {}
+      extent_{{image.size(), image.pixel_to_plane(), image.plane_to_pixel()},
+              image.range(),
+              image.are_whole_numbers() ? 1.0 : 0.0} {}
 
 std::vector<float> CurveSetting::values(const std::array<int, 2>& lower,
                                         const std::array<int, 2>& upper) const {

@@ -15,8 +15,7 @@
 namespace surf::segment {
 namespace {
 
-constexpr int kMostNotes = 5;             // of one kind
-constexpr double kMostWithoutEdge = 0.5;  // of a shape of which is said that edges hold it
+constexpr int kMostNotes = 5;  // of one kind
 
 /// One note for each kind of what went: how many, how large, where the largest is.
 template <int Dim>
@@ -181,11 +180,7 @@ Result<Dim> to_result(Work<Dim> work) {
   out.proposals = std::move(work.proposals);
   out.chosen = work.chosen;
   if (has_shape(out.outcome)) out.verdict = std::move(work.verdict);
-  if (out.verdict && out.verdict->trust == Trust::kTrusted && out.certainty &&
-      out.certainty->share_without_edge > kMostWithoutEdge)
-    out.verdict->reason = fmt::format(
-        "it differs from what surrounds it, though along {:.0f} % of it no edge is found",
-        100 * out.certainty->share_without_edge);
+  if (out.verdict && out.certainty) out.verdict->heed_edges(out.certainty->share_without_edge);
   if (out.verdict && disobeyed) {
     out.verdict->trust = Trust::kDoubtful;
     out.verdict->n_right = out.verdict->n_cases = 0;

@@ -13,7 +13,9 @@ constexpr double kMostSamples = 1 << 22;  // of the voxels, for their two classe
 }  // namespace
 
 ImageExtent<3> extent_of(const volume::Volume& volume) {
-  return {{volume.size(), volume.index_to_world(), volume.world_to_index()}, volume.range()};
+  return {{volume.size(), volume.index_to_world(), volume.world_to_index()},
+          volume.range(),
+          volume.bytes_per_voxel() < 4 ? 1.0 : 0.0};
 }
 
 ImageModel::ImageModel(const volume::Volume& volume, const volume::SmoothingOptions& smoothing,

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <functional>
 #include <random>
 #include <vector>
@@ -25,6 +26,8 @@ class LatticeImage : public Field<Dim> {
     box_.size = size;
     const auto [lowest, highest] = std::minmax_element(values_.begin(), values_.end());
     extent_.range = {*lowest, *highest};
+    extent_.rounded_to = std::all_of(values_.begin(), values_.end(),
+                                     [](float value) { return value == std::round(value); });
     for (int axis = 0; axis < Dim; ++axis) {
       const std::vector<float> before = values_;
       box_.for_lines(axis, [&](std::size_t at, int here, std::size_t stride) {

@@ -356,6 +356,55 @@ TYPED_TEST(RegionSearch, IsTheSameForEverySeedInACell) {
     }
 }
 
+/// An edge that is so many cells wide (a logistic function of the depth) between 40 and 200.
+template <int Dim>
+double ball_with_edge(const Vector<Dim>& x, const Vector<Dim>& center, double radius,
+                      double width) {
+  return 40 + 160 / (1 + std::exp(((x - center).norm() - radius) / width));
+}
+
+// Of a clean image in whole numbers it ended where the intensity is first rounded down, at a sixth
+// of the ball.
+TYPED_TEST(RegionSearch, StepsOfRoundingAreNoEdges) {
+  constexpr int Dim = TypeParam::value;
+  const Vector<Dim> center = this->at(23.3, 23.6, 23.9);
+  for (const double width : {1.5, 2.0, 3.0}) {
+    const auto image = image_of<Dim>(
+        [&](const auto& x) { return std::round(ball_with_edge<Dim>(x, center, 15, width)); }, 0);
+    ASSERT_EQ(image.extent().rounded_to, 1);
+    const auto regions = search<Dim>(image, {center});
+    ASSERT_FALSE(regions.empty()) << width;
+    EXPECT_NEAR(radius_of_ball<Dim>(content_of(regions.front())), 15, kEdge) << width;
+  }
+}
+
+// Windows grow evenly through it, so that no growth tells where it is.
+TYPED_TEST(RegionSearch, FindsWhatHasAWideEdge) {
+  constexpr int Dim = TypeParam::value;
+  const Vector<Dim> center = this->at(24, 23, 24);
+  for (const double noise : {1.0, 3.0})
+    for (const double width : {1.0, 1.5, 2.0}) {
+      const auto regions = search<Dim>(
+          image_of<Dim>([&](const auto& x) { return ball_with_edge<Dim>(x, center, 15, width); },
+                        noise),
+          {this->at(22, 25, 25)});
+      ASSERT_FALSE(regions.empty()) << width << ' ' << noise;
+      EXPECT_NEAR(radius_of_ball<Dim>(content_of(regions.front())), 15, kEdge)
+          << width << ' ' << noise;
+    }
+}
+
+TYPED_TEST(RegionSearch, SeesTheEdgesOfAMask) {
+  constexpr int Dim = TypeParam::value;
+  const Vector<Dim> center = this->at(24, 23, 24);
+  const auto image =
+      image_of<Dim>([&](const auto& x) { return double(is_in_ball<Dim>(x, center, 12)); }, 0);
+  ASSERT_EQ(image.extent().rounded_to, 1);
+  const auto regions = search<Dim>(image, {center});
+  ASSERT_FALSE(regions.empty());
+  EXPECT_NEAR(radius_of_ball<Dim>(content_of(regions.front())), 12, kEdge);
+}
+
 TEST(RegionSearchInSpace, WorksOnTwoSlices) {
   std::vector<float> values;
   for (int k = 0; k < 2; ++k)

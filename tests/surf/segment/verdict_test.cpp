@@ -106,6 +106,18 @@ TEST(Verdict, TrustsABallThatStandsOut) {
   EXPECT_GE(found->n_right, 0.9 * found->n_cases);
 }
 
+TEST(Verdict, DoesNotTrustASurfaceWithoutEdges) {
+  const FoundBall ball(24, 12, 24);
+  auto found = verdict(ball.image.grid, *ball.search);
+  ASSERT_TRUE(found);
+  found->heed_edges(0.4);
+  EXPECT_EQ(found->trust, Trust::kTrusted);
+  found->heed_edges(0.99);
+  EXPECT_EQ(found->trust, Trust::kCheck);
+  EXPECT_NE(found->text().find("along 99 % of it no edge is found"), std::string::npos);
+  EXPECT_LT(found->n_right, 0.9 * found->n_cases);
+}
+
 // The same ball, cut in half by the border of the volume.
 TEST(Verdict, DoesNotTrustWhatTheBorderCutsOff) {
   const FoundBall ball(0, 14, 6);
