@@ -30,7 +30,9 @@ def main(arguments):
         return
     image = surfseg.read(arguments[0])
     for word in arguments[1:]:
-        name, point = word.split("=")
+        name, is_named, point = word.partition("=")
+        if not is_named:
+            sys.exit(f"organ_volume.py: expected NAME=X,Y,Z, such as kidney=86,122,343; got '{word}'")
         measure(name, image, [float(x) for x in point.split(",")])
 
 

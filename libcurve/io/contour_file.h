@@ -1,6 +1,8 @@
 // Curves to SVG, GeoJSON-like JSON, VTP and CSV files, and back from JSON and CSV.
 #pragma once
 
+#include <array>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -46,5 +48,14 @@ bool is_readable_contour(const std::string& path);
 /// one Polygon or MultiPolygon. Rings are turned so that the domain lies on their left.
 /// @throws InputError  unreadable, not of such a form, a ring of fewer than three points, no ring
 Segments read_contours(const std::string& path);
+
+/// The pixels of the image that the curves were found in.
+struct ContourPixels {
+  std::array<int, 2> size;
+  Eigen::Affine2d to_plane;
+};
+/// As a .json file of the form above states them; nothing if it does not.
+/// @throws InputError  unreadable
+std::optional<ContourPixels> pixels_of_contours(const std::string& path);
 
 }  // namespace surf::curve

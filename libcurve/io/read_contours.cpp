@@ -121,6 +121,12 @@ RingMap rings_of_csv(const std::string& path, std::istream& stream) {
   return rings;
 }
 
+std::ifstream opened(const std::string& path) {
+  std::ifstream out(path);
+  if (!out) throw InputError(fmt::format("{}: cannot be read: {}", path, std::strerror(errno)));
+  return out;
+}
+
 }  // namespace
 
 bool is_readable_contour(const std::string& path) {
@@ -130,11 +136,27 @@ bool is_readable_contour(const std::string& path) {
 Segments read_contours(const std::string& path) {
   if (!is_readable_contour(path))
     throw InputError(fmt::format("{}: contours are read from .json and .csv files", path));
-  std::ifstream stream(path);
-  if (!stream) throw InputError(fmt::format("{}: cannot be read: {}", path, std::strerror(errno)));
+  std::ifstream stream = opened(path);
   RingMap rings =
       extension(path) == ".json" ? rings_of_json(path, stream) : rings_of_csv(path, stream);
   return to_segments(path, rings);
+}
+
+std::optional<ContourPixels> pixels_of_contours(const std::string& path) {
+  if (extension(path) != ".json") return std::nullopt;
+  std::ifstream stream = opened(path);
+  const auto file = nlohmann::json::parse(stream, nullptr, false);
+  try {
+    ContourPixels out;
+    out.size = file.at("size").get<std::array<int, 2>>();
+    const auto rows = file.at("pixel_to_mm").get<std::array<std::array<double, 3>, 2>>();
+    out.to_plane.setIdentity();
+    for (int i = 0; i < 2; ++i)
+      for (int j = 0; j < 3; ++j) out.to_plane.matrix()(i, j) = rows[i][j];
+    return out;
+  } catch (const nlohmann::json::exception&) {
+    return std::nullopt;
+  }
 }
 
 }  // namespace surf::curve

@@ -65,8 +65,10 @@ Segments seed_grid(const Image& image, const SeedGridOptions& options) {
         fmt::format("SeedGridOptions::spacing_mm = {} is more than the image", options.spacing_mm));
   if (out.elements.rows() == 0)
     throw UsageError(fmt::format(
-        "SeedGridOptions::are_dark: at no circle's centre the image is {} than its mean",
-        options.are_dark ? "darker" : "brighter"));
+        "SeedGridOptions::spacing_mm: at no circle's centre the image is {} than its mean; {}",
+        options.are_dark ? "darker" : "brighter",
+        options.are_dark ? "objects are looked for that are darker"
+                         : "for objects that are darker there is SeedGridOptions::are_dark"));
   return out;
 }
 

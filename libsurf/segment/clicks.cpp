@@ -17,6 +17,8 @@
 namespace surf::segment {
 namespace {
 
+constexpr double kLeastEdge = 0.02;  // cells
+
 template <int Dim>
 const char* cell_word() {
   return Dim == 3 ? "voxel" : "pixel";
@@ -116,7 +118,7 @@ void check_box(const ImageExtent<Dim>& extent, const std::optional<BoxCorners<Di
 }
 
 template <int Dim>
-void check_blur(const ImageExtent<Dim>& extent, const Options<Dim>& options) {
+void check_lengths(const ImageExtent<Dim>& extent, const Options<Dim>& options) {
   Vector<Dim> size;
   for (int axis = 0; axis < Dim; ++axis) size[axis] = extent.size[axis];
   const double widest = (extent.index_to_world.linear().cwiseAbs() * size).norm();
@@ -126,6 +128,13 @@ void check_blur(const ImageExtent<Dim>& extent, const Options<Dim>& options) {
       throw UsageError(
           fmt::format("Options::{} = {:.4g} mm is wider than the whole image ({:.4g} mm)", name,
                       sigma, widest));
+  // In space what is as fine has more triangles than can be computed with.
+  const double shortest = Dim == 2 ? kLeastEdge * extent.cell_mm() : 0;
+  if (const double edge = options.edge_length_mm.value_or(shortest); edge < shortest)
+    throw UsageError(
+        fmt::format("Options::edge_length_mm = {:.4g} mm is less than a fiftieth of a pixel; give "
+                    "{:.4g} mm or more",
+                    edge, shortest));
 }
 
 template <int Dim>
@@ -193,7 +202,7 @@ bool heeds(const Simplices<Dim>& shape, const std::vector<Click<Dim>>& clicks) {
                                  const Click<Dim>&);                                               \
   template void check_beside<Dim>(const ImageExtent<Dim>&, const std::vector<Click<Dim>>&,         \
                                   const std::string&, const Click<Dim>&);                          \
-  template void check_blur<Dim>(const ImageExtent<Dim>&, const Options<Dim>&);                     \
+  template void check_lengths<Dim>(const ImageExtent<Dim>&, const Options<Dim>&);                  \
   template void check_box<Dim>(const ImageExtent<Dim>&, const std::optional<BoxCorners<Dim>>&,     \
                                const std::vector<Click<Dim>>&);                                    \
   template std::vector<Vector<Dim>> points_on<Dim>(Side, const std::vector<Click<Dim>>&);          \

@@ -31,10 +31,12 @@ template <int Dim>
 void check_box(const ImageExtent<Dim>& extent, const std::optional<BoxCorners<Dim>>& box_mm,
                const std::vector<Click<Dim>>& clicks);
 
-/// That no blur is wider than the image.
+/// That no blur is wider than the image, and in the plane no edge shorter than a fiftieth of a
+/// pixel: rounding is then more than what the curve's factors say, and at a thousandth of a pixel
+/// curves become twice as long.
 /// @throws UsageError  one is
 template <int Dim>
-void check_blur(const ImageExtent<Dim>& extent, const Options<Dim>& options);
+void check_lengths(const ImageExtent<Dim>& extent, const Options<Dim>& options);
 
 template <int Dim>
 std::vector<Vector<Dim>> points_on(Side side, const std::vector<Click<Dim>>& clicks);

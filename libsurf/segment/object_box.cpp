@@ -51,6 +51,24 @@ NodeBox<Dim> cells_of_box(const ImageExtent<Dim>& extent, const BoxCorners<Dim>&
 }
 
 template <int Dim>
+BoxCorners<Dim> holding_box_along_world(const ImageBox<Dim>& image,
+                                        const BoxCorners<Dim>& corners_mm) {
+  using Index = typename ImageBox<Dim>::Index;
+  const Index a = image.index(corners_mm[0]), b = image.index(corners_mm[1]);
+  Index low = a.min(b), high = a.max(b);
+  const Index least = low, most = high;
+  for (int corner = 0; corner < 1 << Dim; ++corner) {
+    Vector<Dim> point;
+    for (int axis = 0; axis < Dim; ++axis) point[axis] = corners_mm[corner >> axis & 1][axis];
+    low = low.min(image.index(point));
+    high = high.max(image.index(point));
+  }
+  // Not for what header's rounding turns an image by.
+  if ((low > least - kRounding).all() && (high < most + kRounding).all()) return corners_mm;
+  return {image.index_to_world * low.matrix(), image.index_to_world * high.matrix()};
+}
+
+template <int Dim>
 bool is_in_cells(const ImageExtent<Dim>& extent, const NodeBox<Dim>& cells,
                  const Vector<Dim>& point_mm) {
   const auto index = extent.index(point_mm);
@@ -90,6 +108,8 @@ double box_fit(const SearchGrid<Dim>& grid, const NodeBox<Dim>& object) {
 
 #define SURF_INSTANTIATE(Dim)                                                               \
   template NodeBox<Dim> cells_of_box<Dim>(const ImageExtent<Dim>&, const BoxCorners<Dim>&); \
+  template BoxCorners<Dim> holding_box_along_world<Dim>(const ImageBox<Dim>&,               \
+                                                        const BoxCorners<Dim>&);            \
   template bool is_in_cells<Dim>(const ImageExtent<Dim>&, const NodeBox<Dim>&,              \
                                  const Vector<Dim>&);                                       \
   template NodeSet<Dim> outside_faces<Dim>(const SearchGrid<Dim>&);                         \

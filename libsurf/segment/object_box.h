@@ -15,6 +15,14 @@ namespace surf::segment {
 template <int Dim>
 NodeBox<Dim> cells_of_box(const ImageExtent<Dim>& extent, const BoxCorners<Dim>& corners_mm);
 
+/// Opposite corners of the least box along the image's axes that holds the one along those of the
+/// world with these; the same ones where the axes are the same. In an oblique image two corners
+/// that a viewer shows in world coordinates are no opposite ones along its axes: a ball whose box
+/// they were ended in a slab a few voxels thick.
+template <int Dim>
+BoxCorners<Dim> holding_box_along_world(const ImageBox<Dim>& image,
+                                        const BoxCorners<Dim>& corners_mm);
+
 /// Whether a point is in one of the cells.
 template <int Dim>
 bool is_in_cells(const ImageExtent<Dim>& extent, const NodeBox<Dim>& cells,

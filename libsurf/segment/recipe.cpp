@@ -18,7 +18,7 @@ template <int Dim>
 void check_image(const RecipeContent<Dim>& recipe, const Setting<Dim>& setting) {
   const std::string& hash = setting.content_hash();
   if (recipe.image_content != hash)
-    throw InputError(
+    throw OtherImageError(
         fmt::format("recipe: belongs to another image: '{}' with content {}; this one has {}",
                     recipe.image_path, recipe.image_content.substr(0, 12), hash.substr(0, 12)));
 }

@@ -3,9 +3,16 @@
 
 #include <string>
 
+#include "libsurf/base/error.h"
 #include "libsurf/segment/segmentation.h"
 
 namespace surf::segment {
+
+/// Of a recipe that belongs to another image than the one it is to be done to.
+class OtherImageError : public InputError {
+ public:
+  using InputError::InputError;
+};
 
 /// What has been done to all objects, as JSON text: image (path, size, hash of its content),
 /// version, and for each object its name, colour and history (docs/file-formats.md).
@@ -33,8 +40,8 @@ std::string series_of_recipe(const std::string& recipe);
 int dimension_of_recipe(const std::string& recipe);
 
 /// Does all that the recipe says; objects that are there already stay.
-/// @throws InputError  not a recipe, of a newer version, of another image or dimension, or an entry
-///                     that cannot be done; then nothing has changed
+/// @throws InputError  not a recipe, of a newer version, of another image (OtherImageError) or
+///                     dimension, or an entry that cannot be done; then nothing has changed
 template <int Dim>
 void replay(const std::string& recipe, Segmentation<Dim>& segmentation,
             const ProgressOf<Dim>& progress = {}, const std::stop_token& stop = {});

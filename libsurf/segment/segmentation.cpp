@@ -165,7 +165,7 @@ void Segmentation<Dim>::set_options(Id id, const Options<Dim>& options) {
   check_terms<Dim>(options.energies);
   for (const Vector<Dim>& point : options.samples_mm)
     check_click<Dim>(setting().extent(), {}, {point, Side::kInside});
-  check_blur<Dim>(setting().extent(), options);
+  check_lengths<Dim>(setting().extent(), options);
   Object<Dim> after = object(id);
   check_box<Dim>(setting().extent(), options.box_mm, after.clicks);
   const bool is_sought = options.energies.empty() && after.options.energies.empty() &&

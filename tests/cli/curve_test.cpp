@@ -32,6 +32,17 @@ TEST_F(Curveseg, FindsABlobFromOneSeedAndFromACircle) {
   EXPECT_LT(scores("b.json", "blob-exact.json")["distance"]["mean_mm"], 0.052);  // pixels
 }
 
+// A PNG holds no pixel size here: it was a Dice of 0.
+TEST_F(Curveseg, EvaluatesTheMaskThatItWritesWithPixelsOfAnySize) {
+  make("blob");
+  must({"segment", "blob.tif", "--spacing", "0.4,0.5", "--seed", "128,128", "-o", "a.json",
+        "--mask", "m.png", "-q"});
+  EXPECT_GT(scores("a.json", "m.png")["dice"], 0.999);
+  const Outcome refused = run({"evaluate", "a.json", "--reference", "m.png", "--label", "7"});
+  EXPECT_EQ(refused.exit_code, 3);
+  EXPECT_NE(refused.err.find("no pixel has the label 7"), std::string::npos) << refused.err;
+}
+
 TEST_F(Curveseg, FindsABlobFromLandmarksByEveryFlow) {
   make("blob");
   write("files/points.txt", "233 128\n23 128\n128 233\n128 23\n202,202\n54,54\n");
@@ -305,6 +316,7 @@ const std::vector<Row> kRows = {
      2,
      "misses the volume"},
     {"SliceAndPlane", segment({"--slice", "axial:1", "--plane", "0,0,0,0,0,1"}), 2, "give one"},
+    {"EdgesBelowThePixel", segment({"--edge-length", "0.0001px"}), 2, "a fiftieth of a pixel"},
     {"SpacingZero", segment({"--spacing", "0"}), 2, "--spacing: a spacing must be positive"},
     {"PageBeyond", segment({"--page", "4"}), 3, "there is no page 4"},
     {"NoOutput", {"segment", "good.tif", "--seed", "8,8"}, 2, "-o: an output file is missing"},

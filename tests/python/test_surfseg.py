@@ -514,6 +514,8 @@ def test_options_are_those_of_the_program(ball):
     ("real numbers", np.zeros((4, 4, 4), complex), [(0, 0, 0)], np.eye(4)),
     ("4 x 4", np.zeros((4, 4, 4)), [(0, 0, 0)], np.eye(3)),
     ("an array needs the 4 x 4 matrix", np.zeros((4, 4, 4)), [(0, 0, 0)], None),
+    ("got bytes", b"scan", [(0, 0, 0)], None),
+    ("got NoneType", None, [(0, 0, 0)], None),
     ("three numbers", np.zeros((4, 4, 4)), [(0, 0)], np.eye(4)),
     ("three numbers", np.zeros((4, 4, 4)), ["middle"], np.eye(4)),
     ("finite numbers", np.zeros((4, 4, 4)), [(0, 0, np.nan)], np.eye(4)),

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <optional>
@@ -24,14 +25,20 @@ std::optional<double> take_number(std::string_view& text) {
   return value;
 }
 
+/// What to add where a comma may stand for a decimal point.
+const char* of_comma(const std::string& text) {
+  return text.find(',') != std::string::npos ? " (decimals are written with a point)" : "";
+}
+
 }  // namespace
 
 Length parse_length(const std::string& option, const std::string& text) {
   std::string_view rest = text;
   const auto value = take_number(rest);
   if (!value || (rest != "mm" && rest != "vox" && rest != "px"))
-    throw surf::UsageError(fmt::format(
-        "{}: expected a length with its unit, such as 12mm or 20vox; got '{}'", option, text));
+    throw surf::UsageError(
+        fmt::format("{}: expected a length with its unit, such as 12mm or 20vox; got '{}'{}",
+                    option, text, of_comma(text)));
   if (*value < 0)
     throw surf::UsageError(fmt::format("{}: a length cannot be negative; got '{}'", option, text));
   return {*value, rest != "mm"};
@@ -55,14 +62,17 @@ double parse_number(const std::string& option, const std::string& text) {
   std::string_view rest = text;
   const auto value = take_number(rest);
   if (!value || !rest.empty())
-    throw surf::UsageError(fmt::format("{}: expected a number; got '{}'", option, text));
+    throw surf::UsageError(
+        fmt::format("{}: expected a number; got '{}'{}", option, text, of_comma(text)));
   return *value;
 }
 
 std::vector<double> parse_numbers(const std::string& option, const std::string& text, int n,
                                   const std::string& expected) {
   const auto fail = [&] {
-    return surf::UsageError(fmt::format("{}: expected {}; got '{}'", option, expected, text));
+    const bool has_more = std::count(text.begin(), text.end(), ',') >= n;
+    return surf::UsageError(fmt::format("{}: expected {}; got '{}'{}", option, expected, text,
+                                        has_more ? of_comma(text) : ""));
   };
   std::string_view rest = text;
   std::vector<double> numbers;

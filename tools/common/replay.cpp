@@ -30,6 +30,14 @@ constexpr const char* kOutdated =
   throw surf::InputError(fmt::format("{}: {}", a.path, error.what()));
 }
 
+/// A frame, slice, page or pixel size that was chosen is not in the recipe.
+[[noreturn]] void fail(const ReplayArguments& a, const surf::segment::OtherImageError& error,
+                       int dimension) {
+  throw surf::InputError(fmt::format(
+      "{}: {}; {} of segment, if there was one, is given to replay, too", a.path, error.what(),
+      dimension == 3 ? "--frame-index" : "--slice, --plane, --page or --spacing"));
+}
+
 /// Which of the recipe's objects are written: the one that was asked for, the only one, or with
 /// {object} in `output` all. Nothing is computed for it.
 template <int Dim>
@@ -39,6 +47,8 @@ std::vector<bool> wanted_objects(
   surf::segment::Segmentation<Dim> segmentation(setting);
   try {
     surf::segment::load<Dim>(recipe, segmentation);
+  } catch (const surf::segment::OtherImageError& error) {
+    fail(a, error, Dim);
   } catch (const surf::InputError& error) {
     fail(a, error);
   }

@@ -13,6 +13,7 @@
 #include "libsurf/fem/geometry.h"
 #include "tools/common/outputs.h"
 #include "tools/common/report.h"
+#include "tools/common/say.h"
 #include "tools/curveseg/commands.h"
 #include "tools/curveseg/image_arguments.h"
 
@@ -96,6 +97,28 @@ Overlap overlap_of(const Segments& first, const Segments& second) {
       [&](std::size_t at) { return b[at] != 0; });
 }
 
+/// A mask that states no pixel size has that of the image in which the contours were found, if it
+/// has as many pixels; masks that are written beside contours are such.
+Image on_pixels_of_contours(const Request& request, Image mask) {
+  if (mask.source().spacing_source != "unknown") return mask;
+  const auto pixels = surf::curve::pixels_of_contours(request.contour);
+  if (!pixels || pixels->size != mask.size() ||
+      pixels->to_plane.isApprox(mask.pixel_to_plane()))
+    return mask;
+  const Image out(mask.size(), pixels->to_plane, mask.values(), mask.source());
+  say("note: {} states no pixel size; its pixels are taken for those of {}, {:.6g} x {:.6g} mm\n",
+      request.reference.path, request.contour, out.spacing()[0], out.spacing()[1]);
+  return out;
+}
+
+void check_label(const Request& request, const Image& mask) {
+  if (!request.label) return;
+  if (std::none_of(mask.values().begin(), mask.values().end(),
+                   [&](float value) { return double(value) == *request.label; }))
+    throw surf::InputError(fmt::format("{}: no pixel has the label {}", request.reference.path,
+                                       *request.label));
+}
+
 ordered_json distances_of(const Segments& first, const Segments& second) {
   const auto d = surf::curve::curve_distances(first, second);
   return {{"mean_mm", d.mean_mm}, {"rms_mm", d.rms_mm}, {"p95_mm", d.p95_mm}, {"max_mm", d.max_mm}};
@@ -120,7 +143,9 @@ ordered_json evaluate(const Request& request) {
     distance = distances_of(curves, reference);
     scores["reference_area_mm2"] = area_of(reference);
   } else {
-    overlap = overlap_with_mask(request, curves, request.reference.read());
+    const Image mask = on_pixels_of_contours(request, request.reference.read());
+    check_label(request, mask);
+    overlap = overlap_with_mask(request, curves, mask);
     scores["reference_area_mm2"] = double(overlap.n_second) * overlap.pixel_mm2;
   }
   scores["area_mm2"] = area_of(curves);
@@ -165,7 +190,9 @@ void add_evaluate_command(CLI::App& app, ExitCode&) {
   command->add_option("--slice", request->reference.slice,
                       "Slice of a label map, such as axial:120");
   command->add_option("--spacing", request->reference.spacing,
-                      "Pixel size of a mask in mm, S or SX,SY [what the file states, else 1]");
+                      "Pixel size of a mask in mm, S or SX,SY [what the file states, else that of "
+                      "the image in which the contours were found, if it has as many pixels, "
+                      "else 1]");
   command->add_option("--label", request->label, "Label of the object in the mask");
   request->reference.which.add_to(*command);
   command->add_option("--json", request->json, "Write the scores to this file");

@@ -127,11 +127,15 @@ std::vector<typename Segmentation<Dim>::Click> Segmentation<Dim>::clicks(Id id) 
 
 template <int Dim>
 void Segmentation<Dim>::set_options(Id id, const std::vector<std::string>& words,
-                                    const std::optional<std::vector<std::vector<double>>>& box_mm) {
+                                    const std::optional<std::vector<std::vector<double>>>& box_mm,
+                                    bool is_along_world) {
   auto options = typed_options<Dim>(words, setting_->extent().cell_mm());
   if (box_mm) {
     if (box_mm->size() != 2) throw surf::UsageError("box: expected two opposite corners");
     options.box_mm = {point_of<Dim>((*box_mm)[0], "box"), point_of<Dim>((*box_mm)[1], "box")};
+    if (is_along_world)
+      options.box_mm =
+          surf::segment::holding_box_along_world<Dim>(setting_->extent(), *options.box_mm);
   }
   alone([&] { segmentation_.set_options(id, options); });
 }
@@ -230,7 +234,8 @@ void add_segmentation_of(py::module_& module, const char* name) {
       .def("add_click", &Of::add_click, py::arg("object"), py::arg("point"), py::arg("inside"))
       .def("take_back_click", &Of::take_back_click, py::arg("object"), py::arg("index"))
       .def("clicks", &Of::clicks, py::arg("object"))
-      .def("set_options", &Of::set_options, py::arg("object"), py::arg("words"), py::arg("box"))
+      .def("set_options", &Of::set_options, py::arg("object"), py::arg("words"), py::arg("box"),
+           py::arg("is_along_world"))
       .def("propose", &Of::propose, py::arg("object"), py::arg("progress"))
       .def("choose", &Of::choose, py::arg("object"), py::arg("proposal"))
       .def("evolve", &Of::evolve, py::arg("object"), py::arg("steps"), py::arg("progress"))

@@ -54,7 +54,8 @@ class Segmentation {
   std::vector<Click> clicks(Id id);
   /// @param words  as on the command line, see typed_options()
   void set_options(Id id, const std::vector<std::string>& words,
-                   const std::optional<std::vector<std::vector<double>>>& box_mm);
+                   const std::optional<std::vector<std::vector<double>>>& box_mm,
+                   bool is_along_world);
   /// A line of text for each, the best first.
   std::vector<std::string> propose(Id id, const py::object& progress);
   void choose(Id id, std::size_t proposal);

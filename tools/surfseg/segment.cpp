@@ -27,6 +27,10 @@
 namespace surfseg {
 namespace {
 
+surf::ImageBox<3> box_of(const surf::volume::Volume& volume) {
+  return {volume.size(), volume.index_to_world(), volume.world_to_index()};
+}
+
 /// The options as they were typed.
 struct Arguments : RunArguments, SurfaceFiles {
   std::string space = "ras";
@@ -124,17 +128,15 @@ class SegmentSurface : public SurfaceCommand {
   /// Of each label map.
   std::vector<std::vector<surf::segment::Click<3>>> strokes(
       const surf::volume::Volume& volume) const {
-    const auto box = [](const surf::volume::Volume& v) {
-      return surf::ImageBox<3>{v.size(), v.index_to_world(), v.world_to_index()};
-    };
     const bool has_inside = !arguments_.seeds.empty() || arguments_.initial.any();
-    return strokes_of<3>(arguments_.marks, box(volume), has_inside, [&](const std::string& path) {
-      const surf::volume::Volume marks = surf::volume::read_volume(path);
-      const auto& size = marks.size();
-      std::vector<float> labels(std::size_t(size[0]) * size[1] * size[2]);
-      marks.copy_box({0, 0, 0}, size, labels.data());
-      return Marks<3>{box(marks), std::move(labels)};
-    });
+    return strokes_of<3>(arguments_.marks, box_of(volume), has_inside,
+                         [&](const std::string& path) {
+                           const surf::volume::Volume marks = surf::volume::read_volume(path);
+                           const auto& size = marks.size();
+                           std::vector<float> labels(std::size_t(size[0]) * size[1] * size[2]);
+                           marks.copy_box({0, 0, 0}, size, labels.data());
+                           return Marks<3>{box_of(marks), std::move(labels)};
+                         });
   }
 
   std::vector<surf::segment::BoxCorners<3>> boxes_mm(const surf::volume::Volume& volume) const {
@@ -145,7 +147,10 @@ class SegmentSurface : public SurfaceCommand {
     std::vector<surf::segment::BoxCorners<3>> out;
     for (const std::string& box : arguments_.boxes) {
       const auto corners = split_box("--box", box, 3);
-      out.push_back({at(corners[0]), at(corners[1])});
+      const surf::segment::BoxCorners<3> corners_mm{at(corners[0]), at(corners[1])};
+      out.push_back(space == Space::kIjk
+                        ? corners_mm
+                        : surf::segment::holding_box_along_world<3>(box_of(volume), corners_mm));
     }
     return out;
   }

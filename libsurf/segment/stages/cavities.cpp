@@ -20,8 +20,10 @@ class Cavities : public Stage<Dim> {
       energy->reset({work.shape.points, work.shape.elements});
       auto holes = find_holes<Dim>(work.setting(), work.shape, *energy);
       std::erase_if(holes, [&](const Hole<Dim>& hole) { return holds_a_click(work, hole); });
-      if (open_holes<Dim>(work.setting(), work.shape, holes, work.edge_length_mm, *energy) == 0)
+      if (open_holes<Dim>(work.setting(), work.shape, holes, work.edge_length_mm, *energy) == 0) {
+        if (round == 1) work.notes.push_back(nothing_to_open(work));
         return true;
+      }
       Minimisation<Dim> out;
       out.name = fmt::format("cavities {}", round);
       out.terms = work.energies;
@@ -34,6 +36,13 @@ class Cavities : public Stage<Dim> {
   }
 
  private:
+  static std::string nothing_to_open(const Work<Dim>& work) {
+    return fmt::format(
+        "no {} is opened: the energy asks for none{}", Dim == 3 ? "cavity" : "hole",
+        work.options.energies.empty()
+            ? ", since it looks near the boundary alone; a click outside takes one away"
+            : "");
+  }
   static bool holds_a_click(const Work<Dim>& work, const Hole<Dim>& hole) {
     const double least = hole.radius_mm + held_distance_mm(work.cell_mm());
     return std::any_of(work.clicks.begin(), work.clicks.end(), [&](const Click<Dim>& click) {

@@ -51,6 +51,26 @@ TYPED_TEST(ObjectBoxes, TakeTheCellsOfBothCornersWhicheverIsFirst) {
   EXPECT_EQ(a.size, b.size);
 }
 
+// Two corners on a line along one of the image's axes would hold nothing.
+TYPED_TEST(ObjectBoxes, OfTheWorldAreHeldInTurnedImages) {
+  constexpr int Dim = TypeParam::value;
+  ImageBox<Dim> turned = this->image.extent();
+  const BoxCorners<Dim> corners = this->corners(10, 30);
+  EXPECT_EQ(holding_box_along_world<Dim>(turned, corners), corners);
+  Eigen::Matrix<double, Dim, Dim> turn = Eigen::Matrix<double, Dim, Dim>::Identity();
+  turn.template topLeftCorner<2, 2>() = Eigen::Rotation2Dd(EIGEN_PI / 4).toRotationMatrix();
+  turned.index_to_world.linear() = turn;
+  turned.world_to_index = turned.index_to_world.inverse();
+  const BoxCorners<Dim> held = holding_box_along_world<Dim>(turned, corners);
+  const auto low = turned.index(held[0]), high = turned.index(held[1]);
+  for (int corner = 0; corner < 1 << Dim; ++corner) {
+    Vector<Dim> point;
+    for (int axis = 0; axis < Dim; ++axis) point[axis] = corners[corner >> axis & 1][axis];
+    EXPECT_TRUE((turned.index(point) >= low - 1e-9).all());
+    EXPECT_TRUE((turned.index(point) <= high + 1e-9).all());
+  }
+}
+
 TYPED_TEST(ObjectBoxes, EndWhereTheImageDoes) {
   const auto cells = this->cells(this->corners(-50, 20));
   EXPECT_EQ(cells.lower[0], 0);

@@ -133,7 +133,8 @@ class Segmentation:
             corners = self._at(box, "box", space)
         known = self._segmentation.objects()
         try:
-            self._segmentation.set_options(self._id(object, True), _words(options), corners)
+            self._segmentation.set_options(self._id(object, True), _words(options), corners,
+                                          not self._is_flat and space != "ijk")
         except UsageError:
             self._drop_new(known)
             raise
@@ -239,6 +240,7 @@ def segment(image: Any, seeds: Iterable[Point], affine: Optional[np.ndarray] = N
 
     Raises UsageError, InputError, NoObject, InvalidMesh.
     """
+    threads = _count(threads, "threads")
     limit = _surfseg.ThreadLimit(threads) if threads else None
     try:
         dialogue = Segmentation(image, affine, spacing=spacing)
@@ -266,6 +268,8 @@ def evaluate(surface: Surface, reference: Union[str, os.PathLike],
     if not isinstance(reference, (str, os.PathLike)):
         raise UsageError("reference: expected the path of a mesh or a label map; got "
                          f"{type(reference).__name__}")
+    if label is not None:
+        label = _count(label, "label", least=-(1 << 31))
     return surface.scores(reference, label)
 
 

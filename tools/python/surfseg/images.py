@@ -28,8 +28,16 @@ def as_volume(image: Any, affine: Optional[np.ndarray] = None) -> Volume:
     if _is_nibabel(image):
         name = image.get_filename() if hasattr(image, "get_filename") else None
         return _surfseg.Volume(np.asanyarray(image.dataobj), image.affine, name or "")
+    if np.ndim(image) not in (2, 3):
+        what = (f"an array of shape {np.shape(image)}" if isinstance(image, np.ndarray)
+                else type(image).__name__)
+        raise UsageError("image: expected a path, a nibabel or SimpleITK image, or an array of two "
+                         f"or three dimensions; got {what}")
     if affine is None:
-        raise UsageError("affine: an array needs the 4 x 4 matrix from voxel index to RAS mm")
+        colours = ("; if its last axis holds colours, give one of them or their mean"
+                   if np.shape(image)[-1] in (3, 4) else "")
+        raise UsageError("affine: an array needs the 4 x 4 matrix from voxel index to RAS mm"
+                         + colours)
     return _surfseg.Volume(np.asanyarray(image), np.asarray(affine), "")
 
 

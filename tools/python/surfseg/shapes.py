@@ -91,7 +91,9 @@ class Surface(_Shape):
         """The mask as a nibabel image on the volume's grid."""
         import nibabel
 
-        return nibabel.Nifti1Image(self.mask(), self._volume.affine)
+        out = nibabel.Nifti1Image(self.mask(), self._volume.affine)
+        out.header.set_xyzt_units("mm")
+        return out
 
     def save(self, path: Union[str, os.PathLike], space: str = "lps") -> None:
         """Writes .stl, .obj, .ply, .vtp, .gii, .glb, .3mf or .dcm (DICOM Encapsulated STL), or the
