@@ -102,8 +102,7 @@ Overlap overlap_of(const Segments& first, const Segments& second) {
 Image on_pixels_of_contours(const Request& request, Image mask) {
   if (mask.source().spacing_source != "unknown") return mask;
   const auto pixels = surf::curve::pixels_of_contours(request.contour);
-  if (!pixels || pixels->size != mask.size() ||
-      pixels->to_plane.isApprox(mask.pixel_to_plane()))
+  if (!pixels || pixels->size != mask.size() || pixels->to_plane.isApprox(mask.pixel_to_plane()))
     return mask;
   const Image out(mask.size(), pixels->to_plane, mask.values(), mask.source());
   say("note: {} states no pixel size; its pixels are taken for those of {}, {:.6g} x {:.6g} mm\n",
@@ -115,8 +114,8 @@ void check_label(const Request& request, const Image& mask) {
   if (!request.label) return;
   if (std::none_of(mask.values().begin(), mask.values().end(),
                    [&](float value) { return double(value) == *request.label; }))
-    throw surf::InputError(fmt::format("{}: no pixel has the label {}", request.reference.path,
-                                       *request.label));
+    throw surf::InputError(
+        fmt::format("{}: no pixel has the label {}", request.reference.path, *request.label));
 }
 
 ordered_json distances_of(const Segments& first, const Segments& second) {
