@@ -9,10 +9,6 @@ namespace {
 
 constexpr int kShell = 2;              // nodes, outside: what the inside is compared with
 constexpr double kLeastGrowth = 0.05;  // settled regions differ by more than rungs that hardly do
-// Of what differs from all that is round it, on edges all round: through a wide edge windows grow
-// by little. With 0.3 a disc is not found whose edge is a pixel wide, with 0.8 two objects of
-// different intensities are not; first and further clicks into 23 structures of scans are the same.
-constexpr double kClearGrowth = 0.5;
 constexpr int kLevels = SearchGrid<3>::kLevels;
 constexpr double kMostGrowthOfSettling = 30;  // of a ball of 3 nodes ten
 
@@ -35,8 +31,7 @@ double of_ladder(const Rung<Dim>& rung) {
                            : rung.family == Family::kBrighter ? 0.9
                            : rung.family == Family::kCut      ? 1
                                                               : 0.55;
-  const double clear = kClearGrowth * std::pow(f.separation, 3) * f.edge_share;
-  return of_family * std::pow(std::max({f.growth_out, kLeastGrowth, clear}), 0.75) *
+  return of_family * std::pow(std::max(f.growth_out, kLeastGrowth), 0.75) *
          std::exp(-f.growth_in / 5);
 }
 
