@@ -44,11 +44,9 @@ Image::Image(const std::array<int, 2>& size, const Eigen::Affine2d& pixel_to_pla
   const Eigen::Affine2d affine = checked_affine<2>(pixel_to_plane.matrix(), source.path, "pixel");
   const auto [lowest, highest] = std::minmax_element(values.begin(), values.end());
   const std::array<float, 2> range = {*lowest, *highest};
-  const bool are_whole_numbers = std::all_of(
-      values.begin(), values.end(), [](float value) { return value == std::trunc(value); });
-  data_ = std::make_shared<const Data>(Data{size, affine, affine.inverse(), plane_to_ras,
-                                            thickness_mm, std::move(values), range,
-                                            are_whole_numbers, std::move(source)});
+  data_ =
+      std::make_shared<const Data>(Data{size, affine, affine.inverse(), plane_to_ras, thickness_mm,
+                                        std::move(values), range, std::move(source)});
 }
 
 double Image::pixel_size() const {

@@ -49,8 +49,6 @@ class Image {
   const ImageSource& source() const { return data_->source; }
   /// Smallest and largest value.
   std::array<float, 2> range() const { return data_->range; }
-  /// Of all pixels.
-  bool are_whole_numbers() const { return data_->are_whole_numbers; }
 
   /// Values, i fastest.
   const std::vector<float>& values() const { return data_->values; }
@@ -66,7 +64,6 @@ class Image {
     double thickness_mm;
     std::vector<float> values;
     std::array<float, 2> range;
-    bool are_whole_numbers;
     ImageSource source;
   };
   std::shared_ptr<const Data> data_;

@@ -55,7 +55,7 @@ struct ContourPixels {
   Eigen::Affine2d to_plane;
 };
 /// As a .json file of the form above states them; nothing if it does not.
-/// @throws InputError  unreadable
+/// @throws InputError  unreadable, a matrix that is singular or not finite
 std::optional<ContourPixels> pixels_of_contours(const std::string& path);
 
 }  // namespace surf::curve

@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "libcurve/io/contour_file.h"
+#include "libsurf/base/affine.h"
 #include "libsurf/base/arrays.h"
 #include "libsurf/base/error.h"
 #include "libsurf/base/escaped.h"
@@ -153,6 +154,7 @@ std::optional<ContourPixels> pixels_of_contours(const std::string& path) {
     out.to_plane.setIdentity();
     for (int i = 0; i < 2; ++i)
       for (int j = 0; j < 3; ++j) out.to_plane.matrix()(i, j) = rows[i][j];
+    out.to_plane = checked_affine<2>(out.to_plane.matrix(), path, "pixel");
     return out;
   } catch (const nlohmann::json::exception&) {
     return std::nullopt;

@@ -133,8 +133,8 @@ void check_lengths(const ImageExtent<Dim>& extent, const Options<Dim>& options) 
   if (const double edge = options.edge_length_mm.value_or(shortest); edge < shortest)
     throw UsageError(
         fmt::format("Options::edge_length_mm = {:.4g} mm is less than a fiftieth of a pixel; give "
-                    "{:.4g} mm or more",
-                    edge, shortest));
+                    "{:.2g}mm or more",
+                    edge, 1.05 * shortest));
 }
 
 template <int Dim>

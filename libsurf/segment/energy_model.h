@@ -18,7 +18,7 @@ namespace surf::segment {
 template <int Dim>
 struct ImageExtent : ImageBox<Dim> {
   std::array<float, 2> range;  ///< lowest and highest one
-  double rounded_to = 0;       ///< 1 where all are whole numbers, 0 where that is not known
+  double rounded_to = 0;       ///< see rounding_step()
 
   /// Side of the square or cube of a pixel's or voxel's content [mm].
   double cell_mm() const {

@@ -17,6 +17,8 @@ struct Result : Lengths {
   std::vector<Proposal<Dim>> proposals;  ///< best first
   std::size_t chosen = 0;
   std::optional<Verdict<Dim>> verdict;  ///< of the automatic way
+  /// The same before the surface was looked at: it goes with the region to what evolves on.
+  std::optional<Verdict<Dim>> verdict_of_region;
   std::vector<StageReport> stages;
   std::vector<EnergyTerm> energies;   ///< that the shape minimises, every parameter filled in
   std::vector<std::string> notes;     ///< what a user should know

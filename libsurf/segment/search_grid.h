@@ -74,11 +74,8 @@ class SearchGrid {
   bool is_cut_off(const NodeBox<Dim>& object) const;
   /// Highest less lowest intensity of the image.
   double range() const { return double(range_[1]) - range_[0]; }
-  /// Deviation of what the image's values were rounded by, as far as that is known; 0 where they
-  /// are a few levels alone, as in a mask.
-  double rounding() const {
-    return range() >= kLeastSteps * rounded_to_ ? rounded_to_ / std::sqrt(12.0) : 0;
-  }
+  /// Deviation of what the image's values were rounded by.
+  double rounding() const { return rounded_to_ / std::sqrt(12.0); }
 
   // Of all nodes. std::logic_error if they have not been made.
 
@@ -94,7 +91,6 @@ class SearchGrid {
   std::size_t memory_bytes() const;
 
  private:
-  static constexpr double kLeastSteps = 8;
   struct Values {
     std::vector<float> intensity, slope, edge_slope;
     std::vector<std::uint16_t> level;

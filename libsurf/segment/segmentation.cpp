@@ -300,7 +300,7 @@ Result<Dim> Segmentation<Dim>::evolved(const History<Dim>& history,
         "'{}' has nothing to start from: no inside click and no initial shape", object.name));
   if (!goes_on) work.proposals.clear();
   work.start_is_given = goes_on || uses_initial;
-  if (goes_on && object.options.energies.empty()) work.verdict = before.verdict;
+  if (goes_on && object.options.energies.empty()) work.verdict = before.verdict_of_region;
   if (goes_on) work.unfinished = history.unfinished();
   if (is_answer || !goes_on) work.settled = settled_without_energy(history);
   run_stages(work, checkpointing_);

@@ -126,12 +126,13 @@ std::string Verdict<Dim>::text() const {
 }
 
 template <int Dim>
-void Verdict<Dim>::heed_edges(double share_without_edge) {
-  if (trust != Trust::kTrusted || !(share_without_edge > kMostWithoutEdge)) return;
+void Verdict<Dim>::heed(const Certainty<Dim>& certainty) {
+  if (trust != Trust::kTrusted || !(certainty.share_without_edge > kMostWithoutEdge)) return;
   trust = Trust::kCheck;
   n_right = kOfCheck.n_right;
   n_cases = kOfCheck.n;
-  reason = fmt::format("along {:.0f} % of it no edge is found", 100 * share_without_edge);
+  reason = fmt::format("along {:.0f} % of it no edge is found", 100 * certainty.share_without_edge);
+  if (certainty.next_click_mm) place_mm = *certainty.next_click_mm;
 }
 
 template <int Dim>

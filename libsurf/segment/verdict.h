@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "libsurf/segment/certainty.h"
 #include "libsurf/segment/click_search.h"
 
 namespace surf::segment {
@@ -35,15 +36,15 @@ struct Verdict {
   int n_right = 0, n_cases = 0;  ///< of the cases with such a verdict it was measured on
   std::string reason;            ///< in words: what speaks most for or against it
   Vector<Dim> place_mm =
-      Vector<Dim>::Zero();  ///< where to look: deepest in what is disputed near it
+      Vector<Dim>::Zero();  ///< where to look: deepest in what is disputed near it, or see heed()
 
   /// "check: right in 31 of 46 such cases; another region fits nearly as well: look at (3, -4, 12)"
   std::string text() const;
   /// Without the trust and the place.
   std::string words() const;
   /// What the surface shows besides: one along more than half of which no edge is found is not
-  /// trusted.
-  void heed_edges(double share_without_edge);
+  /// trusted; the place is where a click would tell most.
+  void heed(const Certainty<Dim>& certainty);
 };
 
 /// Likelihood of a Dice of 0.8 or more: a logistic function of

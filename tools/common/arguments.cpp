@@ -27,7 +27,8 @@ std::optional<double> take_number(std::string_view& text) {
 
 /// What to add where a comma may stand for a decimal point.
 const char* of_comma(const std::string& text) {
-  return text.find(',') != std::string::npos ? " (decimals are written with a point)" : "";
+  return text.find(',') != std::string::npos ? " (decimals are written with a point, not a comma)"
+                                             : "";
 }
 
 }  // namespace

@@ -280,11 +280,11 @@ std::vector<surf::segment::EnergyTerm> RunArguments::terms(const CLI::App& comma
   std::vector<surf::segment::EnergyTerm> out;
   for (const std::string& text : energies)
     if (text != "auto") out.push_back(surf::segment::parse_term(text));
-  if (!out.empty() && out.size() < energies.size())
-    throw UsageError(
-        "--energy: auto finds and fits the whole energy; it is given alone, or not at all");
   const bool has_gamma = command.count("--gamma") > 0, has_gamma0 = command.count("--gamma0") > 0;
   const bool has_lambda = lambda != "auto";
+  if (out.size() < energies.size() && (!out.empty() || has_gamma || has_gamma0 || has_lambda))
+    throw UsageError(
+        "--energy: auto finds and fits the whole energy; it is given alone, or not at all");
   if (!has_gamma && !has_gamma0 && !has_lambda) return out;
   if (out.empty()) out.push_back({kShortened, 1, {}});
   bool is_used = false;
@@ -313,10 +313,12 @@ void add_start_options(CLI::App& command, RunArguments& a, const RunWords& words
   group.add_repeatable(
       "--box", a.boxes,
       fmt::format("Box {0},{0} that the object lies in: two opposite corners, the box "
-                  "being along the {1}'s axes (of an oblique volume the least one that holds a "
-                  "box given in ras or lps), a centimetre or two larger than the "
+                  "being along the {1}'s axes{2}, a centimetre or two larger than the "
                   "object; with --seed, one for each object",
-                  words.point, words.image));
+                  words.point, words.image,
+                  words.cell == "px" ? ""
+                                     : " (of an oblique volume the least one that holds a box "
+                                       "given in ras or lps)"));
   group.add("--radius", a.radius,
             fmt::format("Radius of the seed {} of an evolution, such as 10mm or 5{} [auto]",
                         words.balls, words.cell));

@@ -261,10 +261,10 @@ void SegmentCommand<Dim>::note_walls(const Objects& objects, const Finished& fin
                                      std::size_t n) {
   for (const surf::segment::Wall& wall : finished[n].walls)
     progress_.note(fmt::format(
-        "note: {}: {:.4g} mm^{} that '{}' has too went, which comes before it; {:.4g} mm^{} of its "
+        "note: {}: {:.4g} mm^{} that '{}' has too went, which comes before it; {:.4g} mm{} of its "
         "wall is theirs, no more than {:.2g} mm apart{}",
         objects[n].object.name, wall.removed, Dim, objects[wall.other].object.name, wall.measure,
-        Dim - 1, wall.greatest_gap,
+        Dim == 3 ? "^2" : "", wall.greatest_gap,
         wall.n_crumbs == 0 ? "" : fmt::format("; {} crumbs went with it", wall.n_crumbs)));
 }
 

@@ -102,6 +102,9 @@ Overlap overlap_of(const Segments& first, const Segments& second) {
 Image on_pixels_of_contours(const Request& request, Image mask) {
   if (mask.source().spacing_source != "unknown") return mask;
   const auto pixels = surf::curve::pixels_of_contours(request.contour);
+  if (!pixels)
+    say("note: neither {} nor {} states a pixel size; pixels count as 1 mm (--spacing)\n",
+        request.reference.path, request.contour);
   if (!pixels || pixels->size != mask.size() || pixels->to_plane.isApprox(mask.pixel_to_plane()))
     return mask;
   const Image out(mask.size(), pixels->to_plane, mask.values(), mask.source());
@@ -190,8 +193,7 @@ void add_evaluate_command(CLI::App& app, ExitCode&) {
                       "Slice of a label map, such as axial:120");
   command->add_option("--spacing", request->reference.spacing,
                       "Pixel size of a mask in mm, S or SX,SY [what the file states, else that of "
-                      "the image in which the contours were found, if it has as many pixels, "
-                      "else 1]");
+                      "the image that .json contours name, if it has as many pixels, else 1]");
   command->add_option("--label", request->label, "Label of the object in the mask");
   request->reference.which.add_to(*command);
   command->add_option("--json", request->json, "Write the scores to this file");

@@ -135,7 +135,7 @@ std::string certainty_block(const ordered_json& entry) {
     rows.add("Next click, where it tells most (RAS mm)",
              point_text(certainty["next_click_ras_mm"]));
   if (const ordered_json& verdict = part(entry, "verdict"); verdict.contains("place_ras_mm"))
-    rows.add("What is disputed lies deepest at (RAS mm)", point_text(verdict["place_ras_mm"]));
+    rows.add("Where to look (RAS mm)", point_text(verdict["place_ras_mm"]));
   return rows.html(
       certainty.empty()
           ? "The vertices were not located on edges, so that nothing is known of single places."

@@ -12,6 +12,7 @@
 #include "libcurve/segment/detail/image_model.h"
 #include "libcurve/segment/region_filter.h"
 #include "libsurf/base/content_hash.h"
+#include "libsurf/base/rounding_step.h"
 
 namespace surf::curve {
 
@@ -19,7 +20,7 @@ CurveSetting::CurveSetting(const Image& image)
     : image_(image),
       extent_{{image.size(), image.pixel_to_plane(), image.plane_to_pixel()},
               image.range(),
-              image.are_whole_numbers() ? 1.0 : 0.0} {}
+              rounding_step(image.values(), std::size_t(image.size()[0]))} {}
 
 std::vector<float> CurveSetting::values(const std::array<int, 2>& lower,
                                         const std::array<int, 2>& upper) const {

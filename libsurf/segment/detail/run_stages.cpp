@@ -179,8 +179,8 @@ Result<Dim> to_result(Work<Dim> work) {
   out.search = std::move(work.search);
   out.proposals = std::move(work.proposals);
   out.chosen = work.chosen;
-  if (has_shape(out.outcome)) out.verdict = std::move(work.verdict);
-  if (out.verdict && out.certainty) out.verdict->heed_edges(out.certainty->share_without_edge);
+  if (has_shape(out.outcome)) out.verdict = out.verdict_of_region = std::move(work.verdict);
+  if (out.verdict && out.certainty) out.verdict->heed(*out.certainty);
   if (out.verdict && disobeyed) {
     out.verdict->trust = Trust::kDoubtful;
     out.verdict->n_right = out.verdict->n_cases = 0;

@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "libsurf/base/rounding_step.h"
 #include "libsurf/energy/mumford_shah.h"
 #include "libsurf/segment/contrast.h"
 
@@ -9,13 +10,27 @@ namespace surf::segment {
 namespace {
 
 constexpr double kMostSamples = 1 << 22;  // of the voxels, for their two classes
+constexpr int kRows = 12;                 // along either axis, in which rounding is seen
+
+/// Of rows that are spread over it.
+double rounding_step_of(const volume::Volume& volume) {
+  const auto& size = volume.size();
+  std::vector<float> rows(std::size_t(kRows) * kRows * size[0]);
+  for (int m = 0; m < kRows; ++m)
+    for (int n = 0; n < kRows; ++n) {
+      const int j = (2 * n + 1) * size[1] / (2 * kRows), k = (2 * m + 1) * size[2] / (2 * kRows);
+      volume.copy_box({0, j, k}, {size[0], j + 1, k + 1},
+                      rows.data() + (std::size_t(m) * kRows + n) * size[0]);
+    }
+  return rounding_step(rows, std::size_t(size[0]));
+}
 
 }  // namespace
 
 ImageExtent<3> extent_of(const volume::Volume& volume) {
   return {{volume.size(), volume.index_to_world(), volume.world_to_index()},
           volume.range(),
-          volume.bytes_per_voxel() < 4 ? 1.0 : 0.0};
+          rounding_step_of(volume)};
 }
 
 ImageModel::ImageModel(const volume::Volume& volume, const volume::SmoothingOptions& smoothing,

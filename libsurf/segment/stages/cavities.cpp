@@ -19,11 +19,10 @@ class Cavities : public Stage<Dim> {
       const auto energy = make_energy<Dim>(work.energies, context(work, *model));
       energy->reset({work.shape.points, work.shape.elements});
       auto holes = find_holes<Dim>(work.setting(), work.shape, *energy);
+      if (round == 1 && holes.empty()) work.notes.push_back(nothing_to_open(work));
       std::erase_if(holes, [&](const Hole<Dim>& hole) { return holds_a_click(work, hole); });
-      if (open_holes<Dim>(work.setting(), work.shape, holes, work.edge_length_mm, *energy) == 0) {
-        if (round == 1) work.notes.push_back(nothing_to_open(work));
+      if (open_holes<Dim>(work.setting(), work.shape, holes, work.edge_length_mm, *energy) == 0)
         return true;
-      }
       Minimisation<Dim> out;
       out.name = fmt::format("cavities {}", round);
       out.terms = work.energies;
@@ -38,7 +37,7 @@ class Cavities : public Stage<Dim> {
  private:
   static std::string nothing_to_open(const Work<Dim>& work) {
     return fmt::format(
-        "no {} is opened: the energy asks for none{}", Dim == 3 ? "cavity" : "hole",
+        "no {} is opened: the energy asks for none more{}", Dim == 3 ? "cavity" : "hole",
         work.options.energies.empty()
             ? ", since it looks near the boundary alone; a click outside takes one away"
             : "");

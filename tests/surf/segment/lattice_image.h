@@ -2,12 +2,12 @@
 #pragma once
 
 #include <algorithm>
-#include <cmath>
 #include <functional>
 #include <random>
 #include <vector>
 
 #include "libsurf/base/field.h"
+#include "libsurf/base/rounding_step.h"
 #include "libsurf/segment/energy_model.h"
 #include "libsurf/segment/node_box.h"
 
@@ -26,8 +26,7 @@ class LatticeImage : public Field<Dim> {
     box_.size = size;
     const auto [lowest, highest] = std::minmax_element(values_.begin(), values_.end());
     extent_.range = {*lowest, *highest};
-    extent_.rounded_to = std::all_of(values_.begin(), values_.end(),
-                                     [](float value) { return value == std::round(value); });
+    extent_.rounded_to = rounding_step(values_, std::size_t(size[0]));
     for (int axis = 0; axis < Dim; ++axis) {
       const std::vector<float> before = values_;
       box_.for_lines(axis, [&](std::size_t at, int here, std::size_t stride) {

@@ -110,12 +110,17 @@ TEST(Verdict, DoesNotTrustASurfaceWithoutEdges) {
   const FoundBall ball(24, 12, 24);
   auto found = verdict(ball.image.grid, *ball.search);
   ASSERT_TRUE(found);
-  found->heed_edges(0.4);
+  Certainty<3> certainty;
+  certainty.next_click_mm = {1, 2, 3};
+  certainty.share_without_edge = 0.4;
+  found->heed(certainty);
   EXPECT_EQ(found->trust, Trust::kTrusted);
-  found->heed_edges(0.99);
+  certainty.share_without_edge = 0.99;
+  found->heed(certainty);
   EXPECT_EQ(found->trust, Trust::kCheck);
   EXPECT_NE(found->text().find("along 99 % of it no edge is found"), std::string::npos);
   EXPECT_LT(found->n_right, 0.9 * found->n_cases);
+  EXPECT_EQ(found->place_mm, *certainty.next_click_mm);
 }
 
 // The same ball, cut in half by the border of the volume.

@@ -240,7 +240,7 @@ def segment(image: Any, seeds: Iterable[Point], affine: Optional[np.ndarray] = N
 
     Raises UsageError, InputError, NoObject, InvalidMesh.
     """
-    threads = _count(threads, "threads")
+    threads = _count(threads or 0, "threads")
     limit = _surfseg.ThreadLimit(threads) if threads else None
     try:
         dialogue = Segmentation(image, affine, spacing=spacing)
@@ -285,8 +285,8 @@ def _count(value: Any, name: str, least: int = 0) -> int:
         count = operator.index(value)
     except TypeError:
         raise UsageError(f"{name}: expected a whole number; got {value!r}") from None
-    if count < least:
-        raise UsageError(f"{name}: expected {least} or more; got {count}")
+    if not least <= count < 1 << 31:
+        raise UsageError(f"{name}: expected {least} or more, below 2^31; got {count}")
     return count
 
 

@@ -28,7 +28,11 @@ def as_volume(image: Any, affine: Optional[np.ndarray] = None) -> Volume:
     if _is_nibabel(image):
         name = image.get_filename() if hasattr(image, "get_filename") else None
         return _surfseg.Volume(np.asanyarray(image.dataobj), image.affine, name or "")
-    if np.ndim(image) not in (2, 3):
+    try:
+        n_axes = np.ndim(image)
+    except ValueError as error:  # rows of different lengths
+        raise UsageError(f"image: {error}") from None
+    if n_axes not in (2, 3):
         what = (f"an array of shape {np.shape(image)}" if isinstance(image, np.ndarray)
                 else type(image).__name__)
         raise UsageError("image: expected a path, a nibabel or SimpleITK image, or an array of two "
