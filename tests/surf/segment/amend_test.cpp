@@ -286,6 +286,9 @@ TEST(Amend, WhatDoesNotObeyAClickIsDoubtful) {
   }));
   EXPECT_EQ(result.verdict->trust, Trust::kDoubtful);
   EXPECT_EQ(result.verdict->words(), "a click is not obeyed");
+  // That of the region, which goes with it, says nothing of what a surface did.
+  ASSERT_TRUE(result.verdict_of_region);
+  EXPECT_GT(result.verdict_of_region->n_cases, 0);
   EXPECT_LT((result.verdict->place_mm - Vector<3>(-2.718, 2.687, 1.504)).norm(), 1e-9);
 }
 

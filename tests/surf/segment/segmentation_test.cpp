@@ -162,10 +162,14 @@ TEST(Segmentation, GoesOnFromTheShapeThatIsThere) {
   const int object = s.add_object();
   s.add_click(object, inside(0));
   const double first = s.evolve(object).n_steps();
+  const std::optional<Verdict<3>> verdict = s.object(object).result->verdict_of_region;
+  ASSERT_TRUE(verdict);
   Options<3> options;
   options.components.fill_cavities = true;
   s.set_options(object, options);
   const Result<3>& second = s.evolve(object);
+  ASSERT_TRUE(second.verdict_of_region);
+  EXPECT_EQ(second.verdict_of_region->text(), verdict->text());
   EXPECT_EQ(second.stages.front().name, "fit");  // nothing was proposed
   EXPECT_LE(second.n_steps(), first);
 }
