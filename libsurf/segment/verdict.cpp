@@ -40,10 +40,10 @@ constexpr double kTrusted = 0.82, kDoubtful = 0.7;
 // What the volume cuts off over more of its boundary is not trusted: where it would go on nobody
 // can see.
 constexpr double kMostOnBorder = 0.1;
+constexpr double kMostWithoutEdge = 0.5;  // of the area of what is trusted
 struct Cases {
   int n_right, n;
 };
-constexpr double kMostWithoutEdge = 0.5;  // of the area of what is trusted
 // Surfaces, each judged by a fit without its person.
 constexpr Cases kOfTrusted{126, 133}, kOfCheck{42, 58}, kOfDoubtful{48, 121};
 
