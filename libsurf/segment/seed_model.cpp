@@ -1,5 +1,7 @@
 #include "libsurf/segment/seed_model.h"
 
+#include <tbb/parallel_for.h>
+
 #include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
@@ -272,7 +274,6 @@ double estimate_edge_strength(const Field<Dim>& I, std::span<const Vector<Dim>> 
   const double voxel_mm = frame.spacing;
   const std::vector<Vector<Dim>> centers = cell_centers(extent, seeds);
   const Points<Dim> rays = directions_in<Dim>(extent, kRays);
-  std::vector<double> peaks;
   const auto near = [&](double radius) {  // the median within so many cells of the seeds
     std::vector<double> out;
     for (const Vector<Dim>& center : centers) {
@@ -288,10 +289,12 @@ double estimate_edge_strength(const Field<Dim>& I, std::span<const Vector<Dim>> 
   const auto [lowest, highest] = extent.range;
   const double background =
       std::max(std::min(near(1.5), near(3)), 2e-3 * (double(highest) - lowest) / voxel_mm);
-  for (const Vector<Dim>& center : centers)
-    for (const auto ray : rays.rowwise())
-      peaks.push_back(
-          first_peak<Dim>(I, center, ray.transpose(), voxel_mm / 2, background, extent));
+  std::vector<double> peaks(centers.size() * std::size_t(rays.rows()));
+  tbb::parallel_for(std::size_t(0), peaks.size(), [&](std::size_t n) {
+    const auto ray = Eigen::Index(n) % rays.rows();
+    peaks[n] = first_peak<Dim>(I, centers[n / std::size_t(rays.rows())], rays.row(ray).transpose(),
+                               voxel_mm / 2, background, extent);
+  });
   return std::max({0.25 * median(peaks), 3 * background, 1e-30});
 }
 
