@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <limits>
 #include <numbers>
+#include <utility>
 
 #include "libsurf/base/products.h"
 #include "libsurf/mesh/detail/component_measures.h"
@@ -82,9 +83,9 @@ std::vector<ComponentMeasures> measure_components(const Triangles& surface,
     ++part.n_edges;
     part.n_border_edges += edge.size() == 1;
   });
-  std::vector<Vector<3>> bases(parts.n);      // its own, so that small parts lose no digits
-  std::vector<std::pair<int, int>> vertices;  // (component, vertex): parts may share a vertex
-  for (Eigen::Index row = 0; row < surface.elements.rows(); ++row) {
+  std::vector<Vector<3>> bases(parts.n);  // its own, so that small parts lose no digits
+  std::vector<int> last_part(surface.points.rows(), -1);  // of each vertex: parts may share one
+  for (const int row : parts.elements_by_component()) {
     const int number = parts.of_element[row];
     ComponentMeasures& part = result[number];
     const Corners at = corners(surface, row);
@@ -94,11 +95,9 @@ std::vector<ComponentMeasures> measure_components(const Triangles& surface,
     part.area_mm2 += area;
     part.area_centroid_mm += area / 3 * (at.a + at.b + at.c - 3 * base);
     part.volume_mm3 += triple(at.a - base, at.b - base, at.c - base) / 6;
-    for (const int vertex : surface.elements.row(row)) vertices.emplace_back(number, vertex);
+    for (const int vertex : surface.elements.row(row))
+      if (std::exchange(last_part[vertex], number) != number) ++part.n_vertices;
   }
-  std::sort(vertices.begin(), vertices.end());
-  vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
-  for (const auto& [number, vertex] : vertices) ++result[number].n_vertices;
   for (int number = 0; number < parts.n; ++number) {
     ComponentMeasures& part = result[number];
     if (part.area_mm2 > 0) part.area_centroid_mm /= part.area_mm2;

@@ -1,4 +1,4 @@
-// Edges of a triangle soup by sorting: works for any elements, manifold or not.
+// Edges of a triangle soup: works for any elements, manifold or not.
 #pragma once
 
 #include <span>
@@ -16,7 +16,9 @@ struct EdgeUse {
   bool is_forward;  ///< it runs from low to high
 };
 
-/// All 3 m uses, sorted by edge and then by triangle. O(m log m).
+/// All 3 m uses, sorted by edge and then by triangle. O(m + n), n the highest index, where few
+/// triangles meet at a vertex.
+/// @param elements  no index < 0
 std::vector<EdgeUse> edge_uses(const Elements<3>& elements);
 
 /// Calls visit(span of the uses of one edge) for each edge.
@@ -37,6 +39,9 @@ void for_each_edge(const std::vector<EdgeUse>& uses, Visit visit) {
 struct Components {
   int n = 0;
   std::vector<int> of_element;
+
+  /// The rows of the first component's triangles, then those of the second...
+  std::vector<int> elements_by_component() const;
 };
 Components components(const std::vector<EdgeUse>& uses, Eigen::Index n_elements);
 
