@@ -27,6 +27,7 @@ constexpr double kLeastMass = 1e-3;   // of the mean mass of vertices
 constexpr double kHuber = 2;          // deviations of a bin's mean
 constexpr double kLeastCells = 0.5;   // of a bin that counts
 constexpr double kBinShare = 1e-3;    // of the deviation of a bin: levels and erf are models
+constexpr double kTolerance = 1e-4;   // of the squared residuals: nothing beside 1
 constexpr double kPlaceRange = 0.35;  // of the reach: deviation of where the step is expected
 constexpr std::size_t kMostOfMedian = 100000;  // amounts, of millions
 constexpr double kFarOff = 4;                  // deviations: cells beyond are not noise
@@ -34,85 +35,74 @@ constexpr double kFarOff = 4;                  // deviations: cells beyond are n
 double erf_step(double z) { return std::erf(z / std::numbers::sqrt2); }
 double normal_density(double z) { return std::exp(-z * z / 2) / std::sqrt(2 * std::numbers::pi); }
 
+// Of a profile. Rows beyond the bins, and bins that few cells lie in, have no weight.
+constexpr int kRows = 24;  // a multiple of what Eigen computes at once
+using Rows = Eigen::Array<double, kRows, 1>;
+struct Bins {
+  Rows distance = Rows::Zero(), mean = Rows::Zero(), weight = Rows::Zero();
+};
+
 /// Both, from one exponential: Abramowitz and Stegun 7.1.26, erf to 1.5e-7. Of a bin, whose mean is
 /// known no better than to a thousandth.
-struct StepAndDensity {
-  double step, density;
-};
-StepAndDensity step_and_density(double z) {
-  const double x = std::abs(z) / std::numbers::sqrt2, bell = std::exp(-x * x);
-  const double t = 1 / (1 + 0.3275911 * x);
-  const double tail =
-      t *
-      (0.254829592 +
-       t * (-0.284496736 + t * (1.421413741 + t * (-1.453152027 + t * 1.061405429)))) *
-      bell;
-  return {std::copysign(1 - tail, z), bell / std::sqrt(2 * std::numbers::pi)};
-}
+struct StepsAndDensities {
+  Rows step, density;
 
-struct Bin {
-  double distance, mean, weight;
+  StepsAndDensities() = default;
+  explicit StepsAndDensities(const Rows& z) {
+    const Rows x = z.abs() / std::numbers::sqrt2, bell = (-x * x).exp();
+    const Rows t = 1 / (1 + 0.3275911 * x);
+    const Rows tail =
+        t *
+        (0.254829592 +
+         t * (-0.284496736 + t * (1.421413741 + t * (-1.453152027 + t * 1.061405429)))) *
+        bell;
+    step = z.sign() * (1 - tail);
+    density = bell * (std::numbers::inv_sqrtpi / std::numbers::sqrt2);
+  }
 };
 
 /// Residuals of one profile in (mid level, half height, place, log width), for ceres::TinySolver.
 class ProfileCost {
  public:
   using Scalar = double;
-  // Of a fixed number, which Eigen unrolls: those of bins that are not there are 0.
-  enum { NUM_RESIDUALS = kBins + 2, NUM_PARAMETERS = 4 };
+  enum { NUM_RESIDUALS = kRows + 2, NUM_PARAMETERS = 4 };
 
-  ProfileCost(const std::vector<Bin>& bins, const ProfileOptions& options)
-      : bins_(bins), options_(options) {}
+  ProfileCost(const Bins& bins, const ProfileOptions& options)
+      : bins_(bins),
+        place_mm_(kPlaceRange * options.reach_mm),
+        log_width_(std::log(options.width_mm)),
+        log_range_(std::log(options.width_range)) {}
 
   /// Column-major J, (residuals, 4).
   bool operator()(const double* x, double* residuals, double* J) const {
-    const int n = NUM_RESIDUALS, n_bins = int(bins_.size());
-    const auto entry = [&](int row, int column) -> double& { return J[column * n + row]; };
-    const double width = std::exp(x[3]);
-    find_steps(x[2], x[3], width);
-    for (int k = 0; k < n_bins; ++k) {
-      const Bin& bin = bins_[k];
-      const double z = (bin.distance - x[2]) / width;
-      const auto [step, density] = steps_[std::size_t(k)];
-      const double raw = bin.weight * (x[0] + x[1] * step - bin.mean);
-      // Pseudo-Huber: r' = sign(r) sqrt(2 c^2 (sqrt(1 + r^2 / c^2) - 1)).
-      const double root = std::sqrt(1 + raw * raw / (kHuber * kHuber));
-      const double scale = std::sqrt(2 / (root + 1));  // r' / r
-      residuals[k] = raw * scale;
-      if (!J) continue;
-      const double by_raw = 1 / (scale * root);  // dr' / dr
-      const double slope = 2 * density * x[1] * by_raw * bin.weight;
-      entry(k, 0) = by_raw * bin.weight;
-      entry(k, 1) = by_raw * bin.weight * step;
-      entry(k, 2) = -slope / width;
-      entry(k, 3) = -slope * z;
+    const double level = x[0], height = x[1], place = x[2], per_width = std::exp(-x[3]);
+    const Rows z = (bins_.distance - place) * per_width;
+    if (at_ != std::array{place, x[3]}) {  // derivatives are asked for where values have just been
+      at_ = {place, x[3]};
+      steps_ = StepsAndDensities(z);
     }
-    const double place = kPlaceRange * options_.reach_mm, range = std::log(options_.width_range);
-    residuals[n - 2] = x[2] / place;
-    residuals[n - 1] = (x[3] - std::log(options_.width_mm)) / range;
-    std::fill(residuals + n_bins, residuals + n - 2, 0.0);
-    if (J) {
-      for (int row = n_bins; row < n; ++row)
-        for (int column = 0; column < 4; ++column) entry(row, column) = 0;
-      entry(n - 2, 2) = 1 / place;
-      entry(n - 1, 3) = 1 / range;
-    }
+    const Rows raw = bins_.weight * (level + height * steps_.step - bins_.mean);
+    // Pseudo-Huber: r' = sign(r) sqrt(2 c^2 (sqrt(1 + r^2 / c^2) - 1)).
+    const Rows root = (1 + raw * raw / (kHuber * kHuber)).sqrt();
+    const Rows scale = (2 / (root + 1)).sqrt();  // r' / r
+    using Column = Eigen::Matrix<double, NUM_RESIDUALS, 1>;
+    Eigen::Map<Column>(residuals, NUM_RESIDUALS) << (raw * scale).matrix(), place / place_mm_,
+        (x[3] - log_width_) / log_range_;
+    if (!J) return true;
+    const Rows by_value = bins_.weight / (scale * root);  // dr' / dr * weight
+    const Rows slope = 2 * height * steps_.density * by_value;
+    Eigen::Map<Eigen::Matrix<double, NUM_RESIDUALS, 4>> by(J);
+    by.template topRows<kRows>() << by_value, by_value * steps_.step, -slope * per_width,
+        -slope * z;
+    by.template bottomRows<2>() << 0, 0, 1 / place_mm_, 0, 0, 0, 0, 1 / log_range_;
     return true;
   }
 
  private:
-  /// Derivatives are asked for where values have just been.
-  void find_steps(double place, double log_width, double width) const {
-    if (at_ == std::array{place, log_width}) return;
-    at_ = {place, log_width};
-    for (std::size_t k = 0; k < bins_.size(); ++k)
-      steps_[k] = step_and_density((bins_[k].distance - place) / width);
-  }
-
-  const std::vector<Bin>& bins_;
-  const ProfileOptions& options_;
+  const Bins& bins_;
+  double place_mm_, log_width_, log_range_;  // priors
   mutable std::array<double, 2> at_ = {std::numeric_limits<double>::quiet_NaN(), 0};
-  mutable std::array<StepAndDensity, kBins> steps_;
+  mutable StepsAndDensities steps_;
 };
 
 // Vertices whose elements all lie on the image's border have no mass of their own.
@@ -208,23 +198,27 @@ EdgeProfiles fit_edge_profiles(const fem::Geometry<Dim>& geometry, const EdgeCel
                                  &out.noise, &out.explained, &out.n_cells, &out.misfit})
     field->setZero(n);
   const auto fit = [&](Eigen::Index i) {
-    std::vector<Bin> bins;
+    Bins bins;  // weights: cells
+    int n_bins = 0;
     double mean = 0, total = 0;
     for (int k = 0; k < kBins; ++k) {
       if (!(counts(i, k) > kLeastCells)) continue;
-      bins.push_back({distances(i, k) / counts(i, k), values(i, k) / counts(i, k), counts(i, k)});
+      ++n_bins;
+      bins.distance[k] = distances(i, k) / counts(i, k);
+      bins.mean[k] = values(i, k) / counts(i, k);
+      bins.weight[k] = counts(i, k);
       mean += values(i, k);
       total += counts(i, k);
     }
     out.width_mm[i] = options.width_mm;
     out.n_cells[i] = total;
-    if (bins.size() < 5) return;
+    if (n_bins < 5) return;
     mean /= total;
     double variance = 0, inner = 0, outer = 0, n_inner = 0, n_outer = 0;
-    for (const Bin& bin : bins) {
-      variance += bin.weight * std::pow(bin.mean - mean, 2) / total;
-      (bin.distance < 0 ? inner : outer) += bin.weight * bin.mean;
-      (bin.distance < 0 ? n_inner : n_outer) += bin.weight;
+    for (int k = 0; k < kBins; ++k) {
+      variance += bins.weight[k] * std::pow(bins.mean[k] - mean, 2) / total;
+      (bins.distance[k] < 0 ? inner : outer) += bins.weight[k] * bins.mean[k];
+      (bins.distance[k] < 0 ? n_inner : n_outer) += bins.weight[k];
     }
     inner = n_inner > 0 ? inner / n_inner : mean;
     outer = n_outer > 0 ? outer / n_outer : mean;
@@ -237,28 +231,27 @@ EdgeProfiles fit_edge_profiles(const fem::Geometry<Dim>& geometry, const EdgeCel
     const bool is_first = misfit.size() == 0 || !(misfit[i] > 0);
     double deviation = is_first ? std::max(std::sqrt(variance), options.least_noise) : misfit[i];
     double left = 0;
-    std::vector<Bin> weighted = bins;
+    Bins weighted = bins;
     for (int round = is_first ? 0 : 1; round < 2; ++round) {
-      for (std::size_t k = 0; k < bins.size(); ++k) {
-        weighted[k].mean = (bins[k].mean - mean) / unit;
-        weighted[k].weight =
-            unit / std::hypot(deviation / std::sqrt(bins[k].weight / total * bins.size()),
+      for (int k = 0; k < kBins; ++k) {
+        if (bins.weight[k] == 0) continue;
+        weighted.mean[k] = (bins.mean[k] - mean) / unit;
+        weighted.weight[k] =
+            unit / std::hypot(deviation / std::sqrt(bins.weight[k] / total * n_bins),
                               kBinShare * std::abs(outer - inner) + 1e-300);
       }
       const ProfileCost cost(weighted, options);
       ceres::TinySolver<ProfileCost> solver;
       solver.options.max_num_iterations = 25;
+      solver.options.function_tolerance = kTolerance;
       solver.Solve(cost, &x);
+      const StepsAndDensities at((bins.distance - x[2]) / std::exp(x[3]));
+      const Rows off = (x[0] + x[1] * at.step) * unit + mean - bins.mean,
+                 share = bins.weight / total;
+      left = (share * off.square()).sum();
       std::vector<double> amounts;
-      const double width = std::exp(x[3]);
-      left = 0;
-      for (const Bin& bin : bins) {
-        const double share = bin.weight / total,
-                     step = step_and_density((bin.distance - x[2]) / width).step,
-                     off = (x[0] + x[1] * step) * unit + mean - bin.mean;
-        amounts.push_back(std::abs(off) * std::sqrt(share * bins.size()));
-        left += share * off * off;
-      }
+      for (int k = 0; k < kBins; ++k)
+        if (share[k] > 0) amounts.push_back(std::abs(off[k]) * std::sqrt(share[k] * n_bins));
       deviation = std::max(robust_deviation(std::move(amounts)), options.least_noise / 10);
     }
     out.misfit[i] = deviation;
