@@ -82,8 +82,8 @@ void check_click(const ImageExtent<Dim>& extent, const std::vector<Click<Dim>>& 
           "Click::point_mm{}: ({}) mm is {} ({}), outside the {} of {} {}s; is it in another "
           "space?",
           click.side == Side::kInside ? "" : "[outside]", point_text<Dim>(point), cell_word<Dim>(),
-          index_text<Dim>(extent.world_to_index * point), Dim == 3 ? "volume" : "image",
-          fmt::join(extent.size, " x "), cell_word<Dim>()));
+          index_text<Dim>(extent.in_file.world_to_index * point), Dim == 3 ? "volume" : "image",
+          fmt::join(extent.in_file.size, " x "), cell_word<Dim>()));
   const bool is_inside = click.side == Side::kInside;
   if (const auto point =
           point_in_common<Dim>(extent, clicks, is_inside ? Side::kOutside : Side::kInside, click))

@@ -17,8 +17,9 @@ namespace surf::segment {
 /// Where an image (Dim = 2) or volume (Dim = 3) lies, and which values it has.
 template <int Dim>
 struct ImageExtent : ImageBox<Dim> {
-  std::array<float, 2> range;  ///< lowest and highest one
-  double rounded_to = 0;       ///< see rounding_step()
+  std::array<float, 2> range;     ///< lowest and highest one
+  double rounded_to = 0;          ///< see rounding_step()
+  ImageBox<Dim> in_file = *this;  ///< with the axes of its file, by which people know its cells
 
   /// Side of the square or cube of a pixel's or voxel's content [mm].
   double cell_mm() const {

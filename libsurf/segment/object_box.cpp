@@ -17,6 +17,16 @@ constexpr int kThinnest = 3;        // cells
 constexpr double kLeastGap = 8, kMostGap = 22, kNear = 4, kFar = 25;  // mm
 constexpr double kMostOfFar = 1.6;                                    // of all faces together
 
+/// The axis of the file that runs along this one.
+template <int Dim>
+int axis_in_file(const ImageExtent<Dim>& extent, int axis) {
+  Eigen::Index out = 0;
+  (extent.in_file.world_to_index.linear() * extent.index_to_world.linear().col(axis))
+      .cwiseAbs()
+      .maxCoeff(&out);
+  return int(out);
+}
+
 }  // namespace
 
 template <int Dim>
@@ -37,7 +47,7 @@ NodeBox<Dim> cells_of_box(const ImageExtent<Dim>& extent, const BoxCorners<Dim>&
     if (!(first <= last))
       throw UsageError(fmt::format(
           "Options::box_mm: {} holds no {} of the {} of {} {}s; is it in another space?", text(),
-          cell, Dim == 3 ? "volume" : "image", fmt::join(extent.size, " x "), cell));
+          cell, Dim == 3 ? "volume" : "image", fmt::join(extent.in_file.size, " x "), cell));
     out.lower[axis] = int(first);
     out.size[axis] = int(last - first) + 1;
     if (out.size[axis] < std::min(kThinnest, extent.size[axis]))
@@ -45,7 +55,7 @@ NodeBox<Dim> cells_of_box(const ImageExtent<Dim>& extent, const BoxCorners<Dim>&
           fmt::format("Options::box_mm: {} is only {} {}s thick along axis {}; the corners are to "
                       "be opposite ones, "
                       "a centimetre or two beyond the object",
-                      text(), out.size[axis], cell, "ijk"[axis]));
+                      text(), out.size[axis], cell, "ijk"[axis_in_file(extent, axis)]));
   }
   return out;
 }

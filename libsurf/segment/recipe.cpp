@@ -44,8 +44,9 @@ std::string to_recipe(const Segmentation<Dim>& segmentation, const std::string& 
     const Object<Dim>& first = segmentation.first(id);
     objects.push_back({first.name, first.colour, segmentation.history(id)});
   }
-  Json image = {
-      {"path", image_path}, {"size", setting.extent().size}, {"content", setting.content_hash()}};
+  Json image = {{"path", image_path},
+                {"size", setting.extent().in_file.size},
+                {"content", setting.content_hash()}};
   if (!series_uid.empty()) image["series_uid"] = series_uid;
   return recipe_text<Dim>(image, objects);
 }

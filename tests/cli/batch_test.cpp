@@ -69,6 +69,14 @@ TEST_F(Batch, GivesTheBytesOfSegmentForAnyNumberOfJobs) {
   EXPECT_EQ(json("out/dataset_description.json")["DatasetType"], "derivative");
 }
 
+TEST_F(Batch, QuietSaysWhatHasFailedAlone) {
+  make_list("d\tnowhere.nii.gz\t 0, 0 ,0 ;\t\n");
+  const Outcome outcome = batch({"-q"});
+  EXPECT_EQ(outcome.exit_code, 7);
+  EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 2) << outcome.err;
+  EXPECT_TRUE(has(outcome, "d: failed (3): nowhere.nii.gz")) << outcome.err;
+}
+
 TEST_F(Batch, OneFailureStopsNoOtherAndComesFirst) {
   make_list("d\tnowhere.nii.gz\t0,0,0\t\ne\t1.nii.gz\t500,0,0\t\nf\t1.nii.gz\t0,0,1\t\n");
   const Outcome outcome = batch();
@@ -308,6 +316,9 @@ INSTANTIATE_TEST_SUITE_P(
         std::pair{"name\tscan\tclicks\na\tv\t!1,2,3\n", "list.tsv:2: --seed"},
         std::pair{"name\tscan\tclicks\na\tv\t0,0\n", "list.tsv:2: --seed: expected three"},
         std::pair{"name\tscan\tclicks\na\tv\t1,2,3; 1,,2\n", "list.tsv:2: --seed: expected three"},
+        std::pair{"name\tscan\tclicks\na\tv\t1 4,20,37\n", "three numbers X,Y,Z; got '1 4,20,37'"},
+        std::pair{"name\tscan\tclicks\na\tv\t! 1, 2,3 4; 5,6,7\n", "got '1,2,3 4'"},
+        std::pair{"name\tscan\tclicks\tbox\na\tv\t1,2,3\t0,0,0,9,9,9 9\n", "list.tsv:2: --box"},
         std::pair{"name\tscan\tclicks\na\tv\tleft lung: 1,2,3;b b!: 1,2,3\n", "list.tsv:2: clicks"},
         std::pair{"name\tscan\tclicks\tpreset\na\tv\t1,2,3\tno-such\n", "list.tsv:2: "},
         std::pair{"name\tscan\tclicks\tpreset\na\tv\t1,2,3\tlist\n", "list.tsv:2: preset=list"},

@@ -79,6 +79,13 @@ TEST_F(Replay, FindsTheVolumeBesideTheRecipeOrWhereItIsToldTo) {
   must({"replay", "moved/r.json", "-o", "beside.stl", "-q"});
   EXPECT_EQ(bytes("told.stl"), bytes("s.stl"));
   EXPECT_EQ(bytes("beside.stl"), bytes("s.stl"));
+  nlohmann::json recipe = json("moved/r.json");
+  for (const char* path : {"scans/ball.nii.gz", "/no/such/folder/ball.nii.gz"}) {
+    recipe["image"]["path"] = path;
+    write("files/moved/r.json", recipe.dump());
+    must({"replay", "moved/r.json", "-o", "again.stl", "-q"});
+    EXPECT_EQ(bytes("again.stl"), bytes("s.stl"));
+  }
 }
 
 TEST_F(Replay, RefusesAnotherVolumeAndRecipesThatItCannotRead) {

@@ -46,14 +46,8 @@ class WithStudio(unittest.TestCase):
         self.process.end()
         shutil.rmtree(self.folder)
 
-    def idle(self, limit=120):
-        end = time.time() + limit
-        while time.time() < end:
-            state = self.studio.state()
-            if state["volume"] is not None and state["job"] is None:
-                return state
-            time.sleep(0.02)
-        raise AssertionError(f"not within {limit} s")
+    def idle(self):
+        return self.studio.wait(120)
 
 
 class Client(WithStudio):
@@ -138,6 +132,22 @@ class Starting(unittest.TestCase):
             client.StudioProcess("no-such-surfseg", "v.nrrd")
         with self.assertRaisesRegex(client.StudioError, "gone.nrrd"):
             client.StudioProcess(os.environ["SURFSEG_PROGRAM"], os.path.join(HERE, "gone.nrrd"))
+
+    def test_waits_for_a_volume_and_says_why_there_is_none(self):
+        folder = folder_with(BALLS)
+        try:
+            with client.StudioProcess(os.environ["SURFSEG_PROGRAM"],
+                                      os.path.join(folder, "balls.nii.gz")) as process:
+                self.assertEqual(len(process.studio.wait()["objects"]), 1)
+            self.assertFalse(process.is_running())
+            with open(os.path.join(folder, "empty.nii.gz"), "wb"):
+                pass
+            with client.StudioProcess(os.environ["SURFSEG_PROGRAM"],
+                                      os.path.join(folder, "empty.nii.gz")) as process:
+                with self.assertRaisesRegex(client.StudioError, "empty.nii.gz"):
+                    process.studio.wait()
+        finally:
+            shutil.rmtree(folder)
 
     def test_drops_what_slicer_put_before_the_paths(self):
         clean = client.environment_without_slicer(

@@ -59,7 +59,7 @@ class Board {
        : is_success(outcome.exit_code) ? counts_.n_done
                                        : counts_.n_failed);
     if (!is_success(outcome.exit_code))
-      line_.note(fmt::format("{}{}: failed ({}): {}", place(), row.name, int(outcome.exit_code),
+      line_.failure(fmt::format("{}{}: failed ({}): {}", place(), row.name, int(outcome.exit_code),
                              outcome.message));
     else if (!is_terminal_)
       line_.note(fmt::format("{}{}: {}", place(), row.name,

@@ -11,9 +11,23 @@
 namespace surfseg::batch {
 namespace {
 
-std::string without_blanks(std::string text) {
-  std::erase_if(text, [](char c) { return c == ' '; });
+std::string trimmed(std::string text) {
+  text.erase(0, std::min(text.find_first_not_of(' '), text.size()));
+  text.erase(text.find_last_not_of(' ') + 1);
   return text;
+}
+
+/// A mark and numbers as options take them: blanks stay where they part digits, which is refused.
+std::string point_of(const std::string& part) {
+  const std::string text = trimmed(part);
+  const std::size_t n_marks = text.starts_with('!') ? 1 : 0;
+  std::string out = text.substr(0, n_marks);
+  for (std::size_t begin = n_marks; begin <= text.size();) {
+    const std::size_t end = std::min(text.find(',', begin), text.size());
+    out += (begin == n_marks ? "" : ",") + trimmed(text.substr(begin, end - begin));
+    begin = end + 1;
+  }
+  return out;
 }
 
 /// Numbers and commas, perhaps after a mark; how many a point has is checked later.
@@ -32,7 +46,7 @@ bool is_list_of_points(const std::string& text) {
 }
 
 void add_point(const std::string& part, std::vector<std::string>& words) {
-  const std::string point = without_blanks(part);
+  const std::string point = point_of(part);
   words.push_back(point.starts_with('!') ? "--outside=" + point.substr(1) : "--seed=" + point);
 }
 
@@ -42,9 +56,7 @@ std::vector<std::string> parts_of(const std::string& text) {
   std::vector<std::string> out;
   for (std::size_t begin = 0; begin <= text.size();) {
     const std::size_t end = std::min(text.find(';', begin), text.size());
-    std::string part = text.substr(begin, end - begin);
-    part.erase(0, std::min(part.find_first_not_of(' '), part.size()));
-    part.erase(part.find_last_not_of(' ') + 1);
+    const std::string part = trimmed(text.substr(begin, end - begin));
     if (!part.empty()) out.push_back(part);
     begin = end + 1;
   }
@@ -69,7 +81,7 @@ ClicksCell parse_clicks(const std::string& text) {
       add_point(part, out.words);
       continue;
     }
-    const std::string name = without_blanks(part.substr(0, colon));
+    const std::string name = trimmed(part.substr(0, colon));
     if (!is_label(name))
       throw surf::UsageError(fmt::format(
           "clicks: expected an object's name of letters and digits before the colon; got '{}'",
@@ -84,7 +96,7 @@ ClicksCell parse_clicks(const std::string& text) {
 std::vector<std::string> point_words(const std::string& option, const std::string& text) {
   std::vector<std::string> out;
   for (const std::string& part : parts_of(text))
-    out.push_back(fmt::format("--{}={}", option, without_blanks(part)));
+    out.push_back(fmt::format("--{}={}", option, point_of(part)));
   return out;
 }
 

@@ -58,6 +58,15 @@ PartialFolder::~PartialFolder() {
   if (lock_ >= 0) ::close(lock_);
 }
 
+FolderLock::FolderLock(const fs::path& folder) : descriptor_(open_folder(folder)) {
+  while (descriptor_ >= 0 && ::flock(descriptor_, LOCK_EX) != 0 && errno == EINTR) {
+  }
+}
+
+FolderLock::~FolderLock() {
+  if (descriptor_ >= 0) ::close(descriptor_);
+}
+
 void remove_left_partial_folders(const fs::path& folder) {
   std::error_code status;
   std::vector<fs::path> left;

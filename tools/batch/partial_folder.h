@@ -23,6 +23,19 @@ class PartialFolder {
   int lock_ = -1;
 };
 
+/// Others that want the same folder's lock wait while it is held, threads and processes. None where
+/// the disk knows no locks.
+class FolderLock {
+ public:
+  explicit FolderLock(const std::filesystem::path& folder);
+  ~FolderLock();
+  FolderLock(const FolderLock&) = delete;
+  FolderLock& operator=(const FolderLock&) = delete;
+
+ private:
+  int descriptor_ = -1;
+};
+
 /// Removes those that processes have left which are no more. Where the disk knows no locks, those
 /// of the last two days stay.
 void remove_left_partial_folders(const std::filesystem::path& folder);

@@ -59,6 +59,27 @@ void drop_measured(ordered_json& json) {
     for (ordered_json& entry : json) drop_measured(entry);
 }
 
+/// All that was written of it is there, from what is_same says of its summary.
+bool is_there(const Case& row, const fs::path& folder,
+              const std::function<bool(const ordered_json&)>& is_same) {
+  const fs::path path = folder / summary_file(row.name);
+  if (!fs::exists(path)) return false;
+  try {
+    const ordered_json summary = read_json(path.string());
+    if (!is_same(summary) || !is_success(summary.value("exit_code", -1))) return false;
+    for (const auto& name : summary.at("files"))
+      if (!fs::exists(folder / name.get<std::string>())) return false;
+    return true;
+  } catch (const std::exception&) {
+    return false;  // it is not one of ours, or damaged
+  }
+}
+
+bool is_done(const Case& row, const fs::path& folder, const std::string& input) {
+  return is_there(row, folder,
+                  [&](const ordered_json& summary) { return summary.value("input", "") == input; });
+}
+
 /// A case on its way: all it writes goes to a folder beside its own.
 class CaseRun {
  public:
@@ -255,8 +276,11 @@ class CaseRun {
     for (const fs::path& path : old) fs::remove(path);
   }
 
-  /// The summary goes first and comes last: where one is, all is.
+  /// The summary goes first and comes last: where one is, all is. Another run may have done the
+  /// same meanwhile.
   void commit(CaseOutcome& outcome) {
+    const FolderLock lock(folder_);
+    if (is_success(outcome.exit_code) && is_done(row_, folder_, input_)) return;
     try {
       ordered_json document = summary(outcome);
       const std::vector<std::string> names = written();
@@ -279,27 +303,6 @@ class CaseRun {
   std::optional<CaseFiles> files_;
   std::vector<std::optional<double>> dice_;
 };
-
-/// All that was written of it is there, from what is_same says of its summary.
-bool is_there(const Case& row, const fs::path& folder,
-              const std::function<bool(const ordered_json&)>& is_same) {
-  const fs::path path = folder / summary_file(row.name);
-  if (!fs::exists(path)) return false;
-  try {
-    const ordered_json summary = read_json(path.string());
-    if (!is_same(summary) || !is_success(summary.value("exit_code", -1))) return false;
-    for (const auto& name : summary.at("files"))
-      if (!fs::exists(folder / name.get<std::string>())) return false;
-    return true;
-  } catch (const std::exception&) {
-    return false;  // it is not one of ours, or damaged
-  }
-}
-
-bool is_done(const Case& row, const fs::path& folder, const std::string& input) {
-  return is_there(row, folder,
-                  [&](const ordered_json& summary) { return summary.value("input", "") == input; });
-}
 
 /// From the same row, whatever its files hold by now.
 bool was_done(const Case& row, const fs::path& folder) {

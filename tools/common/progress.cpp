@@ -38,7 +38,10 @@ void ProgressLine::step(const std::string& line) {
 }
 
 void ProgressLine::note(const std::string& line) {
-  if (verbosity_ == Verbosity::kQuiet) return;
+  if (verbosity_ != Verbosity::kQuiet) failure(line);
+}
+
+void ProgressLine::failure(const std::string& line) {
   clear();
   say("{}\n", line);
 }

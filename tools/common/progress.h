@@ -18,6 +18,8 @@ class ProgressLine {
   void step(const std::string& line);
   /// A line that is always kept unless quiet.
   void note(const std::string& line);
+  /// A line that is always kept.
+  void failure(const std::string& line);
 
  private:
   void clear();

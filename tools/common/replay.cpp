@@ -118,8 +118,11 @@ std::string image_file(const ReplayArguments& a, const std::string& recipe,
   }
   if (named.empty())
     throw surf::UsageError(fmt::format("{}: {} names no image; say which", option, a.path));
-  const fs::path beside = fs::path(a.path).parent_path() / named;
-  return !fs::exists(named) && fs::exists(beside) ? beside.string() : named;
+  if (fs::exists(named)) return named;
+  const fs::path folder = fs::path(a.path).parent_path();  // moved with its scan, perhaps
+  for (const fs::path& beside : {folder / named, folder / fs::path(named).filename()})
+    if (fs::exists(beside)) return beside.string();
+  return named;
 }
 
 template <int Dim>

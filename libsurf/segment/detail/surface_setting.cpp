@@ -53,7 +53,9 @@ std::vector<Component<3>> components_of(const Triangles& surface) {
 }  // namespace
 
 SurfaceSetting::SurfaceSetting(const volume::Volume& volume)
-    : volume_(volume.in_ras_order()), extent_(extent_of(volume_)) {}
+    : volume_(volume.in_ras_order()), extent_(extent_of(volume_)) {
+  extent_.in_file = {volume.size(), volume.index_to_world(), volume.world_to_index()};
+}
 
 std::vector<float> SurfaceSetting::values(const std::array<int, 3>& lower,
                                           const std::array<int, 3>& upper) const {

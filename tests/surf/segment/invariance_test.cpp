@@ -1,12 +1,14 @@
 // The result may not depend on accidents of the volume: its field of view, frame, unit of length,
 // unit of intensity, nor on the seed ball's radius, the number of threads or the run.
 #include <fmt/format.h>
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
 #include <functional>
 #include <optional>
 
+#include "libsurf/base/error.h"
 #include "libsurf/base/threads.h"
 #include "libsurf/mesh/distance.h"
 #include "libsurf/mesh/measure.h"
@@ -172,6 +174,35 @@ TEST(Invariance, OfAVolumeWithMirroredAxes) {
   }
   EXPECT_LT(scene.affine.linear().determinant(), 0);
   expect_same(scene, kSameMesh, "mirrored");
+}
+
+// Indices and sizes that are told are the file's, whatever order the axes are stored in.
+TEST(Invariance, ErrorsNameTheCellsOfTheFile) {
+  Eigen::Matrix3d axes;  // i runs to A, j to I, k to L
+  axes << 0, 0, -1, 1, 0, 0, 0, -1, 0;
+  const Eigen::Affine3d affine = Eigen::Translation3d(7, -5, 3) * Eigen::Affine3d(axes);
+  const volume::Volume volume({10, 12, 14}, affine, std::vector<float>(10 * 12 * 14));
+  const auto message = [&](const SegmentOptions& options) -> std::string {
+    try {
+      segment(volume, options);
+    } catch (const UsageError& error) {
+      return error.what();
+    }
+    return "";
+  };
+  SegmentOptions outside;
+  outside.seeds_mm = {affine * Vector3d(3, 4, 20)};
+  EXPECT_THAT(message(outside),
+              ::testing::HasSubstr("voxel (3.0, 4.0, 20.0), outside the volume of 10 x 12 x 14"));
+  for (int axis = 0; axis < 3; ++axis) {
+    SegmentOptions thin;
+    thin.seeds_mm = {affine * Vector3d(4, 4, 4)};
+    Vector3d first(0, 0, 0), last(8, 8, 8);
+    first[axis] = last[axis] = 4;
+    thin.box_mm = {affine * first, affine * last};
+    EXPECT_THAT(message(thin),
+                ::testing::HasSubstr(fmt::format("voxels thick along axis {}", "ijk"[axis])));
+  }
 }
 
 TEST(Invariance, OfTheUnitOfLength) {

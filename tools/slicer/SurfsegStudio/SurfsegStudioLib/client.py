@@ -10,6 +10,7 @@ import struct
 import subprocess
 import sys
 import threading
+import time
 import urllib.parse
 
 
@@ -148,6 +149,19 @@ class Studio:
     def state(self):
         return json.loads(self.request("GET", "/api/state"))
 
+    def wait(self, timeout_s=600):
+        """Until the volume is read and nothing is computed; the state."""
+        end = time.monotonic() + timeout_s
+        while True:
+            state = self.state()
+            if state["job"] is None and state["volume"] is not None:
+                return state
+            if state["job"] is None and state["error"]:
+                raise StudioError(state["error"]["text"])
+            if time.monotonic() > end:
+                raise StudioError(f"the studio is still at work after {timeout_s} s")
+            time.sleep(0.02)
+
     def do(self, action, **what):
         return json.loads(self.request("POST", "/api/do", {"action": action, **what}))
 
@@ -207,7 +221,8 @@ class SurfaceWatch:
 
 
 class StudioProcess:
-    """`surfseg studio` started for one volume; it ends with end()."""
+    """`surfseg studio` started for one volume; it ends with end(), or with its `with` block. The
+    volume is read meanwhile: studio.wait()."""
 
     def __init__(self, program, volume_path, environment=None):
         found = shutil.which(program)
@@ -231,6 +246,12 @@ class StudioProcess:
             self._process.stdout.close()
             raise StudioError(self._errors[-1] if self._errors else f"{program}: ended at once")
         self.studio = Studio(address)
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.end()
 
     def _read_errors(self):
         with self._process.stderr as stream:  # a full pipe would hold the studio up
