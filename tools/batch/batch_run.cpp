@@ -60,7 +60,7 @@ class Board {
                                        : counts_.n_failed);
     if (!is_success(outcome.exit_code))
       line_.failure(fmt::format("{}{}: failed ({}): {}", place(), row.name, int(outcome.exit_code),
-                             outcome.message));
+                                outcome.message));
     else if (!is_terminal_)
       line_.note(fmt::format("{}{}: {}", place(), row.name,
                              outcome.is_skipped ? "is done already, skipped"
