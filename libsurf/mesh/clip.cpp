@@ -14,6 +14,7 @@
 
 #include "libsurf/base/error.h"
 #include "libsurf/mesh/detail/corefined.h"
+#include "libsurf/mesh/verify.h"
 
 namespace surf::mesh {
 namespace {
@@ -98,6 +99,8 @@ std::optional<Mesh> cut(const Triangles& surface, const ImageBox<3>& box, double
   } catch (const InvalidMesh&) {
     return std::nullopt;
   }
+  // The latter may leave faces without any area where there were some.
+  if (!PMP::remove_degenerate_faces(mesh)) return std::nullopt;
   PMP::experimental::remove_almost_degenerate_faces(mesh, kCap, kNeedle, kSnap);
   return mesh;
 }
@@ -109,11 +112,19 @@ Triangles clipped(const Triangles& surface, const ImageBox<3>& box) {
   if (std::all_of(rows.begin(), rows.end(),
                   [&](const auto& point) { return box.contains(point.transpose()); }))
     return surface;
-  std::optional<Mesh> mesh = cut(surface, box, kSnap);
-  if (!mesh) mesh = cut(surface, box, 0);
-  if (!mesh) throw InvalidMesh("a surface that reaches out of the volume cannot be clipped");
-  if (mesh->number_of_faces() == 0) throw InvalidMesh("nothing of the surface lies in the volume");
-  return from_cgal(*std::move(mesh), box, surface);
+  // A surface that winds about a face may come to touch itself there; not so where it is put on it.
+  std::optional<Triangles> best;
+  for (const double snap : {kSnap, 0.0, 4 * kSnap, 16 * kSnap}) {
+    std::optional<Mesh> mesh = cut(surface, box, snap);
+    if (!mesh) continue;
+    if (mesh->number_of_faces() == 0)
+      throw InvalidMesh("nothing of the surface lies in the volume");
+    Triangles out = from_cgal(*std::move(mesh), box, surface);
+    if (verify(out).passed()) return out;
+    if (!best) best = std::move(out);
+  }
+  if (!best) throw InvalidMesh("a surface that reaches out of the volume cannot be clipped");
+  return *std::move(best);
 }
 
 }  // namespace surf::mesh

@@ -41,6 +41,12 @@ bool is_on_its_side(const NodeSet<Dim>& inside, const GridClick<Dim>& click) {
   });
 }
 
+/// Whether the last click has changed more than what is held round it.
+template <int Dim>
+bool has_answer(const ClickSearch<Dim>& search) {
+  return !search.found.empty() && search.found.front().score > 0;
+}
+
 template <int Dim>
 double dice(const NodeSet<Dim>& a, const NodeSet<Dim>& b) {
   const std::size_t sum = a.count() + b.count();
@@ -132,28 +138,88 @@ ClickSearchPointer<Dim> first_stroke(const SearchGrid<Dim>& grid, const Click<Di
   return out;
 }
 
-/// After clicks that have found nothing: an inside one is looked for as a first one, and heeds
-/// those before it.
 template <int Dim>
-ClickSearchPointer<Dim> next_search(const SearchGrid<Dim>& grid,
+bool have_all(const NodeSet<Dim>& inside, std::span<const GridClick<Dim>> clicks) {
+  return std::all_of(clicks.begin(), clicks.end(),
+                     [&](const auto& click) { return is_on_its_side(inside, click); });
+}
+
+/// The best region round any of the first clicks that has all clicks right, whether it stands out
+/// or not: two clicks say more than one. Nothing if there is none.
+template <int Dim>
+std::vector<Rung<Dim>> found_by_all(const ClickSearch<Dim>& before, const ClickSearch<Dim>& anew) {
+  std::vector<GridClick<Dim>> clicks = before.on_grid;
+  clicks.insert(clicks.end(), anew.on_grid.begin(), anew.on_grid.end());
+  const Rung<Dim>* best = nullptr;
+  for (const auto& regions : {before.first, anew.first})
+    for (const SettledRegion<Dim>& region : *regions)
+      if ((!best || region.rung.score > best->score) &&
+          have_all<Dim>(region.rung.inside.in(anew.box), clicks))
+        best = &region.rung;
+  if (!best) return {};
+  return {*best};
+}
+
+/// What was found before and what has been found anew together, as one region.
+template <int Dim>
+ClickSearchPointer<Dim> joined(const ClickSearch<Dim>& anew, const NodeSet<Dim>& before) {
+  auto out = std::make_shared<ClickSearch<Dim>>(anew);
+  Rung<Dim> both = anew.found[anew.chosen];
+  const NodeSet<Dim> inside = anew.inside() | before;
+  both.inside = inside.in(inside.bounds(6));
+  both.n_nodes = both.inside.count();
+  out->found = {std::move(both)};
+  out->chosen = 0;
+  return out;
+}
+
+/// An inside click that what was found before has no answer to, if anything was: looked for as a
+/// first one. Those before it are heeded after it, unless one of its regions has them right; where
+/// that has no answer to an inside one, either, both regions are one.
+template <int Dim>
+ClickSearchPointer<Dim> search_anew(const SearchGrid<Dim>& grid,
                                     const ClickSearchPointer<Dim>& before, const Click<Dim>& click,
                                     const SearchOptions& options,
                                     const SearchProgress<Dim>& progress,
                                     const std::stop_token& stop) {
-  if (!before->found.empty() || click.side != Side::kInside)
-    return further_search<Dim>(grid, before, click, options, stop);
   ClickSearchPointer<Dim> anew = first_stroke<Dim>(grid, click, options, progress, stop);
   if (!anew) return nullptr;
-  if (anew->found.empty()) return further_search<Dim>(grid, before, click, options, stop);
+  auto first = std::make_shared<ClickSearch<Dim>>(*anew);
+  const auto has_all = [&](const Rung<Dim>& rung) {
+    return have_all<Dim>(rung.inside.in(grid.box()), before->on_grid);
+  };
+  std::stable_partition(first->found.begin(), first->found.end(), has_all);
+  if (first->found.empty() && before->found.empty())
+    first->found = found_by_all<Dim>(*before, *first);
+  anew = first;
+  if (anew->found.empty()) return anew;
   for (const Click<Dim>& earlier : before->clicks) {
-    anew = further_search<Dim>(grid, anew, earlier, options, stop);
-    if (!anew) return nullptr;
+    ClickSearchPointer<Dim> next = further_search<Dim>(grid, anew, earlier, options, stop);
+    if (!next) return nullptr;
+    if (earlier.side == Side::kInside && !before->found.empty() && !has_answer(*next))
+      next = joined<Dim>(*next, before->inside());
+    anew = std::move(next);
   }
   auto out = std::make_shared<ClickSearch<Dim>>(*anew);
   out->before = before;
   out->clicks = before->clicks;
   out->clicks.push_back(click);
   return out;
+}
+
+template <int Dim>
+ClickSearchPointer<Dim> next_search(const SearchGrid<Dim>& grid,
+                                    const ClickSearchPointer<Dim>& before, const Click<Dim>& click,
+                                    const SearchOptions& options,
+                                    const SearchProgress<Dim>& progress,
+                                    const std::stop_token& stop) {
+  if (!before->found.empty() || click.side != Side::kInside) {
+    const auto next = further_search<Dim>(grid, before, click, options, stop);
+    if (!next || click.side != Side::kInside || has_answer(*next)) return next;
+  }
+  const auto anew = search_anew<Dim>(grid, before, click, options, progress, stop);
+  if (!anew || !anew->found.empty()) return anew;
+  return further_search<Dim>(grid, before, click, options, stop);
 }
 
 }  // namespace

@@ -287,7 +287,7 @@ class Corrector {
                        back = candidate.change - changed;
     NodeSet<Dim> piece = changed.component(starts_in(changed));
     piece = piece.in(piece.bounds(3));
-    if (piece.is_empty()) return;
+    if (piece.is_empty() || is_held_alone(piece)) return;
     const Depths depths = depths_of<Dim>(box_, piece, scene_.click().seed.nodes);
     if (depths.share() < kLeastDepth) return;
     const ChangeFeatures change =
@@ -305,6 +305,14 @@ class Corrector {
         (double(changed.count()) / double(candidate.change.count())) *
         std::pow(share_of_least_change(candidate), kSmallChange) *
         std::pow(steadiness(after), kSteady) * box_fit(scene_.grid, after.bounds(0));
+  }
+
+  /// All that is left of a change that has not settled.
+  bool is_held_alone(const NodeSet<Dim>& piece) const {
+    bool out = true;
+    piece.for_each(
+        [&](std::size_t at) { out = out && held_[box_.at(piece.box().node(at))] != Held::kFree; });
+    return out;
   }
 
   double size_factor(std::size_t n_nodes) const {

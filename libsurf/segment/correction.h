@@ -45,7 +45,8 @@ struct Correction {
 /// @param before  the object, in the box of the grid
 /// @param clicks  in their order; the last is the one to heed, the first inside one made the object
 /// @param noise   that of the first click [intensity per node]
-/// @return  best first; at least one, whose clicks are all on their sides
+/// @return  best first; at least one, whose clicks are all on their sides. If nothing comes of the
+///          click but what is held round it, that alone, with a score of 0
 template <int Dim>
 std::vector<Correction<Dim>> corrections(const SearchGrid<Dim>& grid, const NodeSet<Dim>& before,
                                          std::span<const GridClick<Dim>> clicks,

@@ -46,8 +46,9 @@ void CurveCommand::write_shape(const std::string& path, const surf::segment::Fin
 }
 
 std::string CurveCommand::describe(const surf::segment::Measures<2>& measures) const {
-  return fmt::format("{} elements, {} regions, {:.5g} mm^2, {:.5g} mm, closed, simple",
-                     measures.n_elements, measures.components.size(), measures.content,
+  return fmt::format("{} elements, {} region{}, {:.5g} mm^2, {:.5g} mm, closed, simple",
+                     measures.n_elements, measures.components.size(),
+                     measures.components.size() == 1 ? "" : "s", measures.content,
                      measures.measure);
 }
 

@@ -150,6 +150,31 @@ TEST(Clip, LeavesNoSliversWhereVerticesAreAllButOnAFace) {
   }
 }
 
+// And faces without any area, where a fine surface winds about a face of the box.
+TEST(Clip, LeavesNoTrianglesWithoutAreaOfWhatWindsAboutAFace) {
+  std::mt19937 random(11);
+  const auto uniform = [&](double low, double high) {
+    return std::uniform_real_distribution<double>(low, high)(random);
+  };
+  int n_tried = 0;
+  for (int run = 0; run < 40; ++run) {
+    Triangles surface = ball({0.1, -0.2, 0.3}, 4, 0.4);
+    const double face = uniform(-2, 3);
+    const auto cells = box_at({9, 9, 9}, rotated(), rotated() * Eigen::Vector3d(face, -4.5, -4.5));
+    for (Eigen::Index i = 0; i < surface.points.rows(); ++i) {
+      double& x = surface.points(i, 0);
+      if (std::abs(x - face) < 0.15)
+        x = face + (uniform(-1, 1) < 0 ? -1 : 1) * std::pow(10, uniform(-4.5, -2));
+    }
+    surface.points = surface.points * rotated().transpose();
+    if (!verify(surface).passed()) continue;
+    ++n_tried;
+    const Verification verification = verify(clipped(surface, cells));
+    EXPECT_TRUE(verification.passed()) << run << ": " << verification.message();
+  }
+  EXPECT_GT(n_tried, 20);
+}
+
 TEST(Clip, RefusesWhatHasNothingInTheBox) {
   const auto cells = box_at({3, 3, 3}, Eigen::Matrix3d::Identity(), {5, 5, 5});
   EXPECT_THROW(clipped(ball({0, 0, 0}, 1, 0.4), cells), InvalidMesh);

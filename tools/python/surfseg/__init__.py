@@ -86,12 +86,12 @@ class Segmentation:
             space: Optional[str] = None, progress: Optional[ProgressFunction] = None) -> Shape:
         """A click, and the surface that obeys it and those before. See evolve(). Where no object
         stands out, or it vanishes, the click is taken back, as is an outside one before the first
-        inside click: click() keeps that."""
+        inside click: click() keeps that. So is one of which no surface can be made (InvalidMesh)."""
         known = self._segmentation.objects()
         self.click(point, inside, object=object, space=space)
         try:
             return self.evolve(object=object, progress=progress)
-        except (UsageError, NoObject) as error:
+        except (UsageError, NoObject, InvalidMesh) as error:
             is_stopped = (isinstance(error, NoObject)
                           and self._segmentation.outcome(self._id(object)) == "interrupted")
             if not is_stopped:
