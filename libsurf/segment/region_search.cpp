@@ -20,7 +20,6 @@ namespace surf::segment {
 namespace {
 
 constexpr Family kFamilies[] = {Family::kAlike, Family::kBrighter, Family::kFront};
-constexpr double kLeastRadius = 3;        // of a ball [nodes]: smaller is not judged
 constexpr std::size_t kMostSettled = 10;  // after 8 nothing more is found, after 22 neither
 constexpr double kMostSame = 0.9;         // Dice of two that are settled
 constexpr int kMargin = 6;                // nodes, for the band and what lies beyond it
@@ -77,9 +76,8 @@ class Teller {
 };
 
 template <int Dim>
-bool is_large_enough(const Rung<Dim>& rung, double radius = kLeastRadius) {
-  const double unit_ball = Dim == 2 ? std::numbers::pi : 4 * std::numbers::pi / 3;
-  return double(rung.n_nodes) >= unit_ball * std::pow(radius, Dim);
+bool is_large_enough(const Rung<Dim>& rung, double radius = kLeastObjectRadius) {
+  return double(rung.n_nodes) >= nodes_of_ball<Dim>(radius);
 }
 
 /// As if it were clicked in its middle: where the seeds are ranks regions, but a skull's inside is

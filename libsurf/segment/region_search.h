@@ -4,6 +4,7 @@
 #pragma once
 
 #include <functional>
+#include <numbers>
 #include <span>
 #include <stop_token>
 #include <vector>
@@ -22,6 +23,15 @@ struct SearchOptions {
   static constexpr double kMostOverlap = 0.8;  // Dice
   static constexpr double kMostOverlapOfCorrections = 0.98;
 };
+
+/// Of a ball of so many nodes [nodes]: what is smaller is not judged.
+inline constexpr double kLeastObjectRadius = 3;
+
+template <int Dim>
+constexpr double nodes_of_ball(double radius) {
+  return Dim == 2 ? std::numbers::pi * radius * radius
+                  : 4 * std::numbers::pi / 3 * radius * radius * radius;
+}
 
 /// A region: how much of each node of a box belongs to it, between 0 and 1.
 template <int Dim>

@@ -82,6 +82,35 @@ TYPED_TEST(ClickSearches, BeginsAnewWhereNothingWasFound) {
   EXPECT_EQ(search({clicks[0], clicks[1], test::inside<Dim>(34)}, found)->before, found);
 }
 
+// A darker ball in a large one, whose end lies beyond the surroundings of the former and the click:
+// the second click is looked for as a first one, and its region has both.
+TYPED_TEST(ClickSearches, LooksForTheSecondAnewWhereTheFirstHasFoundAPart) {
+  constexpr int Dim = TypeParam::value;
+  constexpr int kSize = Dim == 2 ? 144 : 72;
+  const double radius = 0.38 * kSize, middle = 0.5 * kSize, first = middle - radius / 2;
+  const auto at = [&](double x) { return test::point<Dim>(x, middle, middle); };
+  const test::LatticeImage<Dim> balls = test::image_of<Dim>(
+      [&](const Vector<Dim>& x) {
+        if (test::is_in_ball<Dim>(x, at(first), 5)) return 0.55;
+        return test::is_in_ball<Dim>(x, at(middle), radius) ? 1.0 : 0.0;
+      },
+      0.06, kSize);
+  const SearchGrid<Dim> grid(balls, balls.extent(), {balls.extent(), 1.5e6});
+  const Click<Dim> in_small{at(first), Side::kInside},
+      in_large{at(middle + radius / 2), Side::kInside};
+  const std::vector<Click<Dim>> clicks = {in_small, in_large};
+  const auto part = search_clicks<Dim>(grid, std::vector<Click<Dim>>{in_small});
+  ASSERT_TRUE(part && !part->found.empty());
+  const double whole = nodes_of_ball<Dim>(radius), small = nodes_of_ball<Dim>(5);
+  EXPECT_LT(double(part->inside().count()), 2 * small);
+  const auto found = search_clicks<Dim>(grid, clicks, part);
+  ASSERT_TRUE(found && !found->found.empty());
+  EXPECT_NEAR(double(found->inside().count()), whole, 0.1 * whole);
+  EXPECT_EQ(found->clicks, clicks);
+  EXPECT_EQ(found->before, part);
+  EXPECT_EQ(search_clicks<Dim>(grid, clicks)->inside(), found->inside());
+}
+
 TYPED_TEST(ClickSearches, BeginsWithTheFirstInsideClick) {
   const auto found = this->search({this->outside(34), this->inside(14)});
   ASSERT_TRUE(found);
