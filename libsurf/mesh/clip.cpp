@@ -99,7 +99,7 @@ std::optional<Mesh> cut(const Triangles& surface, const ImageBox<3>& box, double
   } catch (const InvalidMesh&) {
     return std::nullopt;
   }
-  // The latter may leave faces without any area where there were some.
+  // Where there are faces without any area the other leaves some of them.
   if (!PMP::remove_degenerate_faces(mesh)) return std::nullopt;
   PMP::experimental::remove_almost_degenerate_faces(mesh, kCap, kNeedle, kSnap);
   return mesh;
@@ -117,8 +117,9 @@ Triangles clipped(const Triangles& surface, const ImageBox<3>& box) {
   for (const double snap : {kSnap, 0.0, 4 * kSnap, 16 * kSnap}) {
     std::optional<Mesh> mesh = cut(surface, box, snap);
     if (!mesh) continue;
-    if (mesh->number_of_faces() == 0)
+    if (mesh->number_of_faces() == 0 && !best)
       throw InvalidMesh("nothing of the surface lies in the volume");
+    if (mesh->number_of_faces() == 0) break;
     Triangles out = from_cgal(*std::move(mesh), box, surface);
     if (verify(out).passed()) return out;
     if (!best) best = std::move(out);

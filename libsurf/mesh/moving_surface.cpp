@@ -329,7 +329,7 @@ void MovingSurface::resolve_initial_crossings() {
   note_rebuilt(initial.points);
 }
 
-/// A surface that cannot be clipped is brought into the box by its first step.
+/// A surface that intersects itself is brought into the box by its first step.
 void MovingSurface::clip_at_start() {
   if (!self_intersections(simplices()).empty()) return;
   const Points<3> before = points(mesh_);

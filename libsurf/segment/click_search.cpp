@@ -8,10 +8,12 @@
 namespace surf::segment {
 namespace {
 
-constexpr int kMarginOfPart = 6;  // nodes
+constexpr int kMargin = 6;  // nodes round a region
 // separation^3 * edge_share of a part that hangs on nothing: in six scans parts of the object have
 // 0.2 to 0.8, crumbs in the midst of a noisy ball 0.08.
 constexpr double kOwnBoundary = 0.1;
+// Of what a click has brought as far as its surroundings go, in the region round it: a leak has
+// less.
 constexpr double kMostOfPart = 0.9;
 
 /// The order in which clicks are heeded: the first inside one before all others.
@@ -50,7 +52,7 @@ bool is_on_its_side(const NodeSet<Dim>& inside, const GridClick<Dim>& click) {
 
 /// Whether a part of what was found in a box of the grid goes on beyond the box.
 template <int Dim>
-bool is_cut_off(const NodeBox<Dim>& grid, const NodeBox<Dim>& box, const NodeBox<Dim>& part) {
+bool goes_on_beyond(const NodeBox<Dim>& grid, const NodeBox<Dim>& box, const NodeBox<Dim>& part) {
   for (int axis = 0; axis < Dim; ++axis) {
     const int end = box.upper()[axis];
     if (box.lower[axis] > 0 && part.lower[axis] <= box.lower[axis]) return true;
@@ -61,11 +63,11 @@ bool is_cut_off(const NodeBox<Dim>& grid, const NodeBox<Dim>& box, const NodeBox
 
 /// Whether a part has a boundary of its own, and is no crumb in the midst of something.
 template <int Dim>
-bool stands_out(const SearchGrid<Dim>& grid, const ClickSearch<Dim>& search,
-                const NodeSet<Dim>& part) {
+bool part_stands_out(const SearchGrid<Dim>& grid, const ClickSearch<Dim>& search,
+                     const NodeSet<Dim>& part, const std::stop_token& stop) {
   if (double(part.count()) < nodes_of_ball<Dim>(kLeastObjectRadius)) return false;
-  const NodeBox<Dim> box = part.bounds(kMarginOfPart);
-  const SearchGrid<Dim> here = grid.part(box);
+  const NodeBox<Dim> box = part.bounds(kMargin);
+  const SearchGrid<Dim> here = grid.part(box, stop);
   Rung<Dim> rung;
   rung.inside = part.in(box).moved_to({});
   measure(here.box(), here.level(),
@@ -82,19 +84,18 @@ enum class Answer {
 
 template <int Dim>
 Answer answer_of(const SearchGrid<Dim>& grid, const ClickSearch<Dim>& search,
-                 const NodeSet<Dim>& before) {
-  if (search.found.empty() || !(search.found.front().score > 0)) return Answer::kNothing;
+                 const NodeSet<Dim>& before, const std::stop_token& stop) {
+  const GridClick<Dim>& click = search.on_grid.back();
+  if (is_on_its_side(before, click)) return Answer::kWhole;
   const NodeSet<Dim> inside = search.inside();
-  std::vector<typename NodeBox<Dim>::Index> starts;
-  for (const auto& node : search.on_grid.back().seed.nodes)
-    if (inside.contains(node)) starts.push_back(node);
-  const NodeSet<Dim> part = inside.component(starts);
-  if (part.count_in_both(before) == 0 && !stands_out(grid, search, part)) return Answer::kNothing;
-  const NodeSet<Dim> added = part - before;
-  const bool is_cut =
-      !added.is_empty() &&
-      is_cut_off(grid.box(), surroundings<Dim>(grid, before, search.on_grid), added.bounds(0));
-  return is_cut ? Answer::kCutOff : Answer::kWhole;
+  if (!is_on_its_side(inside, click)) return Answer::kNothing;
+  const NodeSet<Dim> part = inside.component(click.seed.nodes), added = part - before;
+  if (part.count_in_both(before) == 0 && !part_stands_out(grid, search, part, stop))
+    return Answer::kNothing;
+  return goes_on_beyond(grid.box(), surroundings<Dim>(grid, before, search.on_grid),
+                        added.bounds(0))
+             ? Answer::kCutOff
+             : Answer::kWhole;
 }
 
 template <int Dim>
@@ -113,7 +114,7 @@ Rung<Dim> rung_of(const NodeSet<Dim>& before, const Correction<Dim>& correction)
   out.family = correction.family;
   out.score = correction.score;
   out.kept = correction.kept;
-  out.inside = after.in(after.bounds(6));
+  out.inside = after.in(after.bounds(kMargin));
   out.n_nodes = out.inside.count();
   return out;
 }
@@ -151,12 +152,13 @@ ClickSearchPointer<Dim> further_search(const SearchGrid<Dim>& grid,
   const auto corrected =
       corrections<Dim>(grid, inside, out->on_grid, *out->first, out->noise, stop);
   if (stop.stop_requested()) return nullptr;
+  if (!(corrected.front().score > 0)) return out;  // nothing comes of it: all stays
   std::vector<double> scores, overlaps;
   for (const Correction<Dim>& correction : corrected) {
     scores.push_back(correction.score);
     overlaps.push_back(dice(correction.inside, corrected.front().inside));
   }
-  if (corrected.front().score > 0) out->consent = consent_of(scores, overlaps);
+  out->consent = consent_of(scores, overlaps);
   std::vector<Rung<Dim>> rungs;
   for (const Correction<Dim>& correction : corrected) rungs.push_back(rung_of(inside, correction));
   std::vector<const Rung<Dim>*> all;
@@ -194,16 +196,18 @@ ClickSearchPointer<Dim> joined(const ClickSearch<Dim>& anew, const NodeSet<Dim>&
   auto out = std::make_shared<ClickSearch<Dim>>(anew);
   Rung<Dim> both = anew.found[anew.chosen];
   const NodeSet<Dim> inside = anew.inside() | before;
-  both.inside = inside.in(inside.bounds(6));
+  both.inside = inside.in(inside.bounds(kMargin));
   both.n_nodes = both.inside.count();
+  both.kept = 1;
   out->found = {std::move(both)};
   out->chosen = 0;
+  out->consent.reset();
   return out;
 }
 
-/// An inside click that what was found before has no answer to, if anything was: looked for as a
-/// first one. Those before it are heeded after it, unless one of its regions has them right; where
-/// that has no answer to an inside one, either, both regions are one.
+/// An inside click that what was found before has no answer to, if anything was, as a first one:
+/// of its regions those come first that have the clicks before it right. Else these are heeded
+/// after it; where it has no answer to an inside one, either, both regions are one.
 template <int Dim>
 ClickSearchPointer<Dim> search_anew(const SearchGrid<Dim>& grid,
                                     const ClickSearchPointer<Dim>& before, const Click<Dim>& click,
@@ -218,12 +222,13 @@ ClickSearchPointer<Dim> search_anew(const SearchGrid<Dim>& grid,
     return std::all_of(before->on_grid.begin(), before->on_grid.end(),
                        [&](const auto& earlier) { return is_on_its_side(inside, earlier); });
   });
+  ordered->consent.reset();
   ClickSearchPointer<Dim> anew = std::move(ordered);
   for (const Click<Dim>& earlier : before->clicks) {
     ClickSearchPointer<Dim> next = further_search<Dim>(grid, anew, earlier, options, stop);
     if (!next) return nullptr;
     if (earlier.side == Side::kInside && !before->found.empty() &&
-        answer_of(grid, *next, anew->inside()) == Answer::kNothing)
+        answer_of(grid, *next, anew->inside(), stop) == Answer::kNothing)
       next = joined<Dim>(*next, before->inside());
     anew = std::move(next);
   }
@@ -234,32 +239,36 @@ ClickSearchPointer<Dim> search_anew(const SearchGrid<Dim>& grid,
   return out;
 }
 
-/// Once two clicks agree, one of which nothing comes is a corner of what they have found; the
-/// second one stands against the first alone.
+/// Whether the click stands against one other alone, which nobody has looked at closer: once two
+/// inside clicks agree, or a region was chosen, or has evolved, one of which nothing comes is a
+/// corner of that. A stroke says itself what belongs to the object.
+template <int Dim>
+bool may_begin_anew(const ClickSearch<Dim>& before, const Click<Dim>& click) {
+  if (click.side != Side::kInside || before.found.empty()) return click.side == Side::kInside;
+  const auto n_inside =
+      std::count_if(before.clicks.begin(), before.clicks.end(),
+                    [](const Click<Dim>& each) { return each.side == Side::kInside; });
+  return n_inside == 1 && click.stroke_mm.empty() && before.chosen == 0 && !before.has_evolved;
+}
+
 template <int Dim>
 ClickSearchPointer<Dim> next_search(const SearchGrid<Dim>& grid,
                                     const ClickSearchPointer<Dim>& before, const Click<Dim>& click,
                                     const SearchOptions& options,
                                     const SearchProgress<Dim>& progress,
                                     const std::stop_token& stop) {
-  const bool is_inside = click.side == Side::kInside;
-  ClickSearchPointer<Dim> next;
-  Answer answer = Answer::kNothing;
-  if (!before->found.empty() || !is_inside) {
-    next = further_search<Dim>(grid, before, click, options, stop);
-    if (!next || !is_inside || before->clicks.size() > 1) return next;
-    answer = answer_of(grid, *next, before->inside());
-    if (answer == Answer::kWhole) return next;
-  }
+  const auto next = further_search<Dim>(grid, before, click, options, stop);
+  if (!next || !may_begin_anew(*before, click)) return next;
+  const Answer answer =
+      before->found.empty() ? Answer::kNothing : answer_of(grid, *next, before->inside(), stop);
+  if (answer == Answer::kWhole) return next;
   const auto anew = search_anew<Dim>(grid, before, click, options, progress, stop);
   if (!anew) return nullptr;
-  if (!next && anew->found.empty()) return further_search<Dim>(grid, before, click, options, stop);
   if (anew->found.empty()) return next;
-  // What goes on is a part of the whole.
-  const bool has_all_of_it =
-      answer == Answer::kNothing || double(anew->inside().count_in_both(next->inside())) >=
-                                        kMostOfPart * double(next->inside().count());
-  return has_all_of_it ? anew : next;
+  const NodeSet<Dim> seen = next->inside();  // what goes on is a part of the whole
+  const bool has_it = answer == Answer::kNothing || double(anew->inside().count_in_both(seen)) >=
+                                                        kMostOfPart * double(seen.count());
+  return has_it ? anew : next;
 }
 
 }  // namespace
@@ -311,7 +320,7 @@ ClickSearchPointer<Dim> with_evolved(const ClickSearchPointer<Dim>& search,
                                      const NodeSet<Dim>& inside) {
   auto out = std::make_shared<ClickSearch<Dim>>(*search);
   Rung<Dim>& rung = out->found[out->chosen];
-  rung.inside = inside.in(inside.bounds(6));
+  rung.inside = inside.in(inside.bounds(kMargin));
   rung.n_nodes = rung.inside.count();
   out->has_evolved = true;
   out->before = search;
@@ -321,11 +330,16 @@ ClickSearchPointer<Dim> with_evolved(const ClickSearchPointer<Dim>& search,
 template <int Dim>
 ClickSearchPointer<Dim> with_regions(const ClickSearch<Dim>& search,
                                      const ClickSearch<Dim>& before) {
-  auto out = std::make_shared<ClickSearch<Dim>>(search);
-  out->found = before.found;
-  out->chosen = before.chosen;
-  out->has_evolved = before.has_evolved;
-  out->consent = before.consent;
+  auto out = std::make_shared<ClickSearch<Dim>>(before);
+  out->before = search.before;
+  out->clicks = search.clicks;
+  for (const GridClick<Dim>& click : search.on_grid) {
+    const bool is_known =
+        std::any_of(before.on_grid.begin(), before.on_grid.end(), [&](const auto& known) {
+          return known.side == click.side && known.seed.nodes == click.seed.nodes;
+        });
+    if (!is_known) out->on_grid.push_back(click);
+  }
   return out;
 }
 

@@ -19,7 +19,8 @@ template <int Dim>
 struct ImageExtent : ImageBox<Dim> {
   std::array<float, 2> range;     ///< lowest and highest one
   double rounded_to = 0;          ///< see rounding_step()
-  ImageBox<Dim> in_file = *this;  ///< with the axes of its file, by which people know its cells
+  /// With the axes of its file, by which people know its cells: a Setting's is so.
+  ImageBox<Dim> in_file = *this;
 
   /// Side of the square or cube of a pixel's or voxel's content [mm].
   double cell_mm() const {

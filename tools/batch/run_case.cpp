@@ -280,7 +280,7 @@ class CaseRun {
   /// same meanwhile.
   void commit(CaseOutcome& outcome) {
     const FolderLock lock(folder_);
-    if (is_success(outcome.exit_code) && is_done(row_, folder_, input_)) return;
+    if (is_done(row_, folder_, input_)) return;
     try {
       ordered_json document = summary(outcome);
       const std::vector<std::string> names = written();

@@ -11,6 +11,7 @@
 #include <fstream>
 #include <iterator>
 #include <stop_token>
+#include <system_error>
 #include <vector>
 
 #include "libsurf/base/error.h"
@@ -118,10 +119,15 @@ std::string image_file(const ReplayArguments& a, const std::string& recipe,
   }
   if (named.empty())
     throw surf::UsageError(fmt::format("{}: {} names no image; say which", option, a.path));
-  if (fs::exists(named)) return named;
+  std::error_code ignored;  // a folder that may not be entered has no such file
+  if (fs::exists(named, ignored)) return named;
   const fs::path folder = fs::path(a.path).parent_path();  // moved with its scan, perhaps
-  for (const fs::path& beside : {folder / named, folder / fs::path(named).filename()})
-    if (fs::exists(beside)) return beside.string();
+  fs::path name = fs::path(named).lexically_normal();
+  if (!name.has_filename()) name = name.parent_path();  // a folder, with a slash at its end
+  name = name.filename();
+  if (fs::exists(folder / named, ignored)) return (folder / named).string();
+  if (!name.empty() && name != ".." && name != "." && fs::exists(folder / name, ignored))
+    return (folder / name).string();
   return named;
 }
 

@@ -1,6 +1,7 @@
 #include "libsurf/mesh/detail/edge_uses.h"
 
 #include <algorithm>
+#include <cassert>
 #include <cstddef>
 #include <numeric>
 #include <tuple>
@@ -14,6 +15,7 @@ std::vector<EdgeUse> edge_uses(const Elements<3>& elements) {
     const int from = elements(row, corner), to = elements(row, (corner + 1) % 3);
     return EdgeUse{std::min(from, to), std::max(from, to), row, corner, from < to};
   };
+  assert(elements.rows() == 0 || elements.minCoeff() >= 0);
   // Dealt out to their lower vertices, then sorted among the few of each.
   const int n_vertices = elements.rows() == 0 ? 0 : elements.maxCoeff() + 1;
   std::vector<std::size_t> end_of(n_vertices + 1, 0);  // first where those of the vertex begin

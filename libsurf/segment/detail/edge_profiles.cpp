@@ -23,11 +23,13 @@ constexpr double kFewCells = 6;     // on either side
 using Sparse = Eigen::SparseMatrix<double>;
 
 constexpr int kBins = 21;
-constexpr double kLeastMass = 1e-3;   // of the mean mass of vertices
-constexpr double kHuber = 2;          // deviations of a bin's mean
-constexpr double kLeastCells = 0.5;   // of a bin that counts
-constexpr double kBinShare = 1e-3;    // of the deviation of a bin: levels and erf are models
-constexpr double kTolerance = 1e-4;   // of the squared residuals: nothing beside 1
+constexpr double kLeastMass = 1e-3;  // of the mean mass of vertices
+constexpr double kHuber = 2;         // deviations of a bin's mean
+constexpr double kLeastCells = 0.5;  // of a bin that counts
+constexpr double kBinShare = 1e-3;   // of the deviation of a bin: levels and erf are models
+// By which a step lowers the sum of squared residuals, nothing beside 1: TinySolver takes its
+// function_tolerance as it is, not relative to the sum.
+constexpr double kTolerance = 1e-4;
 constexpr double kPlaceRange = 0.35;  // of the reach: deviation of where the step is expected
 constexpr std::size_t kMostOfMedian = 100000;  // amounts, of millions
 constexpr double kFarOff = 4;                  // deviations: cells beyond are not noise
@@ -37,6 +39,7 @@ double normal_density(double z) { return std::exp(-z * z / 2) / std::sqrt(2 * st
 
 // Of a profile. Rows beyond the bins, and bins that few cells lie in, have no weight.
 constexpr int kRows = 24;  // a multiple of what Eigen computes at once
+static_assert(kRows >= kBins);
 using Rows = Eigen::Array<double, kRows, 1>;
 struct Bins {
   Rows distance = Rows::Zero(), mean = Rows::Zero(), weight = Rows::Zero();

@@ -57,7 +57,10 @@ std::optional<Vector<Dim>> note_disobeyed(const Simplices<Dim>& shape, const Set
   if (shape.elements.rows() == 0) return out;
   const double half = kLeastDistance * setting.extent().cell_mm();
   int n = 0;
-  for (const Click<Dim>& click : clicks) {
+  for (std::size_t k = 0; k < clicks.size(); ++k) {
+    const Click<Dim>& click = clicks[k];
+    const auto here = clicks.begin() + std::ptrdiff_t(k);
+    if (std::find(clicks.begin(), here, click) != here) continue;  // told already
     const std::vector<mesh::HeldPoint<Dim>> held = held_points<Dim>({click});
     const std::vector<char> flags = mesh::are_held<Dim>(shape, held, half, setting.extent());
     const auto first = std::find(flags.begin(), flags.end(), 0);

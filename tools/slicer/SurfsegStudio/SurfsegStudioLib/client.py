@@ -150,7 +150,8 @@ class Studio:
         return json.loads(self.request("GET", "/api/state"))
 
     def wait(self, timeout_s=600):
-        """Until the volume is read and nothing is computed; the state."""
+        """Until the volume is read and nothing is computed; the state, whose "error" is that of the
+        last thing that failed. Raises StudioError if no volume is opened."""
         end = time.monotonic() + timeout_s
         while True:
             state = self.state()
@@ -158,8 +159,11 @@ class Studio:
                 return state
             if state["job"] is None and state["error"]:
                 raise StudioError(state["error"]["text"])
+            if state["job"] is None and any(len(f.get("series") or []) > 1 for f in state["files"]):
+                raise StudioError("the folder holds several series: open one of them")
             if time.monotonic() > end:
-                raise StudioError(f"the studio is still at work after {timeout_s} s")
+                raise StudioError(f"after {timeout_s} s the volume is not open or something is "
+                                  "still computed")
             time.sleep(0.02)
 
     def do(self, action, **what):
