@@ -239,16 +239,14 @@ ClickSearchPointer<Dim> search_anew(const SearchGrid<Dim>& grid,
   return out;
 }
 
-/// Whether the click stands against one other alone, which nobody has looked at closer: once two
-/// inside clicks agree, or a region was chosen, or has evolved, one of which nothing comes is a
-/// corner of that. A stroke says itself what belongs to the object.
+/// Whether the click stands against one other alone, which nobody has looked at closer: once there
+/// are two, or a region was chosen, or has evolved, one of which nothing comes is a corner of that.
+/// A stroke says itself what belongs to the object.
 template <int Dim>
 bool may_begin_anew(const ClickSearch<Dim>& before, const Click<Dim>& click) {
   if (click.side != Side::kInside || before.found.empty()) return click.side == Side::kInside;
-  const auto n_inside =
-      std::count_if(before.clicks.begin(), before.clicks.end(),
-                    [](const Click<Dim>& each) { return each.side == Side::kInside; });
-  return n_inside == 1 && click.stroke_mm.empty() && before.chosen == 0 && !before.has_evolved;
+  return before.clicks.size() == 1 && click.stroke_mm.empty() && before.chosen == 0 &&
+         !before.has_evolved;
 }
 
 template <int Dim>

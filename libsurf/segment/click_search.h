@@ -51,10 +51,10 @@ using EvolvedOf = std::function<ClickSearchPointer<Dim>(const ClickSearchPointer
 /// Heeds the clicks in their order. The first inside one is looked for near it, then in the
 /// whole grid (region_search.h), each further one changes what has been found (correction.h);
 /// outside clicks that come before it are heeded after it. Where nothing is found round it the next
-/// inside one is the first, and those before are heeded after it. So is the second inside one, if
-/// nothing comes of it as a correction but a crumb that hangs on nothing, or a part that goes on
-/// beyond the surroundings and of which its region has nine tenths; if that does not answer the
-/// first one, either, both regions are one. A click of which nothing comes leaves all as it is.
+/// inside one is the first, and those before are heeded after it. So is a second one after a first
+/// alone, if nothing comes of it as a correction but a crumb that hangs on nothing, or a part that
+/// goes on beyond the surroundings and of which its region has nine tenths; if that does not answer
+/// the first one, either, both regions are one. A click of which nothing comes leaves all as it is.
 ///
 /// @param known  of the same grid, or null: what it and those before it have in common with the
 ///               clicks is taken over

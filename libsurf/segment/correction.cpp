@@ -287,7 +287,7 @@ class Corrector {
                        back = candidate.change - changed;
     NodeSet<Dim> piece = changed.component(starts_in(changed));
     piece = piece.in(piece.bounds(3));
-    if (piece.is_empty() || is_held_alone(piece)) return;
+    if (piece.is_empty() || (adds() && is_held_alone(piece))) return;
     const Depths depths = depths_of<Dim>(box_, piece, scene_.click().seed.nodes);
     if (depths.share() < kLeastDepth) return;
     const ChangeFeatures change =
@@ -307,9 +307,9 @@ class Corrector {
         std::pow(steadiness(after), kSteady) * box_fit(scene_.grid, after.bounds(0));
   }
 
-  /// All that is left of a change that has not settled.
+  /// All that is left of an addition that has not settled, and hangs on nothing.
   bool is_held_alone(const NodeSet<Dim>& piece) const {
-    bool out = true;
+    bool out = piece.dilated(1).count_in_both(scene_.before.in(piece.box())) == 0;
     piece.for_each(
         [&](std::size_t at) { out = out && held_[box_.at(piece.box().node(at))] != Held::kFree; });
     return out;

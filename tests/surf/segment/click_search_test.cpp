@@ -125,6 +125,31 @@ TYPED_TEST(ClickSearches, AClickThatIsWhereItBelongsChangesNothing) {
   EXPECT_EQ(second->clicks.size(), 2u);
 }
 
+// An outside click a node within the boundary may bring nothing: what was found before stays, for
+// those that follow as well.
+TYPED_TEST(ClickSearches, AClickOfWhichNothingComesLeavesWhatWasFound) {
+  constexpr int Dim = TypeParam::value;
+  const test::ClickImage<Dim> ball(
+      [](const Vector<Dim>& x) { return test::is_in_ball<Dim>(x, test::point<Dim>(24), 12); }, 0);
+  const auto search = [&](const std::vector<Click<Dim>>& clicks,
+                          ClickSearchPointer<Dim> known = nullptr) {
+    return search_clicks<Dim>(ball.grid, clicks, std::move(known));
+  };
+  std::vector<Click<Dim>> clicks = {test::inside<Dim>(24)};
+  ClickSearchPointer<Dim> known = search(clicks);
+  ASSERT_FALSE(known->found.empty());
+  int n_nothing = 0;
+  for (const double x : {14.0, 13.0, 12.5, 35.0, 36.0}) {
+    clicks.push_back(test::outside<Dim>(x));
+    const NodeSet<Dim> before = known->inside();
+    known = search(clicks, known);
+    ASSERT_FALSE(known->found.empty()) << x;
+    n_nothing += known->inside() == before;
+    EXPECT_EQ(search(clicks)->inside(), known->inside()) << x;
+  }
+  EXPECT_GT(n_nothing, 0);
+}
+
 TYPED_TEST(ClickSearches, TakesAnotherThatWasFound) {
   const auto found = this->search({this->inside(14), this->inside(34)});
   ASSERT_GT(found->found.size(), 1u);
