@@ -35,11 +35,10 @@ struct Correction {
 ///     * c(T)^0.3 * growth * n(T)^(1.05 / Dim) * agreement^0.25
 ///
 /// where C(P) >= 0.55, c is the depth of the first click in T over 0.75 of the greatest one, n the
-/// number of nodes, growth that of the piece's ladder (0 where an addition that hangs on nothing has
-/// no other nodes than those held round the click), and agreement
-/// the mean Dice of this change and the others. What those with a Dice of 0.7 or more with the best
-/// one have inside by more than half of all their scores squared takes its place. See
-/// docs/clicks.md for what was tried.
+/// number of nodes, growth that of the piece's ladder (0 where an addition that hangs on nothing
+/// has no other nodes than those held round the click), and agreement the mean Dice of this change
+/// and the others. What those with a Dice of 0.7 or more with the best one have inside by more than
+/// half of all their scores squared takes its place. See docs/clicks.md for what was tried.
 ///
 /// O(ladders) as in search_rungs(), in the surroundings of object and clicks alone.
 ///

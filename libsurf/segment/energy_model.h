@@ -17,8 +17,8 @@ namespace surf::segment {
 /// Where an image (Dim = 2) or volume (Dim = 3) lies, and which values it has.
 template <int Dim>
 struct ImageExtent : ImageBox<Dim> {
-  std::array<float, 2> range;     ///< lowest and highest one
-  double rounded_to = 0;          ///< see rounding_step()
+  std::array<float, 2> range;  ///< lowest and highest one
+  double rounded_to = 0;       ///< see rounding_step()
   /// With the axes of its file, by which people know its cells: a Setting's is so.
   ImageBox<Dim> in_file = *this;
 
