@@ -1,7 +1,6 @@
 #include "tools/batch/batch_run.h"
 
 #include <fmt/format.h>
-#include <malloc.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -15,6 +14,7 @@
 #include "libsurf/base/threads.h"
 #include "tools/batch/run_case.h"
 #include "tools/common/field_names.h"
+#include "tools/common/heap.h"
 #include "tools/common/signals.h"
 #include "tools/common/stage_clock.h"
 
@@ -114,7 +114,7 @@ void run_next(const std::vector<Case>& cases, const RunOptions& options, std::at
     const CaseOutcome outcome = run_case(cases[n], options.folder);
     if (is_of_signal(outcome.exit_code)) return;
     board.add(cases[n], outcome, seconds_since(start));
-    ::malloc_trim(0);  // else what one case held stays in its thread's heap
+    give_freed_memory_back();
   }
 }
 

@@ -7,6 +7,7 @@
 #include <charconv>
 
 #include "libsurf/base/error.h"
+#include "tools/common/heap.h"
 
 namespace surfseg {
 namespace {
@@ -35,6 +36,7 @@ std::size_t limit_memory(const std::string& text) {
   if (n_bytes < kLeast)
     throw surf::UsageError(
         fmt::format("--memory: {} is less than the 200MB that the program itself needs", text));
+  give_freed_memory_back();  // the limit counts it
   rlimit limit{};
   ::getrlimit(RLIMIT_DATA, &limit);
   limit.rlim_cur = std::min(limit.rlim_max, static_cast<rlim_t>(n_bytes));

@@ -21,6 +21,7 @@
 #include "libsurf/base/nearest_name.h"
 #include "tools/common/config.h"
 #include "tools/common/field_names.h"
+#include "tools/common/heap.h"
 #include "tools/common/say.h"
 #include "tools/common/signals.h"
 
@@ -164,6 +165,7 @@ void take_the_numbers_of_closed_streams() {
 
 int run_guarded(CLI::App& app, const std::function<ExitCode()>& work,
                 const std::function<std::string(const std::string&)>& reworded) {
+  keep_freed_memory();
   take_the_numbers_of_closed_streams();
   take_file_limits_as_errors();
   const std::string& name = app.get_name();

@@ -1,7 +1,6 @@
 #include "tools/studio/dialogue.h"
 
 #include <fmt/format.h>
-#include <malloc.h>
 
 #include <algorithm>
 #include <chrono>
@@ -12,6 +11,7 @@
 #include "libsurf/base/log.h"
 #include "libsurf/segment/recipe.h"
 #include "tools/common/field_names.h"
+#include "tools/common/heap.h"
 
 namespace surfseg::studio {
 namespace {
@@ -284,9 +284,7 @@ void Dialogue::end_job() {
     job_.reset();
     frame_.reset();
   }
-#ifdef __GLIBC__
-  malloc_trim(0);  // what a long dialogue has freed goes back to the system
-#endif
+  give_freed_memory_back();  // a studio runs for hours
 }
 
 /// After every step; makes a frame now and then.

@@ -1,7 +1,6 @@
 // surfseg studio: click in a browser, see the surface, mend it, take it home.
 #include <fcntl.h>
 #include <fmt/format.h>
-#include <malloc.h>
 #include <spawn.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -67,17 +66,7 @@ void open_browser(const std::string& address) {
   posix_spawn_file_actions_destroy(&actions);
 }
 
-/// A studio runs for hours: large buffers are given back to the system one by one, where a heap
-/// that holds small results among them would keep them (a quarter of the memory after 40 clicks).
-void give_large_buffers_back() {
-#ifdef __GLIBC__
-  mallopt(M_MMAP_THRESHOLD, 128 << 10);
-  mallopt(M_TRIM_THRESHOLD, 128 << 10);
-#endif
-}
-
 void run(const Arguments& arguments, ExitCode& exit_code) {
-  give_large_buffers_back();
   const fs::path path = fs::absolute(arguments.path).lexically_normal();
   if (!fs::exists(path))
     throw surf::InputError(arguments.path + ": there is no such file or folder");
