@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "libsurf/base/image_box.h"
+#include "libsurf/base/index_box.h"
 #include "libsurf/energy/chan_vese.h"
 #include "libsurf/energy/shape_energy.h"
 
@@ -19,9 +20,15 @@ template <int Dim>
 struct ImageExtent : ImageBox<Dim> {
   std::array<float, 2> range;  ///< lowest and highest one
   double rounded_to = 0;       ///< see rounding_step()
+  /// Where nearly all values lie, see usual_range().
+  std::array<float, 2> usual = range;
+  /// Its cells but for frames of one value, see box_within_padding().
+  IndexBox<Dim> scanned = {{}, this->size};
   /// With the axes of its file, by which people know its cells: a Setting's is so.
   ImageBox<Dim> in_file = *this;
 
+  /// Of the usual values.
+  double width() const { return double(usual[1]) - usual[0]; }
   /// Side of the square or cube of a pixel's or voxel's content [mm].
   double cell_mm() const {
     return std::pow(std::abs(this->index_to_world.linear().determinant()), 1.0 / Dim);

@@ -74,7 +74,7 @@ double slope_of_edge(const SeedView<Dim>& view) {
       }
   return std::max({kSlopes * median(std::move(slopes)),
                    kSlopeNoise * view.noise / view.grid.node_mm(),
-                   1e-6 * view.grid.range() / view.grid.node_mm()});
+                   1e-6 * view.grid.width() / view.grid.node_mm()});
 }
 
 template <int Dim>

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 #include <utility>
 
 namespace surf::segment {
@@ -51,6 +52,18 @@ double interpolated(const NodeBox<Dim>& box, const std::vector<float>& values,
   return out;
 }
 
+/// Empty where they have nothing of two nodes along each axis in common.
+template <int Dim>
+std::optional<NodeBox<Dim>> common(const NodeBox<Dim>& a, const NodeBox<Dim>& b) {
+  typename NodeBox<Dim>::Index lower, upper;
+  for (int axis = 0; axis < Dim; ++axis) {
+    lower[axis] = std::max(a.lower[axis], b.lower[axis]);
+    upper[axis] = std::min(a.upper()[axis], b.upper()[axis]);
+    if (upper[axis] - lower[axis] < 2) return std::nullopt;
+  }
+  return NodeBox<Dim>::between(lower, upper);
+}
+
 template <int Dim>
 NodeBox<Dim> widened(const NodeBox<Dim>& part, int by, const NodeBox<Dim>& grid) {
   typename NodeBox<Dim>::Index lower, upper;
@@ -66,7 +79,8 @@ NodeBox<Dim> widened(const NodeBox<Dim>& part, int by, const NodeBox<Dim>& grid)
 template <int Dim>
 SearchLattice<Dim>::SearchLattice(const ImageExtent<Dim>& extent, double max_nodes,
                                   const std::optional<NodeBox<Dim>>& cells) {
-  const NodeBox<Dim> part = cells.value_or(NodeBox<Dim>{{}, extent.size});
+  const NodeBox<Dim>& all = extent.scanned;
+  const NodeBox<Dim> part = cells ? common(*cells, all).value_or(*cells) : all;
   const Vector<Dim> spacing = extent.index_to_world.linear().colwise().norm().transpose();
   double content = 1;
   for (int axis = 0; axis < Dim; ++axis) content *= spacing[axis] * part.size[axis];
@@ -80,8 +94,8 @@ SearchLattice<Dim>::SearchLattice(const ImageExtent<Dim>& extent, double max_nod
         std::max(1, int(std::ceil((part.size[axis] - 1) * spacing[axis] / node_mm - kSlack)));
     step[axis] = double(part.size[axis] - 1) / n_steps;
     box.size[axis] = n_steps + 1;
-    is_outside_beyond[axis] = {part.lower[axis] > 0,
-                               part.lower[axis] + part.size[axis] < extent.size[axis]};
+    is_outside_beyond[axis] = {part.lower[axis] > all.lower[axis],
+                               part.upper()[axis] < all.upper()[axis]};
   }
   node_to_world = extent.index_to_world *
                   Eigen::Translation<double, Dim>(point_of<Dim>(part.lower)) * Eigen::Scaling(step);
@@ -91,20 +105,20 @@ template <int Dim>
 SearchGrid<Dim>::SearchGrid(const Field<Dim>& I, const ImageExtent<Dim>& extent,
                             const SearchLattice<Dim>& lattice)
     : lattice_(lattice),
-      range_(extent.range),
+      usual_(extent.usual),
       rounded_to_(extent.rounded_to),
       values_(made(I, lattice.box, {})) {}
 
 template <int Dim>
 SearchGrid<Dim>::SearchGrid(std::shared_ptr<const Field<Dim>> I, const ImageExtent<Dim>& extent,
                             const SearchLattice<Dim>& lattice)
-    : lattice_(lattice), range_(extent.range), rounded_to_(extent.rounded_to), I_(std::move(I)) {}
+    : lattice_(lattice), usual_(extent.usual), rounded_to_(extent.rounded_to), I_(std::move(I)) {}
 
 template <int Dim>
 SearchGrid<Dim>::SearchGrid(const SearchGrid& whole, const SearchLattice<Dim>& lattice,
                             std::shared_ptr<const Values> values)
     : lattice_(lattice),
-      range_(whole.range_),
+      usual_(whole.usual_),
       rounded_to_(whole.rounded_to_),
       values_(std::move(values)) {}
 
@@ -206,12 +220,15 @@ auto SearchGrid<Dim>::made(const Field<Dim>& I, const NodeBox<Dim>& part,
 }
 
 template <int Dim>
-std::vector<std::uint16_t> SearchGrid<Dim>::levels(const std::vector<float>& intensity) {
+std::vector<std::uint16_t> SearchGrid<Dim>::levels(const std::vector<float>& intensity) const {
   const auto [lowest, highest] = std::minmax_element(intensity.begin(), intensity.end());
-  const double low = *lowest, scale = (kLevels - 1) / std::max(double(*highest) - low, 1e-300);
+  float low = std::max(*lowest, usual_[0]), high = std::min(*highest, usual_[1]);
+  if (!(low < high)) std::tie(low, high) = std::pair(*lowest, *highest);
+  const double scale = (kLevels - 1) / std::max(double(high) - low, 1e-300);
   std::vector<std::uint16_t> out(intensity.size());
-  std::transform(intensity.begin(), intensity.end(), out.begin(),
-                 [&](float value) { return std::uint16_t(std::lround(scale * (value - low))); });
+  std::transform(intensity.begin(), intensity.end(), out.begin(), [&](float value) {
+    return std::uint16_t(std::lround(scale * (std::clamp(value, low, high) - double(low))));
+  });
   return out;
 }
 

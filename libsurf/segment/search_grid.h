@@ -15,7 +15,8 @@
 
 namespace surf::segment {
 
-/// An isotropic grid over an image, from the first pixel or voxel to the last along each axis.
+/// An isotropic grid over what was scanned of an image, from the first pixel or voxel to the last
+/// along each axis.
 template <int Dim>
 struct SearchLattice {
   NodeBox<Dim> box;
@@ -33,7 +34,7 @@ struct SearchLattice {
   /// @param max_nodes  the grid is as fine as cells of the image's content, or as about so many
   ///                   nodes allow. Then what is found depends on the field of view, by a fraction
   ///                   of a node.
-  /// @param cells  the box round the object; none = the whole image
+  /// @param cells  the box round the object; none = all that was scanned
   SearchLattice(const ImageExtent<Dim>& extent, double max_nodes,
                 const std::optional<NodeBox<Dim>>& cells = {});
 };
@@ -72,16 +73,16 @@ class SearchGrid {
   bool has_outside_faces() const;
   /// Whether something in a box of its nodes may be cut off by a face of this part of a grid.
   bool is_cut_off(const NodeBox<Dim>& object) const;
-  /// Highest less lowest intensity of the image.
-  double range() const { return double(range_[1]) - range_[0]; }
+  /// Of the image's usual intensities, see ImageExtent.
+  double width() const { return double(usual_[1]) - usual_[0]; }
   /// Deviation of what the image's values were rounded by.
   double rounding() const { return rounded_to_ / std::sqrt(12.0); }
 
   // Of all nodes. std::logic_error if they have not been made.
 
   const std::vector<float>& intensity() const { return values().intensity; }
-  /// The intensity in steps of 1 / (kLevels - 1) of that between the lowest and highest one of
-  /// these nodes.
+  /// The intensity in steps of 1 / (kLevels - 1) of that between the lowest and highest usual one
+  /// of these nodes; what is beyond is at the first or last step.
   const std::vector<std::uint16_t>& level() const { return values().level; }
   static constexpr int kLevels = 1 << 14;
   /// |grad I| [intensity / mm].
@@ -104,13 +105,13 @@ class SearchGrid {
     if (!values_) throw std::logic_error("SearchGrid: its nodes are asked for before make_all()");
     return *values_;
   }
-  static std::vector<std::uint16_t> levels(const std::vector<float>& intensity);
+  std::vector<std::uint16_t> levels(const std::vector<float>& intensity) const;
   std::shared_ptr<Values> made(const Field<Dim>& I, const NodeBox<Dim>& part,
                                const std::stop_token& stop) const;
   void keep_edges(const NodeBox<Dim>& part, const Directions& direction, Values& values) const;
 
   SearchLattice<Dim> lattice_;
-  std::array<float, 2> range_;
+  std::array<float, 2> usual_;
   double rounded_to_;
   mutable std::shared_ptr<const Field<Dim>> I_;
   mutable std::shared_ptr<const Values> values_;  ///< null until all are made

@@ -286,9 +286,8 @@ double estimate_edge_strength(const Field<Dim>& I, std::span<const Vector<Dim>> 
   };
   // Of small objects the wider ball reaches their edges. Without noise the background is 0, and
   // every ripple would count as a peak.
-  const auto [lowest, highest] = extent.range;
   const double background =
-      std::max(std::min(near(1.5), near(3)), 2e-3 * (double(highest) - lowest) / voxel_mm);
+      std::max(std::min(near(1.5), near(3)), 2e-3 * extent.width() / voxel_mm);
   std::vector<double> peaks(centers.size() * std::size_t(rays.rows()));
   tbb::parallel_for(std::size_t(0), peaks.size(), [&](std::size_t n) {
     const auto ray = Eigen::Index(n) % rays.rows();

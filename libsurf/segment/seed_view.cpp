@@ -41,7 +41,7 @@ SeedView<Dim>::SeedView(const SearchGrid<Dim>& search_grid, std::span<const Vect
   for (const Vector<Dim>& seed : seeds_mm) {
     SeedNodes<Dim> here{nearest_nodes<Dim>(grid.node_to_world().inverse() * seed, grid.box().size),
                         estimate_seed_model<Dim>(grid, seed)};
-    here.model.deviation = std::max(here.model.deviation, kLeastDeviation * grid.range());
+    here.model.deviation = std::max(here.model.deviation, kLeastDeviation * grid.width());
     noise = std::max(noise, here.model.noise);
     deviation = std::min(deviation, here.model.deviation);
     seeds.push_back(std::move(here));

@@ -40,6 +40,8 @@ constexpr double kTrusted = 0.82, kDoubtful = 0.7;
 // What the volume cuts off over more of its boundary is not trusted: where it would go on nobody
 // can see.
 constexpr double kMostOnBorder = 0.1;
+// Of that which it cuts off over nearly half of its boundary hardly anything is known.
+constexpr double kMostOnBorderToCheck = 0.4;
 constexpr double kMostWithoutEdge = 0.5;  // of the area of what is trusted
 struct Cases {
   int n_right, n;
@@ -143,18 +145,21 @@ std::optional<Verdict<Dim>> verdict(const SearchGrid<Dim>& grid, const ClickSear
   out.likelihood = likelihood_of_right(features);
   const bool is_cut_off = features.border_share > kMostOnBorder;
   const Click<Dim>* unfound = unfound_click(search);
-  out.trust = out.likelihood >= kTrusted && !is_cut_off && !unfound ? Trust::kTrusted
-              : out.likelihood >= kDoubtful                         ? Trust::kCheck
-                                                                    : Trust::kDoubtful;
+  if (out.likelihood < kDoubtful || features.border_share > kMostOnBorderToCheck)
+    out.trust = Trust::kDoubtful;
+  else
+    out.trust =
+        out.likelihood >= kTrusted && !is_cut_off && !unfound ? Trust::kTrusted : Trust::kCheck;
   const Cases& cases = out.trust == Trust::kTrusted ? kOfTrusted
                        : out.trust == Trust::kCheck ? kOfCheck
                                                     : kOfDoubtful;
   out.n_right = cases.n_right;
   out.n_cases = cases.n;
   out.reason = out.trust == Trust::kTrusted ? "it differs from what surrounds it, and edges hold it"
-               : out.likelihood < kTrusted  ? doubt(features)
-               : is_cut_off                 ? "the border of the volume cuts it off"
-                                            : "nothing stands out round one of its inside clicks";
+               : out.likelihood < kTrusted && features.border_share <= kMostOnBorderToCheck
+                   ? doubt(features)
+               : is_cut_off ? "the border of the volume cuts it off"
+                            : "nothing stands out round one of its inside clicks";
   out.place_mm = unfound && !is_cut_off && out.likelihood >= kTrusted
                      ? unfound->point_mm
                      : disputed_place(grid, search);

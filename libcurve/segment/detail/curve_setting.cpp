@@ -13,6 +13,7 @@
 #include "libcurve/segment/region_filter.h"
 #include "libsurf/base/content_hash.h"
 #include "libsurf/base/rounding_step.h"
+#include "libsurf/segment/detail/look_at_values.h"
 
 namespace surf::curve {
 
@@ -20,7 +21,9 @@ CurveSetting::CurveSetting(const Image& image)
     : image_(image),
       extent_{{image.size(), image.pixel_to_plane(), image.plane_to_pixel()},
               image.range(),
-              rounding_step(image.values(), std::size_t(image.size()[0]))} {}
+              rounding_step(image.values(), std::size_t(image.size()[0]))} {
+  segment::look_at_values(*this, extent_);
+}
 
 std::vector<float> CurveSetting::values(const std::array<int, 2>& lower,
                                         const std::array<int, 2>& upper) const {

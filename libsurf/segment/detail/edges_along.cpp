@@ -55,7 +55,7 @@ double quantile(std::vector<double> values, double share) {
 template <int Dim>
 double rounding(const ImageExtent<Dim>& extent) {
   const double lowest = extent.range[0], highest = extent.range[1];
-  return std::max(kRounding * (highest - lowest),
+  return std::max(kRounding * extent.width(),
                   kRoundingOfValues * std::max(std::abs(lowest), std::abs(highest))) /
          extent.cell_mm();
 }

@@ -102,8 +102,7 @@ class Locator {
     ProfileOptions options;
     options.reach_mm = reach_mm_;
     options.width_mm = std::hypot(blur_mm_, 0.3 * cell_mm_);
-    options.least_noise =
-        kLeastNoise * (setting_.extent().range[1] - double(setting_.extent().range[0]));
+    options.least_noise = kLeastNoise * setting_.extent().width();
     EdgeProfiles profiles;
     std::unique_ptr<Posterior> after;
     std::optional<SmoothMoves<Dim>> prior;

@@ -123,14 +123,14 @@ void blur_rows(std::vector<float>& values, int n, int r) {
 }  // namespace
 
 template <int Dim>
-Points<Dim> NodeGrid<Dim>::positions() const {
-  Points<Dim> out(Eigen::Index(n()), Dim);
-  for (Eigen::Index at = 0; at < out.rows(); ++at) {
+Points<Dim> NodeGrid<Dim>::positions(std::size_t first, std::size_t end) const {
+  Points<Dim> out(Eigen::Index(end - first), Dim);
+  for (std::size_t at = first; at < end; ++at) {
     Vector<Dim> node;
-    Eigen::Index rest = at;
-    for (int axis = 0; axis < Dim; rest /= size[axis], ++axis)
-      node[axis] = double(rest % size[axis]);
-    out.row(at) = (node_to_world * node).transpose();
+    std::size_t rest = at;
+    for (int axis = 0; axis < Dim; rest /= std::size_t(size[axis]), ++axis)
+      node[axis] = double(rest % std::size_t(size[axis]));
+    out.row(Eigen::Index(at - first)) = (node_to_world * node).transpose();
   }
   return out;
 }

@@ -21,8 +21,8 @@ struct NodeGrid {
     for (const int s : size) out *= std::size_t(s);
     return out;
   }
-  /// Of all nodes, (n, Dim) [mm].
-  Points<Dim> positions() const;
+  /// Of the nodes first <= node < end, (end - first, Dim) [mm].
+  Points<Dim> positions(std::size_t first, std::size_t end) const;
   /// size, and 1 for what a plane lacks: the form that grids in space have.
   std::array<int, 3> size_in_space() const {
     if constexpr (Dim == 3)

@@ -15,6 +15,7 @@
 #include "libsurf/mesh/self_intersections.h"
 #include "libsurf/mesh/sheet_guard.h"
 #include "libsurf/mesh/verify.h"
+#include "libsurf/segment/detail/look_at_values.h"
 #include "libsurf/segment/detail/volume_model.h"
 
 namespace surf::segment {
@@ -54,6 +55,7 @@ std::vector<Component<3>> components_of(const Triangles& surface) {
 
 SurfaceSetting::SurfaceSetting(const volume::Volume& volume)
     : volume_(volume.in_ras_order()), extent_(extent_of(volume_)) {
+  look_at_values(*this, extent_);
   extent_.in_file = {volume.size(), volume.index_to_world(), volume.world_to_index()};
 }
 

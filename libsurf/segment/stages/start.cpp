@@ -118,8 +118,7 @@ class Start : public Stage<Dim> {
   static SeedModel seed_model(const Work<Dim>& work, const EnergyModel<Dim>& model) {
     SeedModel out =
         estimate_seed_model<Dim>(*model.intensity(), work.seeds_mm, work.setting().extent());
-    const auto [lowest, highest] = work.setting().extent().range;
-    out.deviation = std::max(out.deviation, kLeastDeviation * (double(highest) - lowest));
+    out.deviation = std::max(out.deviation, kLeastDeviation * work.setting().extent().width());
     return out;
   }
 };

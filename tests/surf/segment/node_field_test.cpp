@@ -33,7 +33,7 @@ TYPED_TEST(NodeFieldsOf, ReproduceLinearFunctionsAndTheirGradients) {
   constexpr int kDim = TypeParam::value;
   const NodeGrid<kDim> grid = skewed_grid<kDim>();
   const Vector<kDim> slope = Vector<kDim>::LinSpaced(kDim, 1, 2);
-  const Eigen::VectorXd values = grid.positions() * slope;
+  const Eigen::VectorXd values = grid.positions(0, grid.n()) * slope;
   const std::vector<float> linear(values.begin(), values.end());
   const std::vector<float> constant(values.size(), 7);
   const NodeFields<kDim, 3> fields(grid, {constant, linear, linear});
