@@ -18,10 +18,12 @@ double cone(const Vector3d& apex, const Corners& t) {
 }
 
 /// The shortest first.
-std::vector<EdgeHandle> by_rank(std::vector<std::pair<float, int>> edges) {
-  std::sort(edges.begin(), edges.end());
+std::vector<EdgeHandle> by_rank(const Mending& work, const std::vector<EdgeHandle>& edges) {
+  std::vector<std::pair<float, int>> ranked;
+  for (const EdgeHandle edge : edges) ranked.emplace_back(work.rank(edge), edge.idx());
+  std::sort(ranked.begin(), ranked.end());
   std::vector<EdgeHandle> out;
-  for (const auto& [unused, index] : edges) out.emplace_back(index);
+  for (const auto& [unused, index] : ranked) out.emplace_back(index);
   return out;
 }
 
@@ -123,15 +125,13 @@ Vector3d Collapses::normal_beyond_rim(const StarPatch& patch, std::size_t k) con
 }
 
 void Collapses::collapse_short_edges(double cos_bound) {
-  std::vector<std::pair<float, int>> edges;
-  for (const auto edge : mesh_.edges())
-    if (work_.may_change(edge) && work_.length(edge) < options_.min_length)
-      edges.emplace_back(work_.rank(edge), edge.idx());
+  const auto is_short = [this](EdgeHandle edge) {
+    return work_.length(edge) < options_.min_length;
+  };
   plan_ahead(
-      work_, by_rank(std::move(edges)), [this](EdgeHandle edge) { return ends(edge); },
-      [this](EdgeHandle edge) {
-        return !work_.is_deleted(edge) && work_.length(edge) < options_.min_length;
-      },
+      work_, by_rank(work_, work_.edges_that(is_short)),
+      [this](EdgeHandle edge) { return ends(edge); },
+      [&](EdgeHandle edge) { return !work_.is_deleted(edge) && is_short(edge); },
       [&](EdgeHandle edge, StarPatch& patch) {
         return plan(edge, cos_bound, CollapseFor::kLength, patch);
       },
@@ -147,23 +147,14 @@ bool Collapses::is_star_flagged(const std::vector<char>& flags, VertexHandle ver
 void Collapses::coarsen(double cos_bound) {
   assert(options_.may_coarsen.size() == mesh_.n_faces() && "one flag per face");
   std::vector<char> flags = options_.may_coarsen;
-  std::vector<char> is_within(mesh_.n_vertices(), 0);
-  for (const auto vertex : mesh_.vertices())
-    is_within[std::size_t(vertex.idx())] = is_star_flagged(flags, vertex);
-  std::vector<std::pair<float, int>> edges;
-  for (const auto edge : mesh_.edges()) {
-    if (!work_.may_change(edge)) continue;
+  const auto is_within = [&](EdgeHandle edge) {
     const auto [kept, removed] = ends(edge);
-    if (is_within[std::size_t(kept.idx())] && is_within[std::size_t(removed.idx())])
-      edges.emplace_back(work_.rank(edge), edge.idx());
-  }
+    return is_star_flagged(flags, removed) && is_star_flagged(flags, kept);
+  };
   plan_ahead(
-      work_, by_rank(std::move(edges)), [this](EdgeHandle edge) { return ends(edge); },
-      [&](EdgeHandle edge) {
-        if (work_.is_deleted(edge)) return false;
-        const auto [kept, removed] = ends(edge);
-        return is_star_flagged(flags, removed) && is_star_flagged(flags, kept);
-      },
+      work_, by_rank(work_, work_.edges_that(is_within)),
+      [this](EdgeHandle edge) { return ends(edge); },
+      [&](EdgeHandle edge) { return !work_.is_deleted(edge) && is_within(edge); },
       [&](EdgeHandle edge, StarPatch& patch) {
         return plan(edge, cos_bound, CollapseFor::kCoarseness, patch);
       },

@@ -78,9 +78,8 @@ bool Flips::has_corner(FaceHandle face, VertexHandle vertex) const {
 }
 
 void Flips::flip_edges() {
-  std::vector<EdgeHandle> queue;
-  for (const auto edge : mesh_.edges())
-    if (work_.may_change(edge) && is_far_from_delaunay(edge)) queue.push_back(edge);
+  std::vector<EdgeHandle> queue =
+      work_.edges_that([this](EdgeHandle edge) { return is_far_from_delaunay(edge); });
   // A flip raises the smallest angle of its two triangles, so none comes back; the
   // limit is for rounding.
   std::size_t n_left = 10 * queue.size();

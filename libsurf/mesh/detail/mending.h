@@ -1,6 +1,9 @@
 // What the operations of improve() share. Private to improve().
 #pragma once
 
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
 #include <cstddef>
 #include <optional>
 #include <vector>
@@ -51,6 +54,21 @@ class Mending {
   bool may_change(OpenMesh::EdgeHandle edge) const {
     return !is_deleted(edge) && !is_frozen(mesh.face_handle(mesh.halfedge_handle(edge, 0))) &&
            !is_frozen(mesh.face_handle(mesh.halfedge_handle(edge, 1)));
+  }
+  /// Those that may change and are wanted, in their order; they are looked at on all cores.
+  template <class IsWanted>
+  std::vector<OpenMesh::EdgeHandle> edges_that(const IsWanted& is_wanted) const {
+    std::vector<char> flags(mesh.n_edges());
+    tbb::parallel_for(tbb::blocked_range<int>(0, int(flags.size()), 1024), [&](const auto& edges) {
+      for (int n = edges.begin(); n < edges.end(); ++n) {
+        const OpenMesh::EdgeHandle edge(n);
+        flags[std::size_t(n)] = may_change(edge) && is_wanted(edge);
+      }
+    });
+    std::vector<OpenMesh::EdgeHandle> out;
+    for (int n = 0; n < int(flags.size()); ++n)
+      if (flags[std::size_t(n)]) out.emplace_back(n);
+    return out;
   }
   bool is_at_frozen(OpenMesh::VertexHandle vertex) const {
     if (options.frozen.empty()) return false;
