@@ -3,16 +3,28 @@
 #include <cblas-openblas.h>
 #include <cholmod.h>
 #include <omp.h>
+#include <sys/mman.h>
 #include <tbb/parallel_for.h>
 
 #include <Eigen/Dense>
 #include <algorithm>
+#include <condition_variable>
+#include <limits>
 #include <memory>
 #include <mutex>
 #include <new>
 #include <stdexcept>
+#include <thread>
 #include <utility>
 #include <vector>
+
+#include "libsurf/base/memory.h"
+
+// OpenBLAS' own, which its headers do not name.
+extern "C" {
+[[gnu::weak]] void* blas_memory_alloc(int position);
+[[gnu::weak]] void blas_memory_free(void* buffer);
+}
 
 namespace surf {
 namespace {
@@ -40,6 +52,29 @@ class Common {
   cholmod_common common_;
 };
 
+/// How many may be in OpenBLAS at once. Each caller takes a buffer of 128 MB, most of which is
+/// never touched, and where a limit on memory leaves none OpenBLAS asks for it again and again,
+/// without end. So under a limit those that can be had are taken before the first call; OpenBLAS
+/// keeps them for later ones.
+int most_callers() {
+  constexpr std::size_t kBuffer = std::size_t(128) << 20, kRest = std::size_t(64) << 20;
+  static const int n = [] {
+    if (usable_memory() >= machine_memory() || !blas_memory_alloc || !blas_memory_free)
+      return std::numeric_limits<int>::max();
+    std::vector<void*> buffers;
+    while (buffers.size() < std::max(1u, std::thread::hardware_concurrency())) {
+      void* const room = ::mmap(nullptr, kBuffer + kRest, PROT_READ | PROT_WRITE,
+                                MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+      if (room == MAP_FAILED) break;
+      ::munmap(room, kBuffer + kRest);
+      buffers.push_back(blas_memory_alloc(0));
+    }
+    for (void* const buffer : buffers) blas_memory_free(buffer);
+    return int(buffers.size());
+  }();
+  return n;
+}
+
 /// Keeps CHOLMOD and OpenBLAS under it to this thread. CHOLMOD's OpenMP teams of four wait for each
 /// other at thousands of small supernodes: with another process on the cores locating the edges of
 /// a spleen took 3.1 s of wall time for 0.6 s of work, 1.7 so. OpenBLAS' own threads made it 1.9 s
@@ -48,12 +83,15 @@ class Common {
 class OneThread {
  public:
   OneThread() : levels_(omp_get_max_active_levels()) {
+    const int most = most_callers();
+    if (most == 0) throw std::bad_alloc();
     omp_set_max_active_levels(0);
     if (openblas_get_parallel() == kSerial) {
       alone_ = std::unique_lock(one_at_a_time_);
       return;
     }
-    const std::lock_guard lock(counting_);
+    std::unique_lock lock(counting_);
+    one_has_left_.wait(lock, [most] { return n_ < most; });
     if (n_++ > 0) return;
     blas_threads_ = openblas_get_num_threads();
     if (blas_threads_ != 1) openblas_set_num_threads(1);
@@ -62,6 +100,7 @@ class OneThread {
     omp_set_max_active_levels(levels_);
     if (alone_.owns_lock()) return;
     const std::lock_guard lock(counting_);
+    one_has_left_.notify_one();
     if (--n_ == 0 && blas_threads_ != 1) openblas_set_num_threads(blas_threads_);
   }
   OneThread(const OneThread&) = delete;
@@ -70,6 +109,7 @@ class OneThread {
  private:
   static constexpr int kSerial = 0;  // as openblas_get_parallel() says
   static inline std::mutex one_at_a_time_, counting_;
+  static inline std::condition_variable one_has_left_;
   static inline int n_ = 0, blas_threads_ = 1;
 
   int levels_;

@@ -8,6 +8,7 @@
 #include <memory>
 
 #include "libsurf/segment/detail/node_field.h"
+#include "libsurf/segment/detail/out_of_memory.h"
 
 namespace surf::segment {
 namespace {
@@ -101,7 +102,8 @@ class Cut {
       : held_(held), number_(held.size()) {
     const int n_free = int(free.size());
     for (int n = 0; n < n_free; ++n) number_[free[n]] = n;
-    graph_ = std::make_unique<Graph>(std::max(1, n_free), std::max(1, Dim * n_free));
+    graph_ = std::make_unique<Graph>(std::max(1, n_free), std::max(1, Dim * n_free),
+                                     throw_out_of_memory);
     graph_->add_node(std::max(1, n_free));
   }
 

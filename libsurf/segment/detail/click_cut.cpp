@@ -11,6 +11,7 @@
 #include <numbers>
 
 #include "libsurf/segment/detail/arrival.h"
+#include "libsurf/segment/detail/out_of_memory.h"
 
 namespace surf::segment {
 namespace {
@@ -93,7 +94,7 @@ class ClickCut {
   }
 
   NodeSet<Dim> cut(double of_object) const {
-    Graph graph(int(grid_.n()), int(Dim * grid_.n()));
+    Graph graph(int(grid_.n()), int(Dim * grid_.n()), throw_out_of_memory);
     graph.add_node(int(grid_.n()));
     const auto whole = [](double x) { return int(std::lround(x * kUnit)); };
     for (std::size_t at = 0; at < value_.size(); ++at) {

@@ -22,7 +22,7 @@ class BallField : public Field<3> {
                                  Eigen::Affine3d::Identity(),
                                  Eigen::Affine3d::Identity()},
                                 {}};
-    out.range = {-0.1f, 1.1f};
+    out.range = out.usual = {-0.1f, 1.1f};
     return out;
   }
   void sample(const Points<3>& x, Derivatives order, Samples<3>& out) const override {

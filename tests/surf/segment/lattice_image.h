@@ -25,7 +25,7 @@ class LatticeImage : public Field<Dim> {
       : extent_{{size, index_to_world, index_to_world.inverse()}, {}}, values_(std::move(values)) {
     box_.size = size;
     const auto [lowest, highest] = std::minmax_element(values_.begin(), values_.end());
-    extent_.range = {*lowest, *highest};
+    extent_.range = extent_.usual = {*lowest, *highest};
     extent_.rounded_to = rounding_step(values_, std::size_t(size[0]));
     for (int axis = 0; axis < Dim; ++axis) {
       const std::vector<float> before = values_;

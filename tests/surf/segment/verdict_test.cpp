@@ -133,6 +133,17 @@ TEST(Verdict, DoesNotTrustWhatTheBorderCutsOff) {
   EXPECT_NE(found->trust, Trust::kTrusted) << found->text();
 }
 
+TEST(Verdict, DoubtsWhatTheBorderCutsOffOverNearlyHalfOfItsBoundary) {
+  const FoundBall ball(-9, 17, 4);
+  ASSERT_TRUE(ball.is_found());
+  EXPECT_GT(ball.features().border_share, 0.4);
+  const auto found = verdict(ball.image.grid, *ball.search);
+  ASSERT_TRUE(found);
+  EXPECT_EQ(found->trust, Trust::kDoubtful);
+  EXPECT_NE(found->text().find("the border of the volume cuts it off"), std::string::npos)
+      << found->text();
+}
+
 // A click in the air, which is heeded after the one that finds the ball.
 TEST(Verdict, DoesNotTrustWhereNothingStandsOutRoundOneOfTheClicks) {
   const FoundBall in_the_air(24, 12, 2), ball(24, 12, 24);
