@@ -10,6 +10,7 @@
 #include <set>
 
 #include "libsurf/base/error.h"
+#include "libsurf/base/index_box.h"
 #include "libsurf/mesh/point_obstacles.h"
 #include "libsurf/segment/detail/point_text.h"
 #include "libsurf/segment/object_box.h"
@@ -76,14 +77,21 @@ std::string index_text(const Vector<Dim>& index) {
 template <int Dim>
 void check_click(const ImageExtent<Dim>& extent, const std::vector<Click<Dim>>& clicks,
                  const Click<Dim>& click) {
-  for (const Vector<Dim>& point : points_of(click))
-    if (!point.allFinite() || !extent.contains(point))
+  const char* image = Dim == 3 ? "volume" : "image";
+  for (const Vector<Dim>& point : points_of(click)) {
+    if (point.allFinite() && extent.contains(point)) continue;
+    const std::string where =
+        fmt::format("Click::point_mm{}: ({}) mm is {} ({})",
+                    click.side == Side::kInside ? "" : "[outside]", point_text<Dim>(point),
+                    cell_word<Dim>(), index_text<Dim>(extent.in_file.world_to_index * point));
+    const bool is_padded =
+        IndexBox<Dim>{{}, extent.size}.n() != IndexBox<Dim>{{}, extent.in_file.size}.n();
+    if (is_padded && extent.in_file.contains(point))
       throw UsageError(fmt::format(
-          "Click::point_mm{}: ({}) mm is {} ({}), outside the {} of {} {}s; is it in another "
-          "space?",
-          click.side == Side::kInside ? "" : "[outside]", point_text<Dim>(point), cell_word<Dim>(),
-          index_text<Dim>(extent.in_file.world_to_index * point), Dim == 3 ? "volume" : "image",
-          fmt::join(extent.in_file.size, " x "), cell_word<Dim>()));
+          "{}, in the padding of the {}, which has one value and was not scanned", where, image));
+    throw UsageError(fmt::format("{}, outside the {} of {} {}s; is it in another space?", where,
+                                 image, fmt::join(extent.in_file.size, " x "), cell_word<Dim>()));
+  }
   const bool is_inside = click.side == Side::kInside;
   if (const auto point =
           point_in_common<Dim>(extent, clicks, is_inside ? Side::kOutside : Side::kInside, click))

@@ -9,7 +9,6 @@
 #include <optional>
 
 #include "libsurf/base/image_box.h"
-#include "libsurf/base/index_box.h"
 #include "libsurf/energy/chan_vese.h"
 #include "libsurf/energy/shape_energy.h"
 
@@ -22,9 +21,8 @@ struct ImageExtent : ImageBox<Dim> {
   double rounded_to = 0;       ///< see rounding_step()
   /// Where nearly all values lie, see usual_range().
   std::array<float, 2> usual = range;
-  /// Its cells but for frames of one value, see box_within_padding().
-  IndexBox<Dim> scanned = {{}, this->size};
-  /// With the axes of its file, by which people know its cells: a Setting's is so.
+  /// With the axes of its file, by which people know its cells, and the padding that it may have
+  /// there (base/padding.h): a Setting's is so.
   ImageBox<Dim> in_file = *this;
 
   /// Of the usual values.

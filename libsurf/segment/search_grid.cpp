@@ -4,11 +4,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <tuple>
 #include <utility>
+
+#include "libsurf/base/usual_range.h"
 
 namespace surf::segment {
 namespace {
+
+constexpr std::size_t kSome = 1 << 14;  // nodes, that tell the range of all
 
 constexpr double kBlur = 0.55;  // nodes, the Gaussian's and the spline's: more hides thin walls
 constexpr double kSplineVariance = 1.0 / 3;  // cells^2
@@ -52,18 +55,6 @@ double interpolated(const NodeBox<Dim>& box, const std::vector<float>& values,
   return out;
 }
 
-/// Empty where they have nothing of two nodes along each axis in common.
-template <int Dim>
-std::optional<NodeBox<Dim>> common(const NodeBox<Dim>& a, const NodeBox<Dim>& b) {
-  typename NodeBox<Dim>::Index lower, upper;
-  for (int axis = 0; axis < Dim; ++axis) {
-    lower[axis] = std::max(a.lower[axis], b.lower[axis]);
-    upper[axis] = std::min(a.upper()[axis], b.upper()[axis]);
-    if (upper[axis] - lower[axis] < 2) return std::nullopt;
-  }
-  return NodeBox<Dim>::between(lower, upper);
-}
-
 template <int Dim>
 NodeBox<Dim> widened(const NodeBox<Dim>& part, int by, const NodeBox<Dim>& grid) {
   typename NodeBox<Dim>::Index lower, upper;
@@ -79,8 +70,7 @@ NodeBox<Dim> widened(const NodeBox<Dim>& part, int by, const NodeBox<Dim>& grid)
 template <int Dim>
 SearchLattice<Dim>::SearchLattice(const ImageExtent<Dim>& extent, double max_nodes,
                                   const std::optional<NodeBox<Dim>>& cells) {
-  const NodeBox<Dim>& all = extent.scanned;
-  const NodeBox<Dim> part = cells ? common(*cells, all).value_or(*cells) : all;
+  const NodeBox<Dim> part = cells.value_or(NodeBox<Dim>{{}, extent.size});
   const Vector<Dim> spacing = extent.index_to_world.linear().colwise().norm().transpose();
   double content = 1;
   for (int axis = 0; axis < Dim; ++axis) content *= spacing[axis] * part.size[axis];
@@ -94,8 +84,7 @@ SearchLattice<Dim>::SearchLattice(const ImageExtent<Dim>& extent, double max_nod
         std::max(1, int(std::ceil((part.size[axis] - 1) * spacing[axis] / node_mm - kSlack)));
     step[axis] = double(part.size[axis] - 1) / n_steps;
     box.size[axis] = n_steps + 1;
-    is_outside_beyond[axis] = {part.lower[axis] > all.lower[axis],
-                               part.upper()[axis] < all.upper()[axis]};
+    is_outside_beyond[axis] = {part.lower[axis] > 0, part.upper()[axis] < extent.size[axis]};
   }
   node_to_world = extent.index_to_world *
                   Eigen::Translation<double, Dim>(point_of<Dim>(part.lower)) * Eigen::Scaling(step);
@@ -222,8 +211,11 @@ auto SearchGrid<Dim>::made(const Field<Dim>& I, const NodeBox<Dim>& part,
 template <int Dim>
 std::vector<std::uint16_t> SearchGrid<Dim>::levels(const std::vector<float>& intensity) const {
   const auto [lowest, highest] = std::minmax_element(intensity.begin(), intensity.end());
-  float low = std::max(*lowest, usual_[0]), high = std::min(*highest, usual_[1]);
-  if (!(low < high)) std::tie(low, high) = std::pair(*lowest, *highest);
+  // Of these nodes, not of the image: a small bright object is more than a few of those near it.
+  std::vector<float> some;
+  for (std::size_t at = 0; at < intensity.size(); at += intensity.size() / kSome + 1)
+    some.push_back(intensity[at]);
+  const auto [low, high] = usual_range({*lowest, *highest}, std::move(some));
   const double scale = (kLevels - 1) / std::max(double(high) - low, 1e-300);
   std::vector<std::uint16_t> out(intensity.size());
   std::transform(intensity.begin(), intensity.end(), out.begin(), [&](float value) {

@@ -15,8 +15,7 @@
 
 namespace surf::segment {
 
-/// An isotropic grid over what was scanned of an image, from the first pixel or voxel to the last
-/// along each axis.
+/// An isotropic grid over an image, from the first pixel or voxel to the last along each axis.
 template <int Dim>
 struct SearchLattice {
   NodeBox<Dim> box;
@@ -34,7 +33,7 @@ struct SearchLattice {
   /// @param max_nodes  the grid is as fine as cells of the image's content, or as about so many
   ///                   nodes allow. Then what is found depends on the field of view, by a fraction
   ///                   of a node.
-  /// @param cells  the box round the object; none = all that was scanned
+  /// @param cells  the box round the object; none = the whole image
   SearchLattice(const ImageExtent<Dim>& extent, double max_nodes,
                 const std::optional<NodeBox<Dim>>& cells = {});
 };

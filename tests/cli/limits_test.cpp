@@ -178,6 +178,23 @@ TEST_F(Limits, MemoryThatIsAllowedIsKeptOrToldInOneLine) {
       << large.err;
 }
 
+// Libraries that end the process or ask again without end where they get no memory.
+TEST_F(Limits, MemoryThatRunsOutIsToldInOneLineWhereverItDoes) {
+  if (kIsSanitized) GTEST_SKIP() << "the sanitizer takes addresses of its own";
+  must({"phantom", "ball", "--size", "96", "--noise", "0.1", "-o", "v.nii"});
+  int n_told = 0;
+  for (int n_megabytes = 210; n_megabytes <= 690; n_megabytes += 60) {
+    const Outcome outcome = run({"segment", "v.nii", "--seed", "0,0,0", "-q", "-o", "s.stl",
+                                 "--memory", std::to_string(n_megabytes) + "MB"});
+    if (outcome.exit_code == 0) continue;
+    ++n_told;
+    EXPECT_EQ(outcome.exit_code, 3) << n_megabytes << ": " << outcome.err;
+    EXPECT_TRUE(outcome.err.starts_with("surfseg: error: ")) << outcome.err;
+    EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
+  }
+  EXPECT_GT(n_told, 1);
+}
+
 TEST_F(Limits, EdgesThatWouldMakeMillionsOfTrianglesAreRefusedAtOnce) {
   must({"phantom", "ball", "--size", "32", "--spacing", "1", "-o", "v.nii"});
   for (const std::vector<std::string>& start :

@@ -50,7 +50,10 @@ void keep_freed_memory() {
   if (!is_limited()) ask_for_large_pages();
 }
 
-void give_freed_memory_back() { ::malloc_trim(0); }
+void give_freed_memory_back() {
+  ::malloc_trim(0);
+  if (!is_limited()) ask_for_large_pages();  // what comes next begins where the heap was cut
+}
 
 #else
 

@@ -36,11 +36,11 @@ std::size_t limit_memory(const std::string& text) {
   if (n_bytes < kLeast)
     throw surf::UsageError(
         fmt::format("--memory: {} is less than the 200MB that the program itself needs", text));
-  give_freed_memory_back();  // the limit counts it
   rlimit limit{};
   ::getrlimit(RLIMIT_DATA, &limit);
   limit.rlim_cur = std::min(limit.rlim_max, static_cast<rlim_t>(n_bytes));
   ::setrlimit(RLIMIT_DATA, &limit);
+  give_freed_memory_back();  // the limit counts it
   return std::min(kKept, static_cast<std::size_t>(kShareKept * n_bytes));
 }
 

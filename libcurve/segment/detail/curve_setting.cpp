@@ -12,30 +12,55 @@
 #include "libcurve/segment/detail/image_model.h"
 #include "libcurve/segment/region_filter.h"
 #include "libsurf/base/content_hash.h"
+#include "libsurf/base/padding.h"
 #include "libsurf/base/rounding_step.h"
-#include "libsurf/segment/detail/look_at_values.h"
+#include "libsurf/base/usual_range.h"
+#include "libsurf/segment/detail/some_values.h"
 
 namespace surf::curve {
 
+namespace {
+
+/// Copies boxes of it.
+auto reader_of(const Image& image) {
+  return [&image](const std::array<int, 2>& lower, const std::array<int, 2>& upper) {
+    std::vector<float> out;
+    for (int j = lower[1]; j < upper[1]; ++j)
+      for (int i = lower[0]; i < upper[0]; ++i) out.push_back(image.value(i, j));
+    return out;
+  };
+}
+
+/// The image itself, or a copy of what was scanned of it.
+Image without_padding(const Image& image) {
+  const IndexBox<2> scanned = box_within_padding<2>(image.size(), reader_of(image));
+  if (scanned.size == image.size()) return image;
+  const Vector<2> first(scanned.lower[0], scanned.lower[1]);
+  return {scanned.size, image.pixel_to_plane() * Eigen::Translation2d(first),
+          reader_of(image)(scanned.lower, scanned.upper())};
+}
+
+}  // namespace
+
 CurveSetting::CurveSetting(const Image& image)
     : image_(image),
-      extent_{{image.size(), image.pixel_to_plane(), image.plane_to_pixel()},
-              image.range(),
-              rounding_step(image.values(), std::size_t(image.size()[0]))} {
-  segment::look_at_values(*this, extent_);
+      scanned_(without_padding(image)),
+      extent_{{scanned_.size(), scanned_.pixel_to_plane(), scanned_.plane_to_pixel()},
+              scanned_.range(),
+              rounding_step(scanned_.values(), std::size_t(scanned_.size()[0]))} {
+  extent_.usual =
+      usual_range(extent_.range, segment::some_values<2>(extent_.size, reader_of(scanned_)));
+  extent_.in_file = {image.size(), image.pixel_to_plane(), image.plane_to_pixel()};
 }
 
 std::vector<float> CurveSetting::values(const std::array<int, 2>& lower,
                                         const std::array<int, 2>& upper) const {
-  std::vector<float> out;
-  for (int j = lower[1]; j < upper[1]; ++j)
-    for (int i = lower[0]; i < upper[0]; ++i) out.push_back(image_.value(i, j));
-  return out;
+  return reader_of(scanned_)(lower, upper);
 }
 
 std::unique_ptr<segment::EnergyModel<2>> CurveSetting::make_model(
     const volume::FieldOptions& options) const {
-  return std::make_unique<ImageModel>(image_, extent_, options);
+  return std::make_unique<ImageModel>(scanned_, extent_, options);
 }
 
 std::unique_ptr<mesh::MovingMesh<2>> CurveSetting::make_shape(

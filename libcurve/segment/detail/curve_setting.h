@@ -41,6 +41,7 @@ class CurveSetting : public segment::Setting<2> {
   std::string hash_content() const override;
 
   Image image_;
+  Image scanned_;  ///< without its padding: all that is looked at
   segment::ImageExtent<2> extent_;
 };
 

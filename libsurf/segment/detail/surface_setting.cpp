@@ -4,6 +4,8 @@
 
 #include "libsurf/base/content_hash.h"
 #include "libsurf/base/error.h"
+#include "libsurf/base/padding.h"
+#include "libsurf/base/usual_range.h"
 #include "libsurf/io/write_surface.h"
 #include "libsurf/mesh/difference.h"
 #include "libsurf/mesh/distance.h"
@@ -15,7 +17,7 @@
 #include "libsurf/mesh/self_intersections.h"
 #include "libsurf/mesh/sheet_guard.h"
 #include "libsurf/mesh/verify.h"
-#include "libsurf/segment/detail/look_at_values.h"
+#include "libsurf/segment/detail/some_values.h"
 #include "libsurf/segment/detail/volume_model.h"
 
 namespace surf::segment {
@@ -51,29 +53,46 @@ std::vector<Component<3>> components_of(const Triangles& surface) {
   return out;
 }
 
+/// Copies boxes of it.
+auto reader_of(const volume::Volume& volume) {
+  return [&volume](const std::array<int, 3>& lower, const std::array<int, 3>& upper) {
+    const IndexBox<3> box = IndexBox<3>::between(lower, upper);
+    std::vector<float> out(box.n());
+    volume.copy_box(lower, upper, out.data());
+    return out;
+  };
+}
+
+/// The volume itself, or a copy of what was scanned of it.
+volume::Volume without_padding(const volume::Volume& volume) {
+  const IndexBox<3> scanned = box_within_padding<3>(volume.size(), reader_of(volume));
+  if (scanned.size == volume.size()) return volume;
+  const Vector<3> first(scanned.lower[0], scanned.lower[1], scanned.lower[2]);
+  return {scanned.size, volume.index_to_world() * Eigen::Translation3d(first),
+          reader_of(volume)(scanned.lower, scanned.upper())};
+}
+
 }  // namespace
 
 SurfaceSetting::SurfaceSetting(const volume::Volume& volume)
-    : volume_(volume.in_ras_order()), extent_(extent_of(volume_)) {
-  look_at_values(*this, extent_);
+    : volume_(volume.in_ras_order()),
+      scanned_(without_padding(volume_)),
+      extent_(extent_of(scanned_)) {
+  extent_.usual = usual_range(extent_.range, some_values<3>(extent_.size, reader_of(scanned_)));
   extent_.in_file = {volume.size(), volume.index_to_world(), volume.world_to_index()};
 }
 
 std::vector<float> SurfaceSetting::values(const std::array<int, 3>& lower,
                                           const std::array<int, 3>& upper) const {
-  std::size_t n = 1;
-  for (int axis = 0; axis < 3; ++axis) n *= std::size_t(upper[axis] - lower[axis]);
-  std::vector<float> out(n);
-  volume_.copy_box(lower, upper, out.data());
-  return out;
+  return reader_of(scanned_)(lower, upper);
 }
 
 std::unique_ptr<EnergyModel<3>> SurfaceSetting::make_model(const FieldOptions& options) const {
-  return std::make_unique<ImageModel>(volume_, options.smoothing, options.filter);
+  return std::make_unique<ImageModel>(scanned_, options.smoothing, options.filter);
 }
 
 std::shared_ptr<const Field<3>> SurfaceSetting::rough_intensity(const FieldOptions& options) const {
-  return volume::rough_intensity_field(volume_, options.smoothing);
+  return volume::rough_intensity_field(scanned_, options.smoothing);
 }
 
 std::unique_ptr<mesh::MovingMesh<3>> SurfaceSetting::make_shape(

@@ -44,6 +44,7 @@ class SurfaceSetting : public Setting<3> {
   std::string hash_content() const override;
 
   volume::Volume volume_;
+  volume::Volume scanned_;  ///< without its padding: all that is looked at
   ImageExtent<3> extent_;
 };
 

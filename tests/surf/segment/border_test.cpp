@@ -6,6 +6,7 @@
 #include <numbers>
 #include <random>
 
+#include "libsurf/base/error.h"
 #include "libsurf/mesh/distance.h"
 #include "libsurf/mesh/measure.h"
 #include "libsurf/mesh/primitives.h"
@@ -162,6 +163,44 @@ TEST_P(CutObject, IsFoundFromItsSeedAlone) {
           scene, options, kRadius,
           fmt::format("{} faces, noise {}, from its seed {}", scene.n_faces, noise, energy));
     }
+}
+
+/// The volume within a frame of one value.
+volume::Volume padded(const volume::Volume& volume, int by, float value) {
+  const int size = kSize + 2 * by;
+  std::vector<float> values;
+  for (int k = -by; k < kSize + by; ++k)
+    for (int j = -by; j < kSize + by; ++j)
+      for (int i = -by; i < kSize + by; ++i) {
+        const bool is_within = std::min({i, j, k}) >= 0 && std::max({i, j, k}) < kSize;
+        values.push_back(is_within ? volume.value(i, j, k) : value);
+      }
+  return {
+      {size, size, size}, Eigen::Affine3d(Eigen::Translation3d(Vector3d::Constant(-by))), values};
+}
+
+TEST_P(CutObject, IsFoundInAPaddedScanAsInTheScan) {
+  const CutBall scene{GetParam(), 6, 0.1};
+  SegmentOptions options;
+  options.seeds_mm = {scene.centre()};
+  const volume::Volume scan = scene.volume();
+  const SegmentResult alone = segment(scan, options);
+  ASSERT_FALSE(alone.proposals.empty());
+  for (const float value : {-10.f, 0.f, 3.f}) {
+    const SegmentResult result = segment(padded(scan, 9, value), options);
+    ASSERT_FALSE(result.proposals.empty());
+    EXPECT_NEAR(result.proposals[0].enclosed, alone.proposals[0].enclosed,
+                1e-3 * alone.proposals[0].enclosed)
+        << value;
+    ASSERT_TRUE(result.verdict && alone.verdict);
+    EXPECT_EQ(result.verdict->trust, alone.verdict->trust) << value;
+    EXPECT_NEAR(mesh::volume_mm3(result.shape), mesh::volume_mm3(alone.shape),
+                1e-3 * mesh::volume_mm3(alone.shape))
+        << value;
+  }
+  // Nothing was scanned there.
+  options.outside_mm = {Vector3d(-5, 6, 6)};
+  EXPECT_THROW(segment(padded(scan, 9, -10), options), UsageError);
 }
 
 INSTANTIATE_TEST_SUITE_P(FaceEdgeAndCorner, CutObject, ::testing::Values(1, 2, 3));

@@ -2,8 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
-#include <array>
 #include <stdexcept>
 
 #include "tests/surf/segment/ball_field.h"
@@ -48,33 +46,31 @@ TEST(SearchGridTest, MakesOnlyWhatIsAskedFor) {
   EXPECT_GE(grid.memory_bytes(), 14 * grid.box().n());
 }
 
-TEST(SearchGridTest, EndsWithWhatWasScanned) {
-  ImageExtent<3> extent = test::BallField::extent();
-  extent.scanned = NodeBox<3>::between({10, 0, 3}, {100, 60, 97});
-  const SearchLattice<3> lattice(extent, 1.5e6);
-  EXPECT_EQ(lattice.box.size, extent.scanned.size);
-  EXPECT_EQ(lattice.node_to_world * Vector<3>::Zero(), Vector<3>(10, 0, 3));
-  EXPECT_EQ(lattice.is_outside_beyond, decltype(lattice.is_outside_beyond){});
-  // Faces of a box at its end are the border's, not those of the box.
-  const SearchLattice<3> boxed(extent, 1.5e6, NodeBox<3>::between({5, 10, 20}, {40, 100, 90}));
-  EXPECT_EQ(boxed.box.size, (std::array{30, 50, 70}));
-  EXPECT_EQ(boxed.node_to_world * Vector<3>::Zero(), Vector<3>(10, 10, 20));
-  EXPECT_EQ(boxed.is_outside_beyond,
-            (decltype(boxed.is_outside_beyond){{{false, true}, {true, false}, {true, true}}}));
-}
-
-TEST(SearchGridTest, LevelsAreThoseOfUsualIntensities) {
-  const test::BallField field(Vector<3>(50, 50, 50), 12);
-  ImageExtent<3> extent = test::BallField::extent();
-  const SearchGrid<3> grid(field, extent, test::ball_lattice());
-  extent.usual = {0.2f, 0.6f};
-  const SearchGrid<3> usual(field, extent, test::ball_lattice());
-  EXPECT_NEAR(usual.width(), 0.4, 1e-6);
-  EXPECT_EQ(usual.intensity(), grid.intensity());
-  for (std::size_t at = 0; at < grid.box().n(); at += 7) {
-    const double share = (std::clamp(double(grid.intensity()[at]), 0.2, 0.6) - 0.2) / 0.4;
-    EXPECT_NEAR(usual.level()[at], share * (SearchGrid<3>::kLevels - 1), 1);
+/// One voxel of it is broken.
+class BrokenField : public test::BallField {
+ public:
+  using BallField::BallField;
+  void sample(const Points<3>& x, Derivatives order, Samples<3>& out) const override {
+    BallField::sample(x, order, out);
+    for (Eigen::Index i = 0; i < x.rows(); ++i)
+      if (x.row(i).transpose() == Vector<3>(3, 4, 5)) out.value[i] = 1e6;
   }
+};
+
+TEST(SearchGridTest, OneBrokenVoxelLeavesTheOthersTheirLevels) {
+  const test::BallField field(Vector<3>(50, 50, 50), 12);
+  const BrokenField broken(Vector<3>(50, 50, 50), 12);
+  const ImageExtent<3> extent = test::BallField::extent();
+  const SearchGrid<3> grid(field, extent, test::ball_lattice()),
+      beside(broken, extent, test::ball_lattice());
+  const auto levels_between = [](const SearchGrid<3>& of, const NodeBox<3>::Index& a,
+                                 const NodeBox<3>::Index& b) {
+    return of.level()[of.box().at(a)] - of.level()[of.box().at(b)];
+  };
+  // From the background to the ball's middle.
+  EXPECT_GT(levels_between(grid, {50, 50, 50}, {20, 20, 20}), 0.8 * SearchGrid<3>::kLevels);
+  EXPECT_GT(levels_between(beside, {50, 50, 50}, {20, 20, 20}), 0.1 * SearchGrid<3>::kLevels);
+  EXPECT_EQ(beside.level()[beside.box().at({3, 4, 5})], SearchGrid<3>::kLevels - 1);
 }
 
 }  // namespace

@@ -136,7 +136,7 @@ TEST(Verdict, DoesNotTrustWhatTheBorderCutsOff) {
 TEST(Verdict, DoubtsWhatTheBorderCutsOffOverNearlyHalfOfItsBoundary) {
   const FoundBall ball(-9, 17, 4);
   ASSERT_TRUE(ball.is_found());
-  EXPECT_GT(ball.features().border_share, 0.4);
+  EXPECT_GT(ball.features().border_share, 0.3);
   const auto found = verdict(ball.image.grid, *ball.search);
   ASSERT_TRUE(found);
   EXPECT_EQ(found->trust, Trust::kDoubtful);
