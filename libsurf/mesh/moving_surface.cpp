@@ -205,6 +205,7 @@ bool MovingSurface::resolve_events() {
     events_.push_back({region.change, region.place, region.volume_change_mm3});
   }
   remove_phantoms_and_crumbs();
+  bring_into_box();
   if (!obstacles().empty()) {
     push_away();
     if (const auto lost = lost_obstacles(); !lost.empty()) {
@@ -214,6 +215,17 @@ bool MovingSurface::resolve_events() {
   }
   note_rebuilt(to);
   return true;
+}
+
+/// Surgery's grid knows nothing of the box. A vertex beyond it would come back with the next move,
+/// however short: J then rises at steps of any length, and the evolution ends.
+void MovingSurface::bring_into_box() {
+  const Points<3> from = points(mesh_);
+  Points<3> to = from;
+  keep_in_box(to);
+  if (to == from) return;
+  hold_intersecting(from, to, elements(mesh_));
+  set_points(mesh_, to);
 }
 
 /// Where vertices are that were not there before surgery.
@@ -326,6 +338,7 @@ void MovingSurface::resolve_initial_crossings() {
   if (operate(mesh_, events, surgery).n_unresolved > 0)
     throw InvalidMesh("the initial surface intersects itself and could not be rebuilt");
   remove_phantoms_and_crumbs();
+  bring_into_box();
   note_rebuilt(initial.points);
 }
 

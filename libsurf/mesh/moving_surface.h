@@ -31,6 +31,7 @@ class MovingSurface : public MovingMesh<3> {
   void hold_sheets_apart(const Points<3>& from, Points<3>& to, const Elements<3>& T) const;
   void hold_contested_sheets(const Points<3>& from, Points<3>& to, const Elements<3>& T) const;
   void hold(const Points<3>& from, Points<3>& to, const Elements<3>& T) const;
+  void bring_into_box();
   std::vector<Vector<3>> push_away();
   bool holds_a_point(const Triangles& surface, const std::vector<int>& of_triangle,
                      int shell) const;

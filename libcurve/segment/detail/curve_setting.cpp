@@ -105,8 +105,9 @@ bool CurveSetting::is_embedded(const Segments& shape) const {
 Segments CurveSetting::moved(const Segments& shape, const Points<2>& to) const {
   Segments out{to, shape.elements};
   for (Eigen::Index i = 0; i < to.rows(); ++i)
-    out.points.row(i) =
-        extent_.clamped(to.row(i), extent_.faces(shape.points.row(i).transpose())).transpose();
+    if (to.row(i) != shape.points.row(i))  // what stays stays to the last bit
+      out.points.row(i) =
+          extent_.clamped(to.row(i), extent_.faces(shape.points.row(i).transpose())).transpose();
   while (true) {
     const auto pairs = intersections(out.points, out.elements);
     bool has_changed = false;

@@ -16,7 +16,6 @@ namespace {
 
 constexpr std::array kLengths = {4.0, 6.0, 8.0, 12.0, 16.0, 24.0};  // cells
 constexpr int kMiddle = 3;                                          // of the lengths
-constexpr int kReweightings = 0;  // with 1 errors on phantoms are the same to 1e-4 voxel
 constexpr int kPatches = 4;
 constexpr Eigen::Index kOfPatch = 1500;  // vertices
 constexpr Eigen::Index kWhole = kPatches * kOfPatch;
@@ -137,7 +136,7 @@ PriorChoice<Dim> choose_prior(const fem::Geometry<Dim>& geometry, const BendingM
     tbb::parallel_for(0, 2, [&](int half) {
       if (stop.stop_requested()) return;
       const Eigen::VectorXd moves =
-          posterior<Dim>(prior, bent, shape, seen[half], prior.smoothing(), kReweightings, stop)
+          posterior<Dim>(prior, bent, shape, seen[half], prior.smoothing())
               .mean()
               .cwiseMax(-most_mm)
               .cwiseMin(most_mm);

@@ -125,7 +125,7 @@ double Posterior::variance_of(const Eigen::VectorXd& c) const {
 template <int Dim>
 Posterior posterior(const SmoothMoves<Dim>& prior, const BendingMatrices& bending,
                     const fem::Geometry<Dim>& geometry, const Observations& data,
-                    const Eigen::VectorXd& moves, int n_reweightings, const std::stop_token& stop) {
+                    const Eigen::VectorXd& moves) {
   const Eigen::VectorXd information = (data.P * Eigen::VectorXd::Ones(data.b.size()))
                                           .cwiseQuotient(geometry.lumped_mass().cwiseMax(1e-300));
   // Of the vertices that see cells: those on the image's border do not.
@@ -133,12 +133,8 @@ Posterior posterior(const SmoothMoves<Dim>& prior, const BendingMatrices& bendin
   for (const double one : information)
     if (one > 0) seen.push_back(one);
   const double tau = prior.stiffness(seen.empty() ? 1 : median(std::move(seen)));
-  Eigen::VectorXd weights = prior.weights(moves, tau);
-  for (int round = 0;; ++round) {
-    Posterior out(bending.cholesky(), prior.precision(tau, weights), data, prior.smoothing());
-    if (round == n_reweightings || stop.stop_requested()) return out;
-    weights = prior.weights(out.mean(), tau);
-  }
+  return {bending.cholesky(), prior.precision(tau, prior.weights(moves, tau)), data,
+          prior.smoothing()};
 }
 
 #define SURF_INSTANTIATE(Dim)                                                        \
@@ -146,7 +142,7 @@ Posterior posterior(const SmoothMoves<Dim>& prior, const BendingMatrices& bendin
   template class SmoothMoves<Dim>;                                                   \
   template Posterior posterior<Dim>(const SmoothMoves<Dim>&, const BendingMatrices&, \
                                     const fem::Geometry<Dim>&, const Observations&,  \
-                                    const Eigen::VectorXd&, int, const std::stop_token&);
+                                    const Eigen::VectorXd&);
 SURF_INSTANTIATE(2)
 SURF_INSTANTIATE(3)
 #undef SURF_INSTANTIATE

@@ -4,7 +4,6 @@
 #include <Eigen/Core>
 #include <Eigen/SparseCore>
 #include <memory>
-#include <stop_token>
 #include <vector>
 
 #include "libsurf/base/sparse_cholesky.h"
@@ -105,13 +104,11 @@ class Posterior {
   Eigen::VectorXd prior_force_;  // Q (mean - mean_before)
 };
 
-/// The moves after observations of usual strength: by a prior whose weights are those of the moves,
-/// then so many times those of the mean.
+/// The moves after observations of usual strength, by a prior whose weights are those of the moves.
 /// @param bending  of the geometry, as the prior's
 template <int Dim>
 Posterior posterior(const SmoothMoves<Dim>& prior, const BendingMatrices& bending,
                     const fem::Geometry<Dim>& geometry, const Observations& data,
-                    const Eigen::VectorXd& moves, int n_reweightings,
-                    const std::stop_token& stop = {});
+                    const Eigen::VectorXd& moves);
 
 }  // namespace surf::segment

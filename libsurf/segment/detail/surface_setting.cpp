@@ -138,8 +138,9 @@ bool SurfaceSetting::is_embedded(const Triangles& shape) const {
 Triangles SurfaceSetting::moved(const Triangles& shape, const Points<3>& to) const {
   Triangles out{to, shape.elements};
   for (Eigen::Index i = 0; i < to.rows(); ++i)
-    out.points.row(i) =
-        extent_.clamped(to.row(i), extent_.faces(shape.points.row(i).transpose())).transpose();
+    if (to.row(i) != shape.points.row(i))  // what stays stays to the last bit
+      out.points.row(i) =
+          extent_.clamped(to.row(i), extent_.faces(shape.points.row(i).transpose())).transpose();
   mesh::hold_slivers(shape.points, out.points, out.elements, kLeastAngleDeg);
   mesh::hold_intersecting(shape.points, out.points, out.elements);
   return out;

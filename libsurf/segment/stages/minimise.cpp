@@ -1,6 +1,8 @@
 #include <fmt/format.h>
+#include <tbb/parallel_invoke.h>
 
 #include <cmath>
+#include <memory>
 
 #include "libsurf/segment/stages/rest.h"
 #include "libsurf/segment/stages/size.h"
@@ -121,7 +123,11 @@ bool minimise(Work<Dim>& work, const Minimisation<Dim>& minimisation) {
                       options.edge_length_mm, options.coarseness * options.edge_length_mm);
   options.region = work.region;
   options.stop = work.stop;
-  const auto shape = work.setting().make_shape(work.shape, options);
+  // The first mending has one thread for much of its time; the fields need not wait for it.
+  std::unique_ptr<mesh::MovingMesh<Dim>> shape;
+  std::unique_ptr<energy::EnergySum<Dim>> energy;
+  tbb::parallel_invoke([&] { shape = work.setting().make_shape(work.shape, options); },
+                       [&] { energy = make_energy<Dim>(terms, context(work, *model)); });
   if (work.is_stopped()) {
     report.outcome = Outcome::kStopped;
     report.message = "interrupted before the first step";
@@ -148,7 +154,6 @@ bool minimise(Work<Dim>& work, const Minimisation<Dim>& minimisation) {
     work.border_share = shape->border_share();
     return work.tell(report.name, record, shape_now) && at_rest.empty();
   };
-  const auto energy = make_energy<Dim>(terms, context(work, *model));
   report.flow = flow::evolve<Dim>(*shape, *energy, flow, on_step);
   if (!at_rest.empty() && !work.is_stopped()) {
     report.flow.termination = flow::Termination::kConverged;
