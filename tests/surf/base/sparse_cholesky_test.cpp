@@ -1,11 +1,14 @@
 #include "libsurf/base/sparse_cholesky.h"
 
 #include <gtest/gtest.h>
+#include <tbb/global_control.h>
 
 #include <Eigen/Dense>
 #include <array>
 #include <random>
+#include <stdexcept>
 #include <thread>
+#include <utility>
 #include <vector>
 
 namespace surf {
@@ -72,6 +75,49 @@ TEST(SparseCholesky, SeveralThreadsHaveTheirOwn) {
     });
   for (std::thread& thread : threads) thread.join();
   for (const bool is_same : are_same) EXPECT_TRUE(is_same);
+}
+
+// Large enough for many branches of the tree, and for blocks above them.
+TEST(SparseCholesky, IsTheSameForAnyNumberOfThreads) {
+  const Sparse A = squared_laplacian(70, 3, 0.01);
+  const Eigen::MatrixXd rhs = Eigen::MatrixXd::Identity(A.rows(), 40);
+  const auto solved = [&](int n_threads) {
+    const tbb::global_control threads(tbb::global_control::max_allowed_parallelism,
+                                      std::size_t(n_threads));
+    const SparseCholesky factor(A);
+    return std::pair(factor.solve(rhs), factor.inverse_diagonal());
+  };
+  const auto [X, diagonal] = solved(1);
+  EXPECT_LT((A * X - rhs).norm(), 1e-9 * rhs.norm());
+  for (int i = 0; i < rhs.cols(); ++i) EXPECT_NEAR(diagonal[i], X(i, i), 1e-9 * X(i, i));
+  for (const int n_threads : {2, 5}) {
+    const auto [Y, again] = solved(n_threads);
+    EXPECT_EQ(X, Y);
+    EXPECT_EQ(diagonal, again);
+  }
+}
+
+TEST(SparseCholesky, ForestsHaveFactorsToo) {
+  const Sparse one = squared_laplacian(12, 1, 0.01);
+  const auto n = one.rows();
+  std::vector<Eigen::Triplet<double>> entries;
+  for (const int part : {0, 1, 2})
+    for (int j = 0; j < one.outerSize(); ++j)
+      for (Sparse::InnerIterator entry(one, j); entry; ++entry)
+        entries.emplace_back(part * n + entry.row(), part * n + j, entry.value());
+  Sparse A(3 * n + 1, 3 * n + 1);
+  entries.emplace_back(3 * n, 3 * n, 4);  // and a node by itself
+  A.setFromTriplets(entries.begin(), entries.end());
+  const SparseCholesky factor(A);
+  ASSERT_TRUE(factor.is_definite());
+  const Eigen::VectorXd rhs = Eigen::VectorXd::LinSpaced(A.rows(), -1, 1);
+  EXPECT_LT((A * factor.solve(rhs) - rhs).norm(), 1e-9 * rhs.norm());
+  EXPECT_NEAR(factor.inverse_diagonal()[3 * n], 0.25, 1e-15);
+}
+
+TEST(SparseCholesky, RefusesAMatrixOfOtherNonzeros) {
+  const CholeskyPattern pattern(squared_laplacian(8, 1, 1));
+  EXPECT_THROW(SparseCholesky(pattern, squared_laplacian(9, 1, 1)), std::logic_error);
 }
 
 TEST(SparseCholesky, TheMemoryOfOneWithoutAFactorServesTheNext) {

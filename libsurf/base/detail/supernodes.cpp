@@ -1,0 +1,232 @@
+#include "libsurf/base/detail/supernodes.h"
+
+#include <cblas-openblas.h>
+#include <tbb/enumerable_thread_specific.h>
+#include <tbb/task_group.h>
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <atomic>
+#include <stdexcept>
+
+#include "libsurf/base/detail/one_blas_thread.h"
+
+extern "C" int dpotrf_(const char* triangle, const int* n, double* A, const int* stride, int* info);
+
+namespace surf {
+namespace {
+
+// A branch has at most this share of the operations, or so many of them.
+constexpr double kBranchShare = 1.0 / 32, kBranchLeast = 1e6;
+constexpr double kPerNode = 2e3;  // operations that a block costs besides its own
+
+/// Of a block of so many columns with so many rows below them, about.
+double operations(double n_columns, double n_below) {
+  return n_columns * (n_columns * n_columns / 3 + n_columns * n_below + n_below * n_below) +
+         kPerNode;
+}
+
+}  // namespace
+
+SupernodeTree::SupernodeTree(const cholmod_factor& L, const Eigen::SparseMatrix<double>& A)
+    : n_(L.n), n_values_(L.xsize), n_nonzeros_(std::size_t(A.nonZeros())) {
+  const auto *super = static_cast<const int*>(L.super), *pi = static_cast<const int*>(L.pi),
+             *px = static_cast<const int*>(L.px), *s = static_cast<const int*>(L.s),
+             *order = static_cast<const int*>(L.Perm);
+  rows_.assign(s, s + L.ssize);
+  in_parent_.resize(L.ssize);
+  std::vector<int> node_of(n_), place(n_);
+  for (int k = 0; k < int(L.nsuper); ++k) {
+    Node& node = nodes_.emplace_back();
+    node.first_column = super[k];
+    node.n_columns = super[k + 1] - super[k];
+    node.rows = std::size_t(pi[k]);
+    node.n_rows = pi[k + 1] - pi[k];
+    node.values = std::size_t(px[k]);
+    std::fill_n(node_of.begin() + super[k], node.n_columns, k);
+  }
+  for (int k = 0; k < int(nodes_.size()); ++k) {
+    Node& node = nodes_[k];
+    node.parent = node.n_below() > 0 ? node_of[rows_[node.rows + node.n_columns]] : -1;
+    if (node.parent >= 0) nodes_[node.parent].children.push_back(k);
+  }
+  for (const Node& node : nodes_) {
+    for (int row = 0; row < node.n_rows; ++row) place[rows_[node.rows + row]] = row;
+    for (const int child : node.children) {
+      const Node& below = nodes_[child];
+      for (int row = below.n_columns; row < below.n_rows; ++row)
+        in_parent_[below.rows + row] = place[rows_[below.rows + row]];
+    }
+  }
+  find_branches();
+
+  std::vector<int> place_of(n_);  // in L
+  for (std::size_t k = 0; k < n_; ++k) place_of[order[k]] = int(k);
+  std::vector<std::size_t> n_entries(nodes_.size() + 1, 0);
+  const auto for_each_entry = [&](const auto& call) {
+    for (int j = 0; j < A.outerSize(); ++j)
+      for (int at = A.outerIndexPtr()[j]; at < A.outerIndexPtr()[j + 1]; ++at) {
+        if (A.innerIndexPtr()[at] < j) continue;
+        const auto [column, row] = std::minmax(place_of[j], place_of[A.innerIndexPtr()[at]]);
+        call(at, column, row);
+      }
+  };
+  for_each_entry([&](int, int column, int) { ++n_entries[node_of[column] + 1]; });
+  for (std::size_t k = 0; k < nodes_.size(); ++k) {
+    nodes_[k].entries = n_entries[k];
+    n_entries[k + 1] += n_entries[k];
+  }
+  entries_.resize(n_entries.back());
+  for_each_entry([&](int at, int column, int row) {
+    const Node& node = nodes_[node_of[column]];
+    const auto begin = rows_.begin() + std::ptrdiff_t(node.rows);
+    const auto in_block = int(std::lower_bound(begin, begin + node.n_rows, row) - begin);
+    entries_[n_entries[node_of[column]]++] = {
+        at, (column - node.first_column) * node.n_rows + in_block};
+  });
+}
+
+/// The nodes are in postorder: a branch is a range of them.
+void SupernodeTree::find_branches() {
+  std::vector<double> of_branch(nodes_.size(), 0);
+  double all = 0;
+  for (int k = 0; k < int(nodes_.size()); ++k) {
+    Node& node = nodes_[k];
+    node.first = node.children.empty() ? k : nodes_[node.children.front()].first;
+    const double own = operations(node.n_columns, node.n_below());
+    all += own;
+    of_branch[k] += own;
+    if (node.parent >= 0) of_branch[node.parent] += of_branch[k];
+  }
+  for (int k = 0; k < int(nodes_.size()); ++k)
+    nodes_[k].is_branch =
+        nodes_[k].children.empty() || of_branch[k] <= std::max(kBranchShare * all, kBranchLeast);
+}
+
+/// Each node after those below it.
+void SupernodeTree::up(const std::function<void(int)>& visit) const {
+  std::vector<std::atomic<int>> awaited(nodes_.size());
+  for (std::size_t k = 0; k < nodes_.size(); ++k) awaited[k] = int(nodes_[k].children.size());
+  tbb::task_group tasks;
+  for (int k = 0; k < int(nodes_.size()); ++k) {
+    const int parent = nodes_[k].parent;
+    if (!nodes_[k].is_branch || (parent >= 0 && nodes_[parent].is_branch)) continue;
+    tasks.run([&, k] {
+      const OneBlasThread one;
+      for (int each = nodes_[k].first; each <= k; ++each) visit(each);
+      for (int above = nodes_[k].parent; above >= 0 && --awaited[above] == 0;
+           above = nodes_[above].parent)
+        visit(above);
+    });
+  }
+  tasks.wait();
+}
+
+/// Each node before those below it.
+void SupernodeTree::down(const std::function<void(int)>& visit) const {
+  tbb::task_group tasks;
+  const std::function<void(int)> start = [&](int k) {
+    tasks.run([&, k] {
+      const OneBlasThread one;
+      if (nodes_[k].is_branch) {
+        for (int each = k; each >= nodes_[k].first; --each) visit(each);
+        return;
+      }
+      visit(k);
+      for (const int child : nodes_[k].children) start(child);
+    });
+  };
+  for (int k = 0; k < int(nodes_.size()); ++k)
+    if (nodes_[k].parent < 0) start(k);
+  tasks.wait();
+}
+
+bool SupernodeTree::factor(const Eigen::SparseMatrix<double>& A, double* L) const {
+  if (std::size_t(A.nonZeros()) != n_nonzeros_)
+    throw std::logic_error("SparseCholesky: the matrix has not the nonzeros of the pattern");
+  std::vector<std::vector<double>> updates(nodes_.size());  // lower triangles, column by column
+  std::atomic<bool> is_definite = true;
+  up([&](int k) {
+    const Node& node = nodes_[k];
+    const int m = node.n_columns, n_rows = node.n_rows, n_below = node.n_below();
+    double* const block = L + node.values;
+    std::fill_n(block, std::size_t(m) * n_rows, 0.0);
+    const std::size_t end = k + 1 < int(nodes_.size()) ? nodes_[k + 1].entries : entries_.size();
+    for (std::size_t entry = node.entries; entry < end; ++entry)
+      block[entries_[entry].to] = A.valuePtr()[entries_[entry].from];
+    std::vector<double>& update = updates[k];
+    update.assign(std::size_t(n_below) * n_below, 0.0);
+    for (const int child : node.children) {
+      const int n = nodes_[child].n_below();
+      const int* to_row = in_parent_.data() + nodes_[child].rows + nodes_[child].n_columns;
+      for (int j = 0; j < n; ++j) {
+        const double* from = updates[child].data() + std::size_t(j) * n;
+        const int column = to_row[j];
+        double* const to = column < m ? block + std::size_t(column) * n_rows
+                                      : update.data() + std::size_t(column - m) * n_below - m;
+        for (int i = j; i < n; ++i) to[to_row[i]] += from[i];
+      }
+      std::vector<double>().swap(updates[child]);
+    }
+    int info = 0;
+    dpotrf_("L", &m, block, &n_rows, &info);
+    if (info != 0) is_definite = false;
+    if (n_below == 0 || !is_definite) return;
+    cblas_dtrsm(CblasColMajor, CblasRight, CblasLower, CblasTrans, CblasNonUnit, n_below, m, 1,
+                block, n_rows, block + m, n_rows);
+    cblas_dsyrk(CblasColMajor, CblasLower, CblasNoTrans, n_below, m, -1, block + m, n_rows, 1,
+                update.data(), n_below);
+  });
+  return is_definite;
+}
+
+/// Block by block from the last: with L = (L_JJ, 0; L_RJ, .) and Y = L_RJ L_JJ^-1,
+/// Z_RJ = -Z_RR Y, Z_JJ = L_JJ^-T L_JJ^-1 - Y^T Z_RJ, on the nonzeros of L.
+Eigen::VectorXd SupernodeTree::inverse_diagonal(const double* L) const {
+  std::vector<double> Z(n_values_);
+  Eigen::VectorXd out(static_cast<Eigen::Index>(n_));
+  std::vector<int> node_of(n_);
+  for (int k = 0; k < int(nodes_.size()); ++k)
+    std::fill_n(node_of.begin() + nodes_[k].first_column, nodes_[k].n_columns, k);
+  tbb::enumerable_thread_specific<std::vector<int>> places(std::vector<int>(n_, 0));
+
+  // Z_RR, its lower triangle, from the blocks that are found.
+  const auto below = [&](const Node& node) {
+    std::vector<int>& place = places.local();
+    const int* R = rows_.data() + node.rows + node.n_columns;
+    const int n = node.n_below();
+    Eigen::MatrixXd Z_RR(n, n);
+    for (int first = 0; first < n;) {
+      const int k = node_of[R[first]];
+      const Node& later = nodes_[k];
+      for (int row = 0; row < later.n_rows; ++row) place[rows_[later.rows + row]] = row;
+      int column = first;
+      for (; column < n && node_of[R[column]] == k; ++column) {
+        const double* from =
+            Z.data() + later.values + std::size_t(R[column] - later.first_column) * later.n_rows;
+        for (int row = column; row < n; ++row) Z_RR(row, column) = from[place[R[row]]];
+      }
+      first = column;
+    }
+    return Z_RR;
+  };
+  down([&](int k) {
+    const Node& node = nodes_[k];
+    const int m = node.n_columns, n_below = node.n_below();
+    const Eigen::Map<const Eigen::MatrixXd> block(L + node.values, node.n_rows, m);
+    Eigen::Map<Eigen::MatrixXd> found(Z.data() + node.values, node.n_rows, m);
+    const Eigen::MatrixXd inverse =
+        block.topRows(m).triangularView<Eigen::Lower>().solve(Eigen::MatrixXd::Identity(m, m));
+    found.topRows(m).noalias() = inverse.transpose() * inverse;
+    if (n_below > 0) {
+      const Eigen::MatrixXd Y = block.bottomRows(n_below) * inverse, Z_RR = below(node);
+      cblas_dsymm(CblasColMajor, CblasLeft, CblasLower, n_below, m, -1, Z_RR.data(), n_below,
+                  Y.data(), n_below, 0, found.data() + m, node.n_rows);
+      found.topRows(m).noalias() -= Y.transpose() * found.bottomRows(n_below);
+    }
+    for (int j = 0; j < m; ++j) out[node.first_column + j] = found(j, j);
+  });
+  return out;
+}
+
+}  // namespace surf
