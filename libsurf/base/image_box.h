@@ -15,6 +15,7 @@ template <int Dim>
 struct ImageBox {
   using Affine = Eigen::Transform<double, Dim, Eigen::Affine>;
   using Index = Eigen::Array<double, Dim, 1>;
+  static constexpr double kNear = 1e-6;  ///< cells: a point as near to a face lies on it
 
   std::array<int, Dim> size;
   Affine index_to_world, world_to_index;
@@ -29,10 +30,14 @@ struct ImageBox {
     const Index at = index(point_mm);
     return (at >= first()).all() && (at <= last()).all();
   }
+  /// Whether it lies outside, and on no face.
+  bool is_beyond(const Vector<Dim>& point_mm) const {
+    const Index at = index(point_mm);
+    return (at < first() - kNear).any() || (at > last() + kNear).any();
+  }
   /// The faces that a point lies on, to 1e-6 of a cell, one bit each: those with the first and with
   /// the last index along each axis.
   std::uint8_t faces(const Vector<Dim>& point_mm) const {
-    constexpr double kNear = 1e-6;
     const Index at = index(point_mm);
     std::uint8_t out = 0;
     for (int axis = 0; axis < Dim; ++axis) {

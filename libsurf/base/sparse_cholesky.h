@@ -20,14 +20,15 @@ class CholeskyPattern {
   std::shared_ptr<const Impl> impl_;
 };
 
-/// A = P^T L L^T P by CHOLMOD, whose dense blocks of columns make it 6 times as fast as
-/// Eigen::SimplicialLDLT on A M A of a surface of 40,000 vertices (0.47 s against 2.85 s), 10 times
-/// on 90,000. What a member returns does not depend on threads; no two may use an object at once.
+/// A = P^T L L^T P: order, nonzeros and solving by CHOLMOD, the values on all cores
+/// (detail/supernodes.h). By dense blocks of columns it is 6 times as fast as Eigen::SimplicialLDLT
+/// on A M A of a surface of 40,000 vertices, 10 times on 90,000, on one core already. What a member
+/// returns does not depend on threads; no two may use an object at once.
 class SparseCholesky {
  public:
   /// @param matrix  (n, n), symmetric; its lower triangle is read
   explicit SparseCholesky(const Eigen::SparseMatrix<double>& matrix);
-  /// @param pattern  of a matrix with the same nonzeros
+  /// @param pattern  of a matrix with the same nonzeros; else std::logic_error
   SparseCholesky(const CholeskyPattern& pattern, const Eigen::SparseMatrix<double>& matrix);
   SparseCholesky(SparseCholesky&&) noexcept;
   SparseCholesky& operator=(SparseCholesky&&) noexcept;

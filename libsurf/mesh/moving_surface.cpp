@@ -218,11 +218,15 @@ bool MovingSurface::resolve_events() {
 }
 
 /// Surgery's grid knows nothing of the box. A vertex beyond it would come back with the next move,
-/// however short: J then rises at steps of any length, and the evolution ends.
+/// however short: J then rises at steps of any length, and the evolution ends. So it is put on the
+/// face, unless triangles came to intersect; all others keep their places to the last bit.
 void MovingSurface::bring_into_box() {
+  if (!options_.box) return;
   const Points<3> from = points(mesh_);
   Points<3> to = from;
-  keep_in_box(to);
+  for (Eigen::Index i = 0; i < to.rows(); ++i)
+    if (options_.box->is_beyond(from.row(i).transpose()))
+      to.row(i) = options_.box->clamped(from.row(i).transpose()).transpose();
   if (to == from) return;
   hold_intersecting(from, to, elements(mesh_));
   set_points(mesh_, to);
@@ -338,7 +342,6 @@ void MovingSurface::resolve_initial_crossings() {
   if (operate(mesh_, events, surgery).n_unresolved > 0)
     throw InvalidMesh("the initial surface intersects itself and could not be rebuilt");
   remove_phantoms_and_crumbs();
-  bring_into_box();
   note_rebuilt(initial.points);
 }
 

@@ -16,6 +16,10 @@ constexpr double kOwnBoundary = 0.1;
 // less.
 constexpr double kMostOfPart = 0.9;
 
+// Of the nodes of the object as it was last judged and as it is, those that have changed and are
+// not beside its boundary, where settling alone moves it: less says nothing of the rest.
+constexpr double kSmallChange = 0.025;
+
 /// The order in which clicks are heeded: the first inside one before all others.
 template <int Dim>
 std::vector<Click<Dim>> in_order(std::span<const Click<Dim>> clicks) {
@@ -137,6 +141,21 @@ ClickSearchPointer<Dim> first_search(const SearchGrid<Dim>& grid, const Click<Di
   return out;
 }
 
+/// That which its verdict is of.
+template <int Dim>
+const ClickSearch<Dim>& last_judged(const ClickSearch<Dim>& search) {
+  const ClickSearch<Dim>* at = &search;
+  while (at->says_little && at->before) at = at->before.get();
+  return *at;
+}
+
+template <int Dim>
+double share_of_change(const NodeSet<Dim>& before, const NodeSet<Dim>& after) {
+  const NodeSet<Dim> beside = before.dilated(1) & before.complement().dilated(1);
+  return double(((before ^ after) - beside).count()) /
+         std::max(1.0, double(before.count() + after.count()));
+}
+
 template <int Dim>
 ClickSearchPointer<Dim> further_search(const SearchGrid<Dim>& grid,
                                        const ClickSearchPointer<Dim>& before,
@@ -158,9 +177,14 @@ ClickSearchPointer<Dim> further_search(const SearchGrid<Dim>& grid,
     scores.push_back(correction.score);
     overlaps.push_back(dice(correction.inside, corrected.front().inside));
   }
-  out->consent = consent_of(scores, overlaps);
   std::vector<Rung<Dim>> rungs;
   for (const Correction<Dim>& correction : corrected) rungs.push_back(rung_of(inside, correction));
+  out->says_little = share_of_change(last_judged(*before).inside(),
+                                     rungs.front().inside.in(grid.box())) < kSmallChange;
+  if (!out->says_little)
+    out->consent = consent_of(scores, overlaps);
+  else
+    rungs.front().kept = before->found[before->chosen].kept;
   std::vector<const Rung<Dim>*> all;
   for (const Rung<Dim>& rung : rungs) all.push_back(&rung);
   out->has_evolved = false;

@@ -27,12 +27,13 @@ struct ClickSearch {
   std::vector<GridClick<Dim>> on_grid;  ///< in the order in which they were heeded
   /// Of the inside click that is looked for as the first one, best first; never null.
   std::shared_ptr<const std::vector<SettledRegion<Dim>>> first;
-  double noise = 0;                           ///< [intensity per node]
-  NodeBox<Dim> box;                           ///< of the grid
-  std::vector<Rung<Dim>> found;               ///< by the last click, best first; few
-  std::size_t chosen = 0;                     ///< of them
-  bool has_evolved = false;                   ///< the chosen one is what has become of it
-  std::optional<double> consent;              ///< of the last corrections, if there were any
+  double noise = 0;               ///< [intensity per node]
+  NodeBox<Dim> box;               ///< of the grid
+  std::vector<Rung<Dim>> found;   ///< by the last click, best first; few
+  std::size_t chosen = 0;         ///< of them
+  bool has_evolved = false;       ///< the chosen one is what has become of it
+  std::optional<double> consent;  ///< of the last corrections that say enough
+  bool says_little = false;       ///< the last click changed too little to judge the object anew
   std::shared_ptr<const ClickSearch> before;  ///< one click or evolution less; null at the first
 
   /// Of the chosen one, in the box of the grid; in no box if nothing was found.

@@ -53,10 +53,12 @@ int most_callers() {
 
 }  // namespace
 
-OneBlasThread::OneBlasThread() : levels_(omp_get_max_active_levels()) {
+OneBlasThread::OneBlasThread()
+    : levels_(omp_get_max_active_levels()), omp_threads_(omp_get_max_threads()) {
   const int most = most_callers();
   if (most == 0) throw std::bad_alloc();
   omp_set_max_active_levels(0);
+  omp_set_num_threads(1);  // of this thread: libopenblas0-openmp parts its work by it
   if (openblas_get_parallel() == kSerial) {
     alone_ = std::unique_lock(one_at_a_time);
     return;
@@ -70,6 +72,7 @@ OneBlasThread::OneBlasThread() : levels_(omp_get_max_active_levels()) {
 
 OneBlasThread::~OneBlasThread() {
   omp_set_max_active_levels(levels_);
+  omp_set_num_threads(omp_threads_);
   if (alone_.owns_lock()) return;
   const std::lock_guard lock(counting);
   one_has_left.notify_one();

@@ -19,7 +19,7 @@ class OneBlasThread {
   OneBlasThread& operator=(const OneBlasThread&) = delete;
 
  private:
-  int levels_;
+  int levels_, omp_threads_;
   std::unique_lock<std::mutex> alone_;
 };
 

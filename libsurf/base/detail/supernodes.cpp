@@ -26,10 +26,18 @@ double operations(double n_columns, double n_below) {
          kPerNode;
 }
 
+/// Where what runs this was cancelled by an error elsewhere, some have not been done.
+void finish(tbb::task_group& tasks) {
+  if (tasks.wait() != tbb::complete) throw std::runtime_error("a Cholesky factor was cancelled");
+}
+
 }  // namespace
 
 SupernodeTree::SupernodeTree(const cholmod_factor& L, const Eigen::SparseMatrix<double>& A)
-    : n_(L.n), n_values_(L.xsize), n_nonzeros_(std::size_t(A.nonZeros())) {
+    : n_(L.n),
+      n_values_(L.xsize),
+      begins_(A.outerIndexPtr(), A.outerIndexPtr() + A.outerSize() + 1),
+      nonzeros_(A.innerIndexPtr(), A.innerIndexPtr() + A.nonZeros()) {
   const auto *super = static_cast<const int*>(L.super), *pi = static_cast<const int*>(L.pi),
              *px = static_cast<const int*>(L.px), *s = static_cast<const int*>(L.s),
              *order = static_cast<const int*>(L.Perm);
@@ -119,7 +127,7 @@ void SupernodeTree::up(const std::function<void(int)>& visit) const {
         visit(above);
     });
   }
-  tasks.wait();
+  finish(tasks);
 }
 
 /// Each node before those below it.
@@ -138,11 +146,13 @@ void SupernodeTree::down(const std::function<void(int)>& visit) const {
   };
   for (int k = 0; k < int(nodes_.size()); ++k)
     if (nodes_[k].parent < 0) start(k);
-  tasks.wait();
+  finish(tasks);
 }
 
 bool SupernodeTree::factor(const Eigen::SparseMatrix<double>& A, double* L) const {
-  if (std::size_t(A.nonZeros()) != n_nonzeros_)
+  if (!std::equal(begins_.begin(), begins_.end(), A.outerIndexPtr(),
+                  A.outerIndexPtr() + A.outerSize() + 1) ||
+      !std::equal(nonzeros_.begin(), nonzeros_.end(), A.innerIndexPtr()))
     throw std::logic_error("SparseCholesky: the matrix has not the nonzeros of the pattern");
   std::vector<std::vector<double>> updates(nodes_.size());  // lower triangles, column by column
   std::atomic<bool> is_definite = true;

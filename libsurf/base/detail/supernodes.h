@@ -24,7 +24,7 @@ class SupernodeTree {
   /// multifrontal method for sparse matrix solution: theory and practice, SIAM Review 34, 1992):
   /// a block takes up the update matrices of its children in the tree and leaves its own. Half the
   /// time of CHOLMOD's on one thread, which calls BLAS for every two blocks that meet.
-  /// @param A  of the same nonzeros
+  /// @param A  compressed, of the same nonzeros: else std::logic_error
   /// @return   false if it is not positive definite
   bool factor(const Eigen::SparseMatrix<double>& A, double* L) const;
 
@@ -40,7 +40,7 @@ class SupernodeTree {
     std::size_t entries;  ///< where those of A begin in entries_, up to the next node's
     int parent;           ///< -1: none
     int first;            ///< of its branch, which ends with it
-    bool is_branch;       ///< one thread has all of it
+    bool is_branch;       ///< one task has all of it
     std::vector<int> children;
 
     int n_below() const { return n_rows - n_columns; }
@@ -54,7 +54,8 @@ class SupernodeTree {
   void up(const std::function<void(int)>& visit) const;
   void down(const std::function<void(int)>& visit) const;
 
-  std::size_t n_ = 0, n_values_ = 0, n_nonzeros_ = 0;
+  std::size_t n_, n_values_;
+  std::vector<int> begins_, nonzeros_;  ///< of A: columns, and the rows in them
   std::vector<Node> nodes_;
   std::vector<int> rows_;
   std::vector<int> in_parent_;  ///< for each of rows_ below the columns: which row of the parent

@@ -81,9 +81,9 @@ std::unique_ptr<Patch<Dim>> patch_round(const fem::Geometry<Dim>& geometry,
     part.is_shared[row] |= geometry.is_on_border(part.vertices[row]);
   const fem::Border<Dim> none{{}, std::vector<std::uint8_t>(part.vertices.size(), 0)};
   fem::Geometry<Dim> of_part(part.shape.points, part.shape.elements, none, {part.is_shared, 0});
-  BendingMatrices bending(of_part);
   std::array conditioned_halves = {conditioned(halves[0], u, part.vertices),
                                    conditioned(halves[1], u, part.vertices)};
+  BendingMatrices bending(of_part, conditioned_halves[0].P);
   return std::make_unique<Patch<Dim>>(Patch<Dim>{std::move(part.vertices), std::move(of_part),
                                                  std::move(bending),
                                                  std::move(conditioned_halves)});

@@ -29,15 +29,15 @@ constexpr double kBlockBlurs = 1, kBlockEdges = 0.5;  // a block's side at most
 constexpr int kLeastBlocks = 8;                       // along each axis of the image
 constexpr double kLeastBlurOfBlocks = 0.6;            // sides: that of all edges at the median
 constexpr double kPoolCells = 4;
-// At most; each takes the prior's weights from where the one before has ended. With four such
+// At most; each takes the prior's weights from the moves of the one before. With four such
 // reweightings in the first and two in the others errors on phantoms are the same to a thousandth
 // of a voxel, with one in the first to all digits of docs/method.md.
 constexpr int kPasses = 4;
-constexpr double kAtRest = 0.005;      // cells, in the mean: no further pass
-constexpr double kLevelShare = 0.6;    // of the cells tell levels apart from the place
-constexpr double kClearStep = 8;       // deviations of the mean of all cells round a vertex
-constexpr double kExplained = 0.5;     // of the profile's variance
-constexpr double kBentDoubt = 0.1;     // of the content between flat elements and the bent shape
+constexpr double kAtRest = 0.01;     // cells: where no vertex moves further there is no other pass
+constexpr double kLevelShare = 0.6;  // of the cells tell levels apart from the place
+constexpr double kClearStep = 8;     // deviations of the mean of all cells round a vertex
+constexpr double kExplained = 0.5;   // of the profile's variance
+constexpr double kBentDoubt = 0.1;   // of the content between flat elements and the bent shape
 constexpr double kRoundedDoubt = 0.3;  // of the content of what may have been rounded off
 constexpr double kCauchy = 2.385;  // deviations: 95 % as efficient as squares under normal noise
 // Of the weights of a normal variable under this loss: their mean is 0.865, what they tell 0.95.
@@ -133,7 +133,7 @@ class Locator {
       after = std::make_unique<Posterior>(posterior<Dim>(
           *prior, *bending_, geometry_, data, after ? after->mean() : prior->smoothing()));
       const Eigen::VectorXd before = std::exchange(u, limited(after->mean()));
-      if (mean_size(u - before) <= kAtRest * cell_mm_) break;
+      if ((u - before).cwiseAbs().maxCoeff() <= kAtRest * cell_mm_) break;
     }
     const Eigen::VectorXd noise = noise_of_cells(profiles, u);
     out.blur_mm =
@@ -268,11 +268,6 @@ class Locator {
     });
     return choose_prior<Dim>(geometry_, *bending_, normals_, halves, u, cell_mm_, reach_mm_ / 2,
                              stop_);
-  }
-
-  /// Over the shape.
-  double mean_size(const Eigen::VectorXd& moves) const {
-    return geometry_.lumped_mass().dot(moves.cwiseAbs()) / geometry_.lumped_mass().sum();
   }
 
   Eigen::VectorXd limited(const Eigen::VectorXd& moves) const {

@@ -31,11 +31,13 @@ constexpr double kRounding = 1e-12;
 }  // namespace
 
 template <int Dim>
-BendingMatrices::BendingMatrices(const fem::Geometry<Dim>& geometry)
+BendingMatrices::BendingMatrices(const fem::Geometry<Dim>& geometry, Sparse observed)
     : A_(fem::stiffness<Dim>(geometry, Eigen::VectorXd::Ones(geometry.n_elements()))) {
   Sparse ones = A_;
   ones.coeffs().setOnes();  // so that no entry of the product is 0 by chance
-  zero_ = ones * ones;
+  if (observed.rows() == 0) observed = geometry.topology().pattern();
+  observed.coeffs().setOnes();
+  zero_ = Sparse(ones * ones) + observed;
   std::vector<int> place(std::size_t(A_.rows()));
   for (int j = 0; j < A_.cols(); ++j) {
     begins_.push_back(places_.size());
@@ -138,7 +140,7 @@ Posterior posterior(const SmoothMoves<Dim>& prior, const BendingMatrices& bendin
 }
 
 #define SURF_INSTANTIATE(Dim)                                                        \
-  template BendingMatrices::BendingMatrices(const fem::Geometry<Dim>&);              \
+  template BendingMatrices::BendingMatrices(const fem::Geometry<Dim>&, Sparse);      \
   template class SmoothMoves<Dim>;                                                   \
   template Posterior posterior<Dim>(const SmoothMoves<Dim>&, const BendingMatrices&, \
                                     const fem::Geometry<Dim>&, const Observations&,  \

@@ -19,11 +19,14 @@ struct Observations {
 };
 
 /// A diag(d) A of a shape's stiffness matrix A for any d: all have the same nonzeros, which are
-/// found once, with the order of their Cholesky factors.
+/// found once, with the order of their Cholesky factors. Those of the observations are among them.
 class BendingMatrices {
  public:
+  /// @param observed  has the nonzeros of the observations, (n, n): of a part of a shape they may
+  ///                  couple vertices whose elements are left out; empty: those of the geometry
   template <int Dim>
-  explicit BendingMatrices(const fem::Geometry<Dim>& geometry);
+  explicit BendingMatrices(const fem::Geometry<Dim>& geometry,
+                           Eigen::SparseMatrix<double> observed = {});
 
   const Eigen::SparseMatrix<double>& stiffness() const { return A_; }
   const CholeskyPattern& cholesky() const { return *cholesky_; }

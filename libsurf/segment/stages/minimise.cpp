@@ -2,6 +2,7 @@
 #include <tbb/parallel_invoke.h>
 
 #include <cmath>
+#include <exception>
 #include <memory>
 
 #include "libsurf/segment/stages/rest.h"
@@ -26,6 +27,16 @@ constexpr double kHeldCells = 0.51;  // round a click: half a cell, whatever is 
 constexpr double kFittedShare = 1e-3;  // of the area, as StepOptions::exempt_share
 constexpr int kFittedWindow = 4;       // steps
 constexpr double kAtRest = 0.02;       // cells: no vertex moved further in any step of the window
+
+template <class Call>
+std::exception_ptr thrown_by(const Call& call) {
+  try {
+    call();
+  } catch (...) {
+    return std::current_exception();
+  }
+  return nullptr;
+}
 
 template <int Dim>
 void lengthen_steps(const std::vector<EnergyTerm>& terms, const KindContext<Dim>& kind_context,
@@ -123,17 +134,27 @@ bool minimise(Work<Dim>& work, const Minimisation<Dim>& minimisation) {
                       options.edge_length_mm, options.coarseness * options.edge_length_mm);
   options.region = work.region;
   options.stop = work.stop;
-  // The first mending has one thread for much of its time; the fields need not wait for it.
+  // The first mending has one thread for much of its time; the fields need not wait for it. What
+  // either throws must not cancel the other, whose fields are kept, and the mending's comes first.
   std::unique_ptr<mesh::MovingMesh<Dim>> shape;
   std::unique_ptr<energy::EnergySum<Dim>> energy;
-  tbb::parallel_invoke([&] { shape = work.setting().make_shape(work.shape, options); },
-                       [&] { energy = make_energy<Dim>(terms, context(work, *model)); });
+  std::exception_ptr no_shape, no_energy;
+  tbb::parallel_invoke(
+      [&] {
+        no_shape = thrown_by([&] { shape = work.setting().make_shape(work.shape, options); });
+      },
+      [&] {
+        if (work.is_stopped()) return;
+        no_energy = thrown_by([&] { energy = make_energy<Dim>(terms, context(work, *model)); });
+      });
+  if (no_shape) std::rethrow_exception(no_shape);
   if (work.is_stopped()) {
     report.outcome = Outcome::kStopped;
     report.message = "interrupted before the first step";
     work.reports.push_back(std::move(report));
     return false;
   }
+  if (no_energy) std::rethrow_exception(no_energy);
   flow::FlowOptions flow = minimisation.flow;
   const bool is_fitted = are_fitted<Dim>(terms);
   const bool may_rest = is_fitted && !flow.step.tau_max;  // steps that are cut say nothing of rest

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
+#include <tbb/task_arena.h>
 
 #include <Eigen/Dense>
 #include <array>
@@ -84,8 +85,10 @@ TEST(SparseCholesky, IsTheSameForAnyNumberOfThreads) {
   const auto solved = [&](int n_threads) {
     const tbb::global_control threads(tbb::global_control::max_allowed_parallelism,
                                       std::size_t(n_threads));
-    const SparseCholesky factor(A);
-    return std::pair(factor.solve(rhs), factor.inverse_diagonal());
+    return tbb::task_arena(n_threads).execute([&] {
+      const SparseCholesky factor(A);
+      return std::pair(factor.solve(rhs), factor.inverse_diagonal());
+    });
   };
   const auto [X, diagonal] = solved(1);
   EXPECT_LT((A * X - rhs).norm(), 1e-9 * rhs.norm());
@@ -118,6 +121,13 @@ TEST(SparseCholesky, ForestsHaveFactorsToo) {
 TEST(SparseCholesky, RefusesAMatrixOfOtherNonzeros) {
   const CholeskyPattern pattern(squared_laplacian(8, 1, 1));
   EXPECT_THROW(SparseCholesky(pattern, squared_laplacian(9, 1, 1)), std::logic_error);
+  // As many, but elsewhere.
+  Sparse A(2, 2), B(2, 2);
+  A.insert(0, 0) = A.insert(1, 0) = 1;
+  B.insert(0, 0) = B.insert(1, 1) = 1;
+  A.makeCompressed();
+  B.makeCompressed();
+  EXPECT_THROW(SparseCholesky(CholeskyPattern(A), B), std::logic_error);
 }
 
 TEST(SparseCholesky, TheMemoryOfOneWithoutAFactorServesTheNext) {

@@ -63,5 +63,23 @@ TEST(SmoothMoves, BearElementsThatAreMuchSmaller) {
   }
 }
 
+// As observations of a part of a shape do, where elements between its vertices are left out.
+TEST(SmoothMoves, HeedObservationsThatCoupleVerticesWithoutAnElement) {
+  const Triangles shape = ball_with_small_elements(1);
+  const fem::Geometry<3> geometry(shape.points, shape.elements);
+  const Eigen::Index n = shape.points.rows(), far = n - 1;
+  Observations data{Eigen::SparseMatrix<double>(n, n), Eigen::VectorXd::LinSpaced(n, -1, 1)};
+  data.P.setIdentity();
+  data.P.coeffRef(0, far) = data.P.coeffRef(far, 0) = 0.5;
+  data.P.makeCompressed();
+  const BendingMatrices bending(geometry, data.P);
+  const SmoothMoves<3> prior(bending, geometry, geometry.directions().rowwise().normalized(),
+                             kLength);
+  const Eigen::SparseMatrix<double> Q = prior.precision(1, Eigen::VectorXd::Ones(n));
+  const Posterior posterior(bending.cholesky(), Q, data, prior.smoothing());
+  const Eigen::VectorXd rhs = Q * prior.smoothing() + data.b;
+  EXPECT_LT((Q * posterior.mean() + data.P * posterior.mean() - rhs).norm(), 1e-9 * rhs.norm());
+}
+
 }  // namespace
 }  // namespace surf::segment
