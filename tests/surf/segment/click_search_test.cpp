@@ -127,6 +127,26 @@ TYPED_TEST(ClickSearches, AClickThatIsWhereItBelongsChangesNothing) {
 
 // An outside click a node within the boundary may bring nothing: what was found before stays, for
 // those that follow as well.
+// How candidates for a crumb agree says nothing of the rest.
+TYPED_TEST(ClickSearches, ASmallChangeIsNotJudged) {
+  constexpr int Dim = TypeParam::value;
+  std::vector<Click<Dim>> clicks = {this->inside(14), this->inside(34)};
+  const auto large = this->search(clicks);
+  ASSERT_TRUE(large->consent);
+  EXPECT_FALSE(large->says_little);
+  clicks.push_back(this->outside(42));  // the outermost of the second ball
+  const auto small = this->search(clicks, large);
+  EXPECT_NE(small->inside(), large->inside());
+  EXPECT_GT(this->dice(small->inside(), large->inside()), 0.9);
+  EXPECT_TRUE(small->says_little);
+  EXPECT_EQ(small->consent, large->consent);
+  EXPECT_EQ(small->found.front().kept, large->found.front().kept);
+  clicks.push_back(this->outside(34));  // all of that ball
+  const auto again = this->search(clicks, small);
+  EXPECT_LT(this->dice(again->inside(), small->inside()), 0.9);
+  EXPECT_FALSE(again->says_little);
+}
+
 TYPED_TEST(ClickSearches, AClickOfWhichNothingComesLeavesWhatWasFound) {
   constexpr int Dim = TypeParam::value;
   const test::ClickImage<Dim> ball(
