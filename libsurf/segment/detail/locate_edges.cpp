@@ -31,7 +31,7 @@ constexpr double kLeastBlurOfBlocks = 0.6;            // sides: that of all edge
 constexpr double kPoolCells = 4;
 // At most; each takes the prior's weights from the moves of the one before. With four such
 // reweightings in the first and two in the others errors on phantoms are the same to a thousandth
-// of a voxel, with one in the first to all digits of docs/method.md.
+// of a voxel, with one in the first to one unit of the last digit of docs/method.md.
 constexpr int kPasses = 4;
 constexpr double kAtRest = 0.01;     // cells: where no vertex moves further there is no other pass
 constexpr double kLevelShare = 0.6;  // of the cells tell levels apart from the place
