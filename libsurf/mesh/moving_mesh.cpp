@@ -218,7 +218,9 @@ template <int Dim>
 void MovingMesh<Dim>::find_part() {
   part_.clear();
   is_left_out_ = resting_elements();
-  if (std::find(is_left_out_.begin(), is_left_out_.end(), 1) == is_left_out_.end()) return;
+  const auto n_left_out = std::count(is_left_out_.begin(), is_left_out_.end(), 1);
+  rests_ = n_left_out > 0 && std::size_t(n_left_out) == is_left_out_.size();
+  if (n_left_out == 0 || rests_) return;
   part_ = part_of<Dim>(simplices(), is_left_out_).vertices;
 }
 

@@ -82,6 +82,9 @@ class MovingMesh : public flow::MovingShape<Dim> {
   double covered_border() const;
   /// adaptivity.max_elements has kept the shape from being refined, now or earlier.
   bool is_limited() const { return is_limited_; }
+  /// There is a region, and no vertex in it: all of the shape stays. geometry() is then that of the
+  /// whole, which an evolution would move.
+  bool rests() const { return rests_; }
   /// Nothing of the object is left, or less than options.min_radius allows.
   bool has_vanished() const;
 
@@ -152,6 +155,7 @@ class MovingMesh : public flow::MovingShape<Dim> {
   PointObstacles<Dim> obstacles_, waiting_, contested_;
   std::vector<char> is_left_out_;  ///< elements that geometry() has not; empty = it has all
   std::vector<int> part_;          ///< vertices of geometry(); empty = all
+  bool rests_ = false;
 };
 
 /// Share of the length or area that belongs to vertices chosen: of each element the same for each

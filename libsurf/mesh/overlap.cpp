@@ -1,32 +1,63 @@
 #include "libsurf/mesh/overlap.h"
 
+#include <fmt/format.h>
+
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <string>
 #include <vector>
 
+#include "libsurf/base/error.h"
 #include "libsurf/base/index_box.h"
+#include "libsurf/base/memory.h"
 #include "libsurf/mesh/from_label_map.h"
 #include "libsurf/mesh/rasterize.h"
 
 namespace surf::mesh {
 namespace {
 
+constexpr int kSlab = 8;            // voxels
+constexpr double kMost = 1e10;      // voxels: two minutes
+constexpr int kFarthest = 1 << 29;  // index, so that sizes and sums stay within an int
+
+/// Why a box from `lower` to `upper` is not to be compared; empty if it is.
+std::string refusal(const Vector<3>& lower, const Vector<3>& upper, const volume::Volume& labels,
+                    int s) {
+  const double farthest = std::max(lower.cwiseAbs().maxCoeff(), upper.cwiseAbs().maxCoeff());
+  if (!(farthest * s <= kFarthest)) return "too far away";
+  const Vector<3> size = upper - lower;
+  if (size.prod() > std::max(kMost, 8.0 * double(labels.n_voxels()))) return "too many";
+  const double n_per_voxel = std::pow(s, 3);
+  // A value, then its mark beside what rasterize() takes: a change of 16 bits and a mark.
+  const double n_bytes = std::max(5.0, 1 + 3 * n_per_voxel);
+  if (fits_in_memory(n_bytes * size[0] * size[1] * std::min<double>(kSlab, size[2]))) return {};
+  return fmt::format("too many ({})", usable_memory_text());
+}
+
 /// Voxels whose parallelepiped the surface may meet.
-IndexBox<3> box_of(const Triangles& surface, const Eigen::Affine3d& world_to_index) {
+/// @param s  samples per axis of each
+IndexBox<3> box_of(const Triangles& surface, const volume::Volume& labels, int s) {
+  const Eigen::Affine3d& world_to_index = labels.world_to_index();
   Eigen::AlignedBox3d box;
   for (const auto element : surface.elements.rowwise())
     for (const int vertex : element)
       box.extend(world_to_index * Vector<3>(surface.points.row(vertex)));
   if (box.isEmpty()) return {};
-  std::array<int, 3> lower, upper;
-  for (int axis = 0; axis < 3; ++axis) {
-    lower[axis] = static_cast<int>(std::floor(box.min()[axis] + 0.5));
-    upper[axis] = static_cast<int>(std::floor(box.max()[axis] + 0.5)) + 1;
-  }
-  return IndexBox<3>::between(lower, upper);
+  const Vector<3> lower = (box.min().array() + 0.5).floor(),
+                  upper = (box.max().array() + 0.5).floor() + 1;
+  if (const std::string why = refusal(lower, upper, labels, s); !why.empty())
+    throw InputError(fmt::format(
+        "the surface spans the voxels ({:.4g}, {:.4g}, {:.4g}) to ({:.4g}, {:.4g}, {:.4g}) of the "
+        "label map, which has {} x {} x {}: {} to compare; is it in another unit or space?",
+        lower[0], lower[1], lower[2], upper[0] - 1, upper[1] - 1, upper[2] - 1, labels.size()[0],
+        labels.size()[1], labels.size()[2], why));
+  const auto index = [](const Vector<3>& at) {
+    return std::array<int, 3>{int(at[0]), int(at[1]), int(at[2])};
+  };
+  return IndexBox<3>::between(index(lower), index(upper));
 }
 
 /// Grid of s samples per axis in each voxel of the box: sample (0, 0, 0) is the first in the
@@ -88,8 +119,7 @@ SampleCounts count_slab(const Triangles& surface, const volume::Volume& labels,
 Overlap overlap(const Triangles& surface, const volume::Volume& labels, std::optional<int> label,
                 int samples_per_axis) {
   check_label(label);
-  constexpr int kSlab = 8;  // voxels
-  const IndexBox<3> box = box_of(surface, labels.world_to_index());
+  const IndexBox<3> box = box_of(surface, labels, samples_per_axis);
   const int end = box.upper()[2];
   SampleCounts counts;
   for (int k = box.lower[2]; k < end; k += kSlab) {

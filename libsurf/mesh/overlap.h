@@ -24,7 +24,8 @@ struct Overlap {
 /// object. More samples compare with the voxels' boxes, whose stairs no smooth surface
 /// meets: with 2 per axis the surface of a label map itself scores a Dice of 0.97 (skull) to 0.99
 /// (liver) against its own label, not 1.
-/// @throws InputError  check_label() refuses the label
+/// @throws InputError  check_label() refuses the label, or the surface spans more voxels than can
+///                     be compared, as one in another unit does
 Overlap overlap(const Triangles& surface, const volume::Volume& labels, std::optional<int> label,
                 int samples_per_axis = 1);
 

@@ -225,6 +225,7 @@ ClickSearchPointer<Dim> joined(const ClickSearch<Dim>& anew, const NodeSet<Dim>&
   both.kept = 1;
   out->found = {std::move(both)};
   out->chosen = 0;
+  out->says_little = false;
   out->consent.reset();
   return out;
 }
@@ -258,6 +259,7 @@ ClickSearchPointer<Dim> search_anew(const SearchGrid<Dim>& grid,
   }
   auto out = std::make_shared<ClickSearch<Dim>>(*anew);
   out->before = before;
+  out->says_little = false;  // of what was found before, which is another region or none
   out->clicks = before->clicks;
   out->clicks.push_back(click);
   return out;

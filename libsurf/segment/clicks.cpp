@@ -172,6 +172,22 @@ bool contains_all(const std::vector<Click<Dim>>& clicks, const std::vector<Click
 }
 
 template <int Dim>
+std::vector<Click<Dim>> clicks_in_box(const ImageExtent<Dim>& extent,
+                                      const std::optional<BoxCorners<Dim>>& box_mm,
+                                      std::vector<Click<Dim>> clicks) {
+  if (!box_mm) return clicks;
+  const NodeBox<Dim> box = cells_of_box(extent, *box_mm);
+  const auto is_beyond = [&](const Vector<Dim>& point) { return !is_in_cells(extent, box, point); };
+  for (Click<Dim>& click : clicks) {
+    std::erase_if(click.stroke_mm, is_beyond);
+    if (is_beyond(click.point_mm) && !click.stroke_mm.empty())
+      click.point_mm = click.stroke_mm.front();
+  }
+  std::erase_if(clicks, [&](const Click<Dim>& click) { return is_beyond(click.point_mm); });
+  return clicks;
+}
+
+template <int Dim>
 std::vector<mesh::HeldPoint<Dim>> held_points(const std::vector<Click<Dim>>& clicks) {
   std::vector<mesh::HeldPoint<Dim>> out;
   for (const Click<Dim>& click : clicks) {
@@ -215,6 +231,8 @@ bool heeds(const Simplices<Dim>& shape, const std::vector<Click<Dim>>& clicks) {
                                const std::vector<Click<Dim>>&);                                    \
   template std::vector<Vector<Dim>> points_on<Dim>(Side, const std::vector<Click<Dim>>&);          \
   template std::vector<Click<Dim>> as_outside<Dim>(const std::vector<Click<Dim>>&);                \
+  template std::vector<Click<Dim>> clicks_in_box<Dim>(                                             \
+      const ImageExtent<Dim>&, const std::optional<BoxCorners<Dim>>&, std::vector<Click<Dim>>);    \
   template bool contains_all<Dim>(const std::vector<Click<Dim>>&, const std::vector<Click<Dim>>&); \
   template std::vector<mesh::HeldPoint<Dim>> held_points<Dim>(const std::vector<Click<Dim>>&);     \
   template bool obeys<Dim>(const Simplices<Dim>&, const std::vector<Click<Dim>>&,                  \

@@ -49,6 +49,13 @@ std::vector<Click<Dim>> as_outside(const std::vector<Click<Dim>>& clicks);
 template <int Dim>
 bool contains_all(const std::vector<Click<Dim>>& clicks, const std::vector<Click<Dim>>& part);
 
+/// What a search in the box looks at: beyond it there is nothing of the object anyway. Of a stroke
+/// what lies in it.
+template <int Dim>
+std::vector<Click<Dim>> clicks_in_box(const ImageExtent<Dim>& extent,
+                                      const std::optional<BoxCorners<Dim>>& box_mm,
+                                      std::vector<Click<Dim>> clicks);
+
 /// The clicks, as obstacles.
 template <int Dim>
 std::vector<mesh::HeldPoint<Dim>> held_points(const std::vector<Click<Dim>>& clicks);

@@ -31,6 +31,16 @@ std::shared_ptr<const Result<Dim>> settled_without_energy(const History<Dim>& hi
   return history.now().options.energies.empty() && out && out->search ? out : nullptr;
 }
 
+/// @throws UsageError  there is no such click
+template <int Dim>
+Object<Dim> without_click(Object<Dim> object, std::size_t index) {
+  if (index >= object.clicks.size())
+    throw UsageError(fmt::format("click {} is unknown; '{}' has {}, counted from 0", index,
+                                 object.name, object.clicks.size()));
+  object.clicks.erase(object.clicks.begin() + std::ptrdiff_t(index));
+  return object;
+}
+
 }  // namespace
 
 template <int Dim>
@@ -107,34 +117,41 @@ const Object<Dim>& Segmentation<Dim>::object(Id id) const {
 template <int Dim>
 void Segmentation<Dim>::add_click(Id id, const Click<Dim>& click) {
   find(id);
+  check_beside_others(id, click);
+  add_click_unchecked_beside(id, click);
+}
+
+template <int Dim>
+void Segmentation<Dim>::check_beside_others(Id id, const Click<Dim>& click) const {
   for (const auto& [other, history] : objects_)
     if (other != id)
       check_beside<Dim>(setting().extent(), history.now().clicks, history.now().name, click);
-  add_click_unchecked_beside(id, click);
 }
 
 /// What a recipe repeats was checked when it was done; the others may be as they are later.
 template <int Dim>
 void Segmentation<Dim>::add_click_unchecked_beside(Id id, const Click<Dim>& click) {
-  Object<Dim> after = object(id);
-  if (after.clicks.size() >= kMostClicks)
+  Object<Dim> after = with_click(object(id), click);
+  find(id).add(AddClick<Dim>{click}, std::move(after));
+}
+
+template <int Dim>
+Object<Dim> Segmentation<Dim>::with_click(Object<Dim> object, const Click<Dim>& click) const {
+  if (object.clicks.size() >= kMostClicks)
     throw UsageError(fmt::format(
         "Object::clicks: more than {} clicks and strokes on '{}'; paint fewer and larger "
         "ones: each connected stroke is one click",
-        kMostClicks, after.name));
-  check_click<Dim>(setting().extent(), after.clicks, click);
-  check_box<Dim>(setting().extent(), after.options.box_mm, {click});
-  after.clicks.push_back(click);
-  find(id).add(AddClick<Dim>{click}, std::move(after));
+        kMostClicks, object.name));
+  check_click<Dim>(setting().extent(), object.clicks, click);
+  check_box<Dim>(setting().extent(), object.options.box_mm, {click});
+  object.clicks.push_back(click);
+  return object;
 }
 
 /// The inside clicks of all other objects, as outside clicks.
 template <int Dim>
 std::vector<Click<Dim>> Segmentation<Dim>::checked_others_of(Id id) const {
-  for (const auto& [other, history] : objects_)
-    for (const Click<Dim>& click : object(id).clicks)
-      if (other != id)
-        check_beside<Dim>(setting().extent(), history.now().clicks, history.now().name, click);
+  for (const Click<Dim>& click : object(id).clicks) check_beside_others(id, click);
   return others_of(id);
 }
 
@@ -151,12 +168,19 @@ std::vector<Click<Dim>> Segmentation<Dim>::others_of(Id id) const {
 
 template <int Dim>
 void Segmentation<Dim>::take_back_click(Id id, std::size_t index) {
-  Object<Dim> after = object(id);
-  if (index >= after.clicks.size())
-    throw UsageError(fmt::format("click {} is unknown; '{}' has {}, counted from 0", index,
-                                 after.name, after.clicks.size()));
-  after.clicks.erase(after.clicks.begin() + std::ptrdiff_t(index));
+  Object<Dim> after = without_click<Dim>(object(id), index);
   find(id).add(TakeBackClick{index}, std::move(after));
+}
+
+// All checks come first: an entry that is added takes with it what could be redone.
+template <int Dim>
+void Segmentation<Dim>::move_click(Id id, std::size_t index, const Vector<Dim>& point_mm) {
+  Object<Dim> without = without_click<Dim>(object(id), index);
+  const Click<Dim> click{point_mm, object(id).clicks[index].side};
+  check_beside_others(id, click);
+  Object<Dim> after = with_click(without, click);
+  find(id).add(TakeBackClick{index}, std::move(without));
+  find(id).add(AddClick<Dim>{click}, std::move(after));
 }
 
 template <int Dim>
@@ -217,8 +241,7 @@ template <int Dim>
 const Result<Dim>& Segmentation<Dim>::propose_beside(Id id, const std::vector<Click<Dim>>& others,
                                                      const ProgressOf<Dim>& progress,
                                                      const std::stop_token& stop) {
-  make(id, progress, stop);
-  if (!is_made(id)) return *object(id).result;  // after a stop
+  if (!is_ready(id, progress, stop)) return *object(id).result;
   Object<Dim> after = object(id);
   Work<Dim> work = work_for(after, others, progress, stop);
   if (work.seeds_mm.empty())
@@ -278,11 +301,13 @@ Result<Dim> Segmentation<Dim>::evolved(const History<Dim>& history,
   Work<Dim> work = work_for(object, others, progress, stop);
   work.proposals = before.proposals;
   work.chosen = before.chosen;
+  const std::vector<Click<Dim>> searched =
+      clicks_in_box<Dim>(setting().extent(), object.options.box_mm, work.clicks);
   // What was proposed for these clicks is an answer to them; what was evolved has to heed them.
   const bool is_answer = before.outcome == Outcome::kProposed && before.search &&
-                         before.search->clicks.size() == work.clicks.size();
+                         before.search->clicks.size() == searched.size();
   // A click that was taken back takes with it what it stood for.
-  const bool has_lost = before.search && !contains_all<Dim>(work.clicks, before.search->clicks);
+  const bool has_lost = before.search && !contains_all<Dim>(searched, before.search->clicks);
   const bool goes_on = is_answer || (!has_lost && has_shape(before.outcome) &&
                                      heeds<Dim>(before.shape, work.clicks));
   // Without an energy the clicks say more of the object than a body to start from does.
@@ -332,8 +357,7 @@ const Result<Dim>& Segmentation<Dim>::evolve_beside(Id id, const std::vector<Cli
                                                     const std::stop_token& stop,
                                                     const std::function<bool()>& keeps_stopped,
                                                     bool keeps_undone) {
-  make(id, progress, stop);
-  if (!is_made(id)) return *object(id).result;  // after a stop
+  if (!is_ready(id, progress, stop)) return *object(id).result;
   Object<Dim> after = object(id);
   Evolve<Dim> action{.others = others};
   if (find(id).is_at_rest(others, setting().extent())) {
@@ -349,7 +373,10 @@ const Result<Dim>& Segmentation<Dim>::evolve_beside(Id id, const std::vector<Cli
   if (result.outcome == Outcome::kStopped) {
     if (keeps_stopped && !keeps_stopped()) return *object(id).result;
     action.stopped_at = n_calls;
-    if (n_calls == 0) result = stopped_before_first_step(*after.result, std::move(result));
+    if (n_calls == 0) {
+      result = stopped_before_first_step(*after.result, std::move(result));
+      action.is_anew = false;
+    }
   }
   after.result = std::make_shared<const Result<Dim>>(std::move(result));
   find(id).add(action, std::move(after), keeps_undone);
@@ -360,6 +387,7 @@ const Result<Dim>& Segmentation<Dim>::evolve_beside(Id id, const std::vector<Cli
 template <int Dim>
 const Result<Dim>& Segmentation<Dim>::step(Id id, int n_steps, const ProgressOf<Dim>& progress,
                                            const std::stop_token& stop) {
+  if (!is_ready(id, progress, stop)) return *object(id).result;  // none of its steps
   int n_done = 0;
   return evolve(
       id,

@@ -75,6 +75,11 @@ class Segmentation {
   void add_click(Id id, const Click<Dim>& click);
   /// @throws UsageError  there is no such click
   void take_back_click(Id id, std::size_t index);
+  /// It is taken back and added elsewhere, on the same side: two entries, the last of the clicks.
+  /// Of a stroke a point is left. Where it may not be, nothing changes, and what was undone can be
+  /// redone.
+  /// @throws UsageError  there is no such click, or what add_click() says of the point
+  void move_click(Id id, std::size_t index, const Vector<Dim>& point_mm);
   /// @throws UsageError  options.error() is not empty, an energy or a parameter is unknown, a
   ///                     sample is outside the image, a blur is wider than it
   void set_options(Id id, const Options<Dim>& options);
@@ -166,7 +171,10 @@ class Segmentation {
   History<Dim>& find(Id id);
   const History<Dim>& find(Id id) const;
   void check_name(const std::string& name, Id besides) const;
+  void check_beside_others(Id id, const Click<Dim>& click) const;
   void add_click_unchecked_beside(Id id, const Click<Dim>& click);
+  /// @throws UsageError  what add_click() says, but of other objects
+  Object<Dim> with_click(Object<Dim> object, const Click<Dim>& click) const;
   std::vector<Click<Dim>> others_of(Id id) const;
   /// @throws UsageError  an inside click is in a cell with that of another object
   std::vector<Click<Dim>> checked_others_of(Id id) const;
@@ -181,6 +189,7 @@ class Segmentation {
   /// @param is_anew  set: whether it went on from nothing before it
   Result<Dim> evolved(const History<Dim>& history, const std::vector<Click<Dim>>& others,
                       const ProgressOf<Dim>& progress, const std::stop_token& stop, bool& is_anew);
+  bool is_ready(Id id, const ProgressOf<Dim>& progress, const std::stop_token& stop);
   bool repeat(Id id, const History<Dim>& whole, const ProgressOf<Dim>& progress,
               const std::stop_token& stop);
   void drop_past();

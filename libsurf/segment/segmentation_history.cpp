@@ -24,14 +24,10 @@ bool Segmentation<Dim>::undo(Id id) {
 template <int Dim>
 bool Segmentation<Dim>::redo(Id id) {
   History<Dim>& history = find(id);
-  if (!history.redo()) return false;
-  try {
-    check_name(history.now().name, id);
-  } catch (const UsageError&) {
-    history.undo();
-    throw;
-  }
-  return true;
+  if (!history.can_redo()) return false;
+  // First: what is between goes with the redo, and no undo brings it back.
+  check_name(history.moments[history.n_done].after.name, id);
+  return history.redo();
 }
 
 template <int Dim>
@@ -56,6 +52,14 @@ void Segmentation<Dim>::apply(Id id, const Action<Dim>& action, const ProgressOf
     void operator()(const Rename& a) { s.rename(id, a.name); }
     void operator()(const Recolour& a) { s.recolour(id, a.colour); }
     void operator()(const Evolve<Dim>& a) {
+      // What has to be made before it does not count as its own.
+      if (!s.is_ready(id, progress, stop)) return;
+      if (a.stopped_at == 0) {  // nothing came of it: to be told of its first step is too late
+        std::stop_source stopped;
+        stopped.request_stop();
+        s.evolve_beside(id, a.others, progress, stopped.get_token());
+        return;
+      }
       int n_calls = 0;
       s.evolve_beside(
           id, a.others,
@@ -88,6 +92,14 @@ const Result<Dim>& Segmentation<Dim>::make(Id id, const ProgressOf<Dim>& progres
   return *object(id).result;
 }
 
+/// make(), and whether all that it makes is there: not after a stop.
+template <int Dim>
+bool Segmentation<Dim>::is_ready(Id id, const ProgressOf<Dim>& progress,
+                                 const std::stop_token& stop) {
+  make(id, progress, stop);
+  return is_made(id) && find(id).has_settled();
+}
+
 /// The history becomes that up to the present, with its last results; false after a stop.
 template <int Dim>
 bool Segmentation<Dim>::repeat(Id id, const History<Dim>& whole, const ProgressOf<Dim>& progress,
@@ -99,8 +111,10 @@ bool Segmentation<Dim>::repeat(Id id, const History<Dim>& whole, const ProgressO
   History<Dim>& history = find(id);
   history.n_done = whole.n_before_repeated();
   history.moments.resize(history.n_done);
-  if (!history.now().is_made())
-    history.moments.back().after.result = std::make_shared<const Result<Dim>>();
+  // What is not there is not needed by what follows, nor made for its sake.
+  const auto empty = std::make_shared<const Result<Dim>>();
+  for (auto& moment : history.moments)
+    if (!moment.after.is_made()) moment.after.result = empty;
   for (std::size_t n = history.n_done; n < whole.n_done; ++n) {
     const Action<Dim>& action = whole.moments[n].action;
     // Another object may have the name by now.
@@ -159,17 +173,18 @@ void Segmentation<Dim>::note(Id id, const Action<Dim>& action) {
   find(id).add(action, std::move(after));
 }
 
-#define SURF_INSTANTIATE(Dim)                                                              \
-  template bool Segmentation<Dim>::undo(Id);                                               \
-  template bool Segmentation<Dim>::redo(Id);                                               \
-  template std::vector<Action<Dim>> Segmentation<Dim>::history(Id) const;                  \
-  template void Segmentation<Dim>::apply(Id, const Action<Dim>&, const ProgressOf<Dim>&,   \
-                                         const std::stop_token&);                          \
-  template const Result<Dim>& Segmentation<Dim>::make(Id, const ProgressOf<Dim>&,          \
-                                                      const std::stop_token&);             \
-  template bool Segmentation<Dim>::repeat(Id, const History<Dim>&, const ProgressOf<Dim>&, \
-                                          const std::stop_token&);                         \
-  template void Segmentation<Dim>::drop_past();                                            \
+#define SURF_INSTANTIATE(Dim)                                                                    \
+  template bool Segmentation<Dim>::undo(Id);                                                     \
+  template bool Segmentation<Dim>::redo(Id);                                                     \
+  template std::vector<Action<Dim>> Segmentation<Dim>::history(Id) const;                        \
+  template void Segmentation<Dim>::apply(Id, const Action<Dim>&, const ProgressOf<Dim>&,         \
+                                         const std::stop_token&);                                \
+  template const Result<Dim>& Segmentation<Dim>::make(Id, const ProgressOf<Dim>&,                \
+                                                      const std::stop_token&);                   \
+  template bool Segmentation<Dim>::is_ready(Id, const ProgressOf<Dim>&, const std::stop_token&); \
+  template bool Segmentation<Dim>::repeat(Id, const History<Dim>&, const ProgressOf<Dim>&,       \
+                                          const std::stop_token&);                               \
+  template void Segmentation<Dim>::drop_past();                                                  \
   template void Segmentation<Dim>::note(Id, const Action<Dim>&);
 SURF_INSTANTIATE(2)
 SURF_INSTANTIATE(3)

@@ -1,6 +1,9 @@
 #include "libsurf/segment/stage.h"
 
+#include <algorithm>
+
 #include "libsurf/base/names.h"
+#include "libsurf/segment/result.h"
 #include "libsurf/segment/stages/stages.h"
 
 namespace surf::segment {
@@ -53,9 +56,18 @@ std::vector<StagePointer<Dim>> plan(const Work<Dim>& work) {
     out.push_back(start_stage<Dim>());
   else
     out.push_back(work.settled ? amend_stage<Dim>() : fit_stage<Dim>());
-  for (int level = options.n_levels - 1; level > 0; --level) out.push_back(level_stage<Dim>(level));
+  std::vector<std::pair<std::string, StagePointer<Dim>>> coarser;
+  for (int level = options.n_levels - 1; level > 0; --level)
+    coarser.emplace_back(level_name(level), level_stage<Dim>(level));
   const bool is_continued = has_parts && coarse_terms<Dim>(options.energies);
-  if (is_continued) out.push_back(coarse_stage<Dim>());
+  if (is_continued) coarser.emplace_back(kCoarseName, coarse_stage<Dim>());
+  auto next = coarser.begin();
+  // What goes on is past those that come before the one in which it was.
+  const StageReport* at = work.unfinished ? work.unfinished->main_stage() : nullptr;
+  if (at && at->kind == StageKind::kMinimises)
+    next =
+        std::find_if(next, coarser.end(), [&](const auto& each) { return each.first == at->name; });
+  for (; next != coarser.end(); ++next) out.push_back(std::move(next->second));
   out.push_back(is_continued ? continued_stage<Dim>() : evolve_stage<Dim>());
   if (options.open_cavities) out.push_back(cavities_stage<Dim>());
   const bool is_fitted = options.energies.empty() || are_fitted<Dim>(options.energies);

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cstddef>
 #include <cstdint>
 #include <cstring>
 #include <filesystem>
@@ -97,6 +99,18 @@ Reader reader_of(const std::string& path) {
   throw NotAVolume(fmt::format("{}: not a volume; {}", path, kFormats));
 }
 
+/// A folder stands for all files in it.
+std::vector<std::string> files_and_folders(const std::string& path) {
+  const Reader reader = reader_of(path);
+  if (reader == read_nifti) return nifti_files(path);
+  if (reader == read_metaimage) return metaimage_files(path);
+  if (reader == read_nrrd) return nrrd_files(path);
+  std::error_code status;
+  if (reader != read_dicom || std::filesystem::is_directory(path, status)) return {path};
+  const std::string folder = std::filesystem::path(path).parent_path().string();
+  return {folder.empty() ? "." : folder};
+}
+
 }  // namespace
 
 Volume read_volume(const std::string& path, const ReadOptions& options) {
@@ -105,6 +119,22 @@ Volume read_volume(const std::string& path, const ReadOptions& options) {
     throw UsageError(
         fmt::format("ReadOptions::series_uid: {} is no DICOM image, which alone has series", path));
   return reader(path, options);
+}
+
+std::vector<std::string> volume_files(const std::string& path) {
+  std::vector<std::string> out;
+  for (const std::string& named : files_and_folders(path)) {
+    std::error_code status;
+    if (!std::filesystem::is_directory(named, status)) {
+      out.push_back(named);
+      continue;
+    }
+    const auto first = std::ptrdiff_t(out.size());
+    for (const auto& entry : std::filesystem::directory_iterator(named, status))
+      if (entry.is_regular_file(status)) out.push_back(entry.path().string());
+    std::sort(out.begin() + first, out.end());
+  }
+  return out;
 }
 
 std::vector<DicomSeries> dicom_series(const std::string& folder) {

@@ -234,7 +234,7 @@ using HeaderWriter = std::string (*)(const Image&, const std::string& path);
 
 void write_image(const std::string& path, const Image& image, const std::string& header) {
   write_atomically(path, [&](const std::string& temporary) {
-    Sink sink(temporary, path, path.ends_with(".gz"));
+    Sink sink(temporary, path, extension(path) == ".nii.gz");
     sink.write(header.data(), header.size());
     image.send([&](const void* data, std::size_t n_bytes) { sink.write(data, n_bytes); });
     sink.close();

@@ -119,6 +119,43 @@ TEST_F(Batch, RunsAgainWhatChangedAlone) {
   EXPECT_FALSE(exists(anat("c", "surface.stl")));
 }
 
+// A header may name any file for its voxels, and either half of a pair may be the scan.
+TEST_F(Batch, RunsAgainWhereVoxelsBesideAHeaderChanged) {
+  constexpr std::size_t kHeader = 348, kOffset = 108, kMagic = 344, kDescription = 148;
+  const auto voxels = [&](const std::string& seed) {
+    make("v.nii", {"--noise", "0.02", "--random-seed", seed});
+    return bytes("v.nii").substr(kHeader + 4);
+  };
+  const auto put_voxels = [&](const std::string& data) {
+    for (const char* name : {"a.img.gz", "b.raw.gz", "other.raw"}) put(name, data);
+  };
+  put_voxels(voxels("1"));
+  std::string header = bytes("v.nii").substr(0, kHeader);
+  header.replace(kOffset, 4, 4, '\0').replace(kMagic, 4, "ni1", 4);
+  put("a.hdr", header);
+  put("h.hdr", header);
+  put("h.img.gz", bytes("a.img.gz"));
+  put("b.nhdr",
+      "NRRD0004\ntype: float\ndimension: 3\nspace: RAS\nsizes: 24 24 24\nspace directions: (1,0,0) "
+      "(0,1,0) (0,0,1)\nspace origin: (-11.5,-11.5,-11.5)\nendian: little\nencoding: raw\n"
+      "data file: b.raw.gz\n");
+  put("c.mhd",
+      "NDims = 3\nDimSize = 24 24 24\nElementType = MET_FLOAT\nElementSpacing = 1 1 1\n"
+      "Offset = -11.5 -11.5 -11.5\nElementDataFile = other.raw\n");
+  put("list.tsv",
+      "name\tscan\tclicks\na\ta.hdr\t0,0,0\nh\th.img.gz\t0,0,0\nb\tb.nhdr\t0,0,0\n"
+      "c\tc.mhd\t0,0,0\n");
+  EXPECT_EQ(batch().exit_code, 0);
+  const Outcome same = batch();
+  for (const char* name : {"a", "h", "b", "c"})
+    EXPECT_TRUE(has(same, std::string(name) + ": is done already")) << same.err;
+  put_voxels(voxels("2"));
+  put("h.hdr", header.replace(kDescription, 4, "anew"));
+  const Outcome again = batch();
+  for (const char* name : {"a", "h", "b", "c"})
+    EXPECT_TRUE(has(again, std::string(name) + ": done")) << again.err;
+}
+
 // On a share that is away for a moment.
 TEST_F(Batch, AScanThatIsNotThereLeavesWhatWasMadeOfIt) {
   make_list();
@@ -255,6 +292,52 @@ TEST_F(Batch, TakesObjectsLandmarksRecipesAndReferences) {
     EXPECT_GT(json(anat(name, "surfseg.json"))["dice"], 0.99) << name;
 }
 
+// As a dialogue leaves it: objects are named once they are there, and often more than once.
+TEST_F(Batch, ObjectsOfARecipeHaveTheirLastNames) {
+  must({"phantom", "separate-balls", "--size", "40", "--spacing", "1", "-o", "v.nii.gz"});
+  must({"segment", "v.nii.gz", "--object", "one", "--seed", "-10,0,0", "--object", "two", "--seed",
+        "10,0,0", "-o", "{object}.stl", "--recipe", "r.json", "--mask", "m.nii.gz", "-q"});
+  nlohmann::json recipe = json("r.json");
+  recipe["objects"][0]["name"] = "object 1";
+  for (const char* name : {"left kidney", "liver"})
+    recipe["objects"][0]["history"].push_back({{"do", "rename"}, {"name", name}});
+  recipe["objects"][1]["history"].push_back({{"do", "rename"}, {"name", "spleen"}});
+  put("r.json", recipe.dump());
+  recipe["objects"][1]["history"].push_back({{"do", "rename"}, {"name", "left kidney"}});
+  put("unfit.json", recipe.dump());
+  put("list.tsv",
+      "name\tscan\trecipe\treference\na\tv.nii.gz\tr.json\tm.nii.gz\n"
+      "b\tv.nii.gz\tunfit.json\tm.nii.gz\n");
+  const Outcome outcome = batch();
+  EXPECT_TRUE(has(outcome, "a: done")) << outcome.err;
+  EXPECT_EQ(bytes(anat("a", "dseg.tsv")), "index\tname\n1\tliver\n2\tspleen\n");
+  EXPECT_TRUE(exists("out/sub-a/anat/sub-a_label-liver_desc-surfseg_surface.stl"));
+  for (const auto& object : json(anat("a", "surfseg.json"))["objects"])
+    EXPECT_GT(object["dice"], 0.99) << object["name"];
+  EXPECT_TRUE(has(outcome, "b: failed (3): unfit.json: object 'left kidney': expected a name"))
+      << outcome.err;
+}
+
+// Which frame it was a recipe does not say.
+TEST_F(Batch, AFrameIsChosenForARecipeToo) {
+  make("v.nii");
+  std::string scan = bytes("v.nii");
+  constexpr std::size_t kHeader = 352, kDimensions = 40, kFrames = 48;
+  scan[kDimensions] = 4;
+  scan[kFrames] = 2;
+  scan.insert(kHeader, std::string(scan.size() - kHeader, '\0'));
+  put("frames.nii", scan);
+  must({"segment", "frames.nii", "--frame-index", "1", "--seed", "0,0,0", "-o", "s.stl", "--recipe",
+        "r.json", "-q"});
+  put("list.tsv",
+      "name\tscan\trecipe\tframe-index\na\tframes.nii\tr.json\t1\nb\tframes.nii\tr.json\t\n");
+  const Outcome outcome = batch();
+  EXPECT_TRUE(has(outcome, "a: done")) << outcome.err;
+  EXPECT_EQ(bytes(anat("a", "surface.stl")), bytes("s.stl"));
+  EXPECT_TRUE(has(outcome, "b: failed (3): r.json: recipe: belongs to another image"))
+      << outcome.err;
+}
+
 // Five balls alike and a box.
 TEST_F(Batch, OutliersComeBeforeTheOthers) {
   make("ball.nii.gz");
@@ -328,6 +411,8 @@ INSTANTIATE_TEST_SUITE_P(
                   "expected yes or no"},
         std::pair{"name\tscan\tclicks\tspace\na\tv\t1,2,3\tmni\n", "list.tsv:2: --space"},
         std::pair{"name\tscan\tclicks\trecipe\na\tv\t1,2,3\tr.json\n", "the recipe says it"},
+        std::pair{"name\tscan\trecipe\tframe-index\na\tv\tr.json\tone\n",
+                  "list.tsv:2: Could not convert: --frame-index"},
         std::pair{"name\tscan\tclicks\treference-label\na\tv\t1,2,3\t1.5\n", "expected a label"},
         std::pair{"name\tscan\tclicks\tbox\na\tv\t1,2,3\t1,2,3\n", "list.tsv:2: --box"}));
 

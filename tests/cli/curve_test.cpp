@@ -266,6 +266,9 @@ Words in_slice(const Words& start) {
                 start);
 }
 Words image(const char* name) { return {"segment", name, "--seed", "8,8", "-o", "out.json"}; }
+Words stack(const Words& more) {
+  return joined({"stack", "ball.nii", "--from", "8", "--to", "9"}, more);
+}
 Words start(const Words& how) {
   return joined({"segment", "good.tif", "-o", "out.json", "--energy", "chan-vese"}, how);
 }
@@ -368,6 +371,19 @@ const std::vector<Row> kRows = {
      {"stack", "ball.nii", "--from", "1", "--to", "2", "--seed", "8,8", "-o", "o.svg"},
      2,
      "ends in .json, .vtp or .csv"},
+    {"StackRecipe", stack({"--seed", "8,8", "-o", "o.vtp", "--recipe", "r.json"}), 2, "--recipe"},
+    {"StackCheckpoint", stack({"--seed", "8,8", "-o", "o.vtp", "--checkpoint", "c"}), 2,
+     "--checkpoint"},
+    {"StackResume", stack({"--seed", "8,8", "-o", "o.vtp", "--resume"}), 2, "--resume"},
+    {"StackProfile", stack({"--seed", "8,8", "-o", "o.vtp", "--profile"}), 2, "--profile"},
+    {"StackMemory", stack({"--seed", "8,8", "-o", "o.vtp", "--memory", "9MB"}), 2,
+     "--memory: 9MB is less than"},
+    {"StackOutputIsContour",
+     stack({"--contour", "crossed.csv", "--energy", "area", "-o", "crossed.csv"}), 2,
+     "-o: crossed.csv: is --contour too"},
+    {"StackSummaryIsLandmarks",
+     stack({"--landmarks", "text.txt", "-o", "o.vtp", "--json", "text.txt"}), 2,
+     "--json: text.txt: is --landmarks too"},
     {"PhantomKind", {"phantom", "cube", "-o", "o.tif"}, 2, "KIND"},
     {"PhantomSize", {"phantom", "blob", "-o", "o.tif", "--size", "1"}, 2, "--size: expected N"},
     {"PhantomOutput", {"phantom", "blob", "-o", "o.jpg"}, 2, "ends in .tif or .png"},

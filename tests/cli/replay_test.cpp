@@ -114,6 +114,40 @@ TEST_F(Replay, RefusesAnotherVolumeAndRecipesThatItCannotRead) {
   expect_refused(3, {"r.json", "cannot be read: No such file"});
 }
 
+// A reference that is overwritten would be compared with itself, a Dice of 1.
+TEST_F(Replay, OverwritesNothingThatItReads) {
+  make_recipe();
+  const std::string surface = bytes("s.stl"), volume = bytes("ball.nii.gz");
+  write("files/object 1.stl", surface);
+  write("files/m.nii.gz", volume);
+  const struct {
+    std::vector<std::string> words;
+    std::string message;
+  } cases[] = {
+      {{"-o", "s.stl", "--reference", "s.stl"}, "-o: s.stl: is --reference too"},
+      {{"-o", "{object}.stl", "--reference", "object 1.stl"},
+       "-o: object 1.stl: is --reference too"},
+      {{"-o", "object 1.stl", "--reference", "{object}.stl"},
+       "-o: object 1.stl: is --reference too"},
+      {{"-o", "again.stl", "--mask", "m.nii.gz", "--reference", "m.nii.gz"},
+       "--mask: m.nii.gz: is --reference too"},
+      {{"-o", "again.stl", "--json", "ball.nii.gz"}, "--json: ball.nii.gz: is the input too"},
+      {{"-o", "again.stl", "--json", "ball.nii.gz", "--volume", "ball.nii.gz"},
+       "--json: ball.nii.gz: is the input too"}};
+  for (const auto& one : cases) {
+    std::vector<std::string> replay = {"replay", "r.json", "-q"};
+    replay.insert(replay.end(), one.words.begin(), one.words.end());
+    const Outcome outcome = run(replay);
+    EXPECT_EQ(outcome.exit_code, 2) << one.message;
+    EXPECT_NE(outcome.err.find(one.message), std::string::npos) << outcome.err;
+  }
+  EXPECT_EQ(bytes("s.stl"), surface);
+  EXPECT_EQ(bytes("object 1.stl"), surface);
+  EXPECT_EQ(bytes("ball.nii.gz"), volume);
+  EXPECT_EQ(bytes("m.nii.gz"), volume);
+  EXPECT_FALSE(exists("again.stl"));
+}
+
 TEST_F(Replay, WithoutRecipeOrOutputIsAUsageError) {
   make_recipe();
   EXPECT_EQ(run({"replay", "-o", "again.stl"}).exit_code, 2);

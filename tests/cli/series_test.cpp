@@ -45,17 +45,43 @@ TEST_P(Series, AreListedAndOneIsChosen) {
 }
 INSTANTIATE_TEST_SUITE_P(All, Series, ::testing::ValuesIn(kRows), name_of);
 
-using SeriesRecipe = FileTest;
+/// With a recipe of one of the two series in the folder both.
+class SeriesRecipe : public FileTest {
+ protected:
+  SeriesRecipe() {
+    write_both(file("both"));
+    must({"segment", "both", "--series-uid", "1.2.3.5", "--initial-ball", "0,0,0,2mm", "--energy",
+          "area", "--volume", "keep", "-q", "-o", "a.ply", "--recipe", "a.json"});
+  }
+};
 
-// The recipe knows which one it was; --volume names another image, which has its own.
+// The recipe knows which one it was; another folder need not have it.
 TEST_F(SeriesRecipe, SaysWhichSeriesItWas) {
-  write_both(file("both"));
-  must({"segment", "both", "--series-uid", "1.2.3.5", "--initial-ball", "0,0,0,2mm", "--energy",
-        "area", "--volume", "keep", "-q", "-o", "a.ply", "--recipe", "a.json"});
   must({"replay", "a.json", "-q", "-o", "again.ply"});
   EXPECT_EQ(bytes("again.ply"), bytes("a.ply"));
   must({"replay", "a.json", "--series-uid", "1.2.3.5", "-q", "-o", "again.ply"});
-  EXPECT_EQ(run({"replay", "a.json", "--volume", "both", "-q", "-o", "again.ply"}).exit_code, 3);
+  must({"replay", "a.json", "--volume", "both", "-q", "-o", "there.ply"});
+  EXPECT_EQ(bytes("there.ply"), bytes("a.ply"));
+  std::filesystem::create_directories(file("one"));
+  for (const std::string& name : files())
+    if (name.ends_with("-4.dcm")) std::filesystem::copy(name, file("one"));  // the same values
+  must({"replay", "a.json", "--volume", "one", "-q", "-o", "one.ply"});
+  EXPECT_EQ(bytes("one.ply"), bytes("a.ply"));
+  EXPECT_EQ(
+      run({"replay", "a.json", "--volume", "both", "--series-uid", "7.8.9", "-q", "-o", "none.ply"})
+          .exit_code,
+      3);
+}
+
+TEST_F(SeriesRecipe, IsOneOfItsFolderInABatchToo) {
+  put("list.tsv",
+      "name\tscan\trecipe\tseries-uid\nown\tboth\ta.json\t\ntyped\tboth\ta.json\t1.2.3.4\n"
+      "none\tboth\ta.json\t7.8.9\n");
+  const Outcome outcome = run({"batch", "list.tsv", "-o", "out"});
+  for (const char* done : {"own: done", "typed: done"})
+    EXPECT_NE(outcome.err.find(done), std::string::npos) << outcome.err;
+  EXPECT_NE(outcome.err.find("none: failed (3): both: no series 7.8.9 in it"), std::string::npos)
+      << outcome.err;
 }
 
 }  // namespace

@@ -154,6 +154,33 @@ class Rules(InAFolder):
         self.assertEqual(self.run_job(both), (cohort.AGAIN, ["c0", "c1"]))
         self.assertEqual(self.run_job(both, attempt=2), (cohort.AGAIN, ["c1"]))
 
+    def test_submit_tries_again_where_one_case_lacked_memory_and_another_failed_for_good(self):
+        (FOLDER / "sbatch").write_text("#!/bin/sh\necho 5\n")
+        (FOLDER / "sbatch").chmod(0o755)
+
+        def second_attempt(*ends):
+            """What it says, and which jobs it has submitted."""
+            shutil.rmtree("out.jobs", ignore_errors=True)
+            self.run_job(self.read(*ends))
+            done = subprocess.run(
+                [sys.executable, os.path.abspath(cohort.__file__), "submit", "list.tsv", "-o", "out", "--per-job", str(len(ends)),
+                 "--surfseg", str(FOLDER / "program"), "--attempt", "2"], capture_output=True, text=True, check=True,
+                env={**os.environ, "PATH": f"{FOLDER}:{os.environ['PATH']}"})
+            return done.stdout, [path.read_text() for path in pathlib.Path("out.jobs").glob("array-*.txt")]
+
+        for end in ("memory", "killed"):
+            said, jobs = second_attempt("failed", end)
+            self.assertIn("1 of 1 jobs in 1 array, attempt 2", said, end)
+            self.assertEqual(jobs, ["c0\n"], end)
+        self.assertEqual(second_attempt("failed", "done"), ("", []))
+        # What the first attempt left to be tried again is over when it comes to an end.
+        both = self.read("failed", "memory")
+        self.run_job(both)
+        self.assertFalse(both.jobs[0].has_failed())
+        (FOLDER / "list.tsv").write_text((FOLDER / "list.tsv").read_text().replace("memory", "done"))
+        self.run_job(both, attempt=2)
+        self.assertTrue(both.jobs[0].has_failed())
+
     def test_a_job_is_done_until_a_row_or_a_file_or_the_program_changes(self):
         one = self.read("done")
         self.assertEqual(self.run_job(one)[0], 0)

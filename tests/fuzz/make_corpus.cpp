@@ -103,6 +103,8 @@ class Corpus {
     frames.positions_lps.push_back(second.positions_lps[0]);
     frames.pixels.insert(frames.pixels.end(), second.pixels.begin(), second.pixels.end());
     volume::write_enhanced(path("dicom", "frames.dcm"), frames, true);
+    volume::write_enhanced(path("dicom", "implicit-frames.dcm"), frames, true,
+                           volume::Syntax::kImplicit);
   }
 
   void vti() const {

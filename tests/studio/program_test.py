@@ -91,6 +91,20 @@ class KeptState(unittest.TestCase):
                 self.assertEqual(len(state["objects"]), 1)
         shutil.rmtree(folder)
 
+    def test_a_scan_whose_state_cannot_be_looked_for_is_not_open(self):
+        folder = folder_with(BALLS, ("ball.nrrd", "ball", "--size", "16"))
+        kept = os.path.join(folder, "balls.nii.gz.surfseg.json")
+        os.symlink(kept, kept)  # leads nowhere
+        with Studio(folder, "balls.nii.gz") as studio:
+            state = studio.until(lambda s: s["error"] and s["job"] is None)
+            self.assertIn(os.path.basename(kept), state["error"]["text"])
+            self.assertIsNone(state["volume"])
+            self.assertIn("no volume is open", studio.export(400, what="recipe", name="a.json")["error"])
+            studio.do("open", path="ball.nrrd")
+            state = studio.until(lambda s: s["volume"] and s["job"] is None)
+            self.assertEqual(len(state["objects"]), 1)
+        shutil.rmtree(folder)
+
     def test_a_recipe_under_another_name_keeps_its_name_and_leaves_the_state_of_the_scan(self):
         folder = folder_with(BALLS)
         with Studio(folder, "balls.nii.gz") as studio:

@@ -430,6 +430,21 @@ class Dialogue(WithStudio):
         self.assertEqual((redone["name"], len(redone["clicks"]), redone["outdated"]), ("object 1", 2, False))
         self.studio.do("undo", object=4294967297, expect=400)
 
+    def test_a_click_that_may_not_be_moved_there_leaves_what_can_be_redone(self):
+        self.studio.click(LEFT)
+        self.studio.click((0, 0, 0), "outside")
+        self.studio.idle()
+        self.studio.click(RIGHT)
+        self.studio.idle()
+        self.studio.do("undo", object=1)
+        before = self.studio.idle()["objects"][0]
+        self.assertEqual(before["redo_words"], "inside click")
+        for point in ((50, 0, 0), (0, 0, 0)):  # beyond the scan, and on a click of the other side
+            self.studio.do("move_click", 400, object=1, index=0, point=list(point))
+            self.assertEqual(self.studio.idle()["objects"][0], before)
+        self.studio.do("redo", object=1)
+        self.assertEqual(len(self.studio.idle()["objects"][0]["clicks"]), 3)
+
     def test_what_redo_comes_to_is_computed_if_it_never_was(self):
         self.studio.click(LEFT)
         one = self.volume_ml()
@@ -635,6 +650,23 @@ class LittleRoom(unittest.TestCase):
         self.assertIn("Read-only", studio.export(500, what="surface", object=1, name="a.stl")["error"])
         self.assertEqual(studio.listed(), ["balls.nii.gz"])
         self.assertIn("Read-only", studio.end())
+
+
+    def test_a_broken_state_in_a_read_only_folder_is_told_and_the_scan_is_looked_at(self):
+        kept = "balls.nii.gz.surfseg.json"
+        with open(os.path.join(self.source, kept), "w") as file:
+            file.write("{ no JSON")
+        with Studio(self.folder, "balls.nii.gz", before=mounted(self.source)) as studio:
+            opened = studio.until(lambda s: s["volume"] and s["job"] is None)
+            for words in ("JSON", f"{kept} stays as it is", "Read-only", "make the folder writable"):
+                self.assertIn(words, opened["error"]["text"])
+            self.assertEqual(len(opened["objects"]), 1)
+            self.assertIn("Read-only", studio.export(500, what="recipe", name="a.json")["error"])
+            studio.click(LEFT)
+            state = studio.idle()
+            self.assertTrue(state["objects"][0]["measures"]["passed"])
+            self.assertIn("the state is not kept", state["error"]["text"])
+            self.assertEqual(studio.listed(), ["balls.nii.gz", kept])
 
 
 class Access(WithStudio):

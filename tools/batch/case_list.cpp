@@ -34,6 +34,8 @@ constexpr std::array kNotInLists = {"help",       "output",    "seed",
                                     "profile",    "verbose",   "output-space",
                                     "report",     "reference", "reference-label",
                                     "checkpoint", "resume",    "memory"};
+/// Which image of the scan's file or folder it is: a recipe need not say it.
+constexpr std::array kOfTheScan = {"frame-index", "series-uid"};
 constexpr std::array kFileOptions = {"marks", "initial", "landmarks"};
 
 /// `surfseg segment`, to be asked for its options.
@@ -118,7 +120,7 @@ class RowReader {
     if (out.recipe.empty())
       read_clicks(row, out);
     else
-      check_recipe(row);
+      read_recipe(row, out);
     return out;
   }
 
@@ -143,11 +145,14 @@ class RowReader {
     return out.files.back();
   }
 
-  void check_recipe(const TableRow& row) const {
+  void read_recipe(const TableRow& row, Case& out) const {
     for (const auto& [column, text] : row.cells)
-      if (column == "clicks" || column == "outside" || options_.has(column))
+      if (std::find(kOfTheScan.begin(), kOfTheScan.end(), column) != kOfTheScan.end())
+        add_option(column, text, out);
+      else if (column == "clicks" || column == "outside" || options_.has(column))
         throw UsageError(
             fmt::format("{}: the recipe says it already; leave one of the two empty", column));
+    check(out);
   }
 
   void read_clicks(const TableRow& row, Case& out) const {
@@ -179,8 +184,9 @@ class RowReader {
 
   static void check(const Case& row) {
     std::vector<std::string> words = row.options;
-    words.push_back("--space=" + row.space);
-    if (!row.clicks.file.empty()) words.push_back("--seed=0,0,0");  // as the file will say
+    if (row.recipe.empty()) words.push_back("--space=" + row.space);
+    if (!row.clicks.file.empty() || !row.recipe.empty())
+      words.push_back("--seed=0,0,0");  // as the file says, or the recipe
     words.insert(words.end(), row.clicks.words.begin(), row.clicks.words.end());
     for (const std::string& word : words)
       if (word.ends_with("=list")) throw UsageError(word.substr(2) + ": prints a list; it is none");

@@ -25,7 +25,7 @@ struct Case {
   std::string recipe;  ///< to be replayed, in place of clicks
   ClicksCell clicks;
   std::string space;
-  std::vector<std::string> options;  ///< further words of `surfseg segment`
+  std::vector<std::string> options;  ///< further words of `surfseg segment` or `replay`
   std::string reference;             ///< label map to compare with
   std::string reference_label;       ///< a number; empty = all labels
   std::vector<std::string> files;    ///< all that are read, but for those of presets

@@ -8,7 +8,7 @@
 namespace surfseg::batch {
 
 /// SHA-1 of the row's settings, the contents of the files that it names, of its preset, and the
-/// program's version. Of a header with its data in another file both count, of a DICOM folder, or a
+/// program's version. Of a header with its data in other files all count, of a DICOM folder, or a
 /// scan that is one file in one, all files in it. A file that is not there counts as such.
 std::string fingerprint(const Case& row);
 

@@ -51,6 +51,15 @@ std::string text_of(const std::string& path) {
   return {std::istreambuf_iterator<char>(stream), {}};
 }
 
+/// A recipe's object has the name that it was added with; the names that it was given later, and
+/// that were not undone, are in its history.
+std::string name_at_the_end(const ordered_json& object) {
+  std::string out = object.at("name").get<std::string>();
+  for (const ordered_json& entry : object.at("history"))
+    if (entry.at("do") == "rename") out = entry.at("name").get<std::string>();
+  return out;
+}
+
 /// Times and memory are not the same twice.
 void drop_measured(ordered_json& json) {
   if (json.is_object())
@@ -140,8 +149,11 @@ class CaseRun {
   std::vector<std::string> objects_of_recipe() const {
     const ordered_json recipe = read_json(row_.recipe);
     std::vector<std::string> out;
-    if (recipe.is_object() && recipe.contains("objects"))
-      for (const auto& object : recipe["objects"]) out.push_back(object.value("name", ""));
+    try {
+      for (const auto& object : recipe.at("objects")) out.push_back(name_at_the_end(object));
+    } catch (const ordered_json::exception&) {
+      return {};  // it is broken, which replay says best
+    }
     if (out.size() > 1)
       for (const std::string& name : out)
         if (!is_label(name))
@@ -156,8 +168,8 @@ class CaseRun {
         row_.recipe.empty()
             ? std::vector<std::string>{"segment", row_.scan}
             : std::vector<std::string>{"replay", row_.recipe, "--volume=" + row_.scan};
+    out.insert(out.end(), row_.options.begin(), row_.options.end());
     if (row_.recipe.empty()) {
-      out.insert(out.end(), row_.options.begin(), row_.options.end());
       const auto clicks = click_words();
       out.insert(out.end(), clicks.begin(), clicks.end());
       out.push_back("--recipe=" + at(files_->recipe));

@@ -103,7 +103,8 @@ class Job:
 
     def __init__(self, cases, cohort):
         self.name, self.cases, self.factor = cases[0].name, cases, cohort.memory
-        self.log, self.done, self.failed = (cohort.folder / f"{self.name}.{ending}" for ending in ("log", "done", "failed"))
+        self.log, self.done, self.failed, self.again = (cohort.folder / f"{self.name}.{ending}"
+                                                        for ending in ("log", "done", "failed", "again"))
         self.files = sorted({str(file) for case in cases for file in case.files})
         self.key = json.dumps([cohort.version, cohort.options, [case.cells for case in cases]], sort_keys=True)
 
@@ -118,6 +119,10 @@ class Job:
         if not self.done.exists() or self.done.read_text() != self.key:
             return False
         return all(os.path.getmtime(file) <= self.done.stat().st_mtime for file in self.files)
+
+    def has_failed(self):
+        """For good: another attempt would do nothing, as no case of it was killed or lacked memory."""
+        return self.failed.exists() and not self.again.exists()
 
 
 class Cohort:
@@ -151,12 +156,14 @@ class Cohort:
     def run(self, job, attempt, threads):
         """Does what is not done yet; what has failed for good in an earlier attempt is left as it is."""
         known = job.failed.read_text().split() if attempt > 1 and job.failed.exists() else []
-        for marker in (job.done, job.failed):
+        for marker in (job.done, job.failed, job.again):
             marker.unlink(missing_ok=True)
         codes = {case.name: self.run_case(case, threads) if case.name not in known else 7 for case in job.cases}
         failed = [name for name, code in codes.items() if code == 7]
         if failed:
             job.failed.write_text("\n".join(failed) + "\n")
+        if AGAIN in codes.values():
+            job.again.touch()
         code = max(codes.values())
         if code == 0:
             job.done.write_text(job.key)
@@ -202,7 +209,7 @@ def submit(cohort, arguments):
         if last.exists() and still_queued(last.read_text()):
             print(f"cohort.py: error: {cohort.output}: jobs are still there; wait for job {last.read_text()}", file=sys.stderr)
             return 2
-    jobs = [job for job in cohort.jobs if not job.is_done() and not (attempt > 1 and job.failed.exists())]
+    jobs = [job for job in cohort.jobs if not job.is_done() and not (attempt > 1 and job.has_failed())]
     if not jobs or attempt > 1 + RETRIES:
         return cohort.collect()
     cohort.folder.mkdir(parents=True, exist_ok=True)

@@ -16,6 +16,7 @@
 
 #include "libsurf/base/error.h"
 #include "libsurf/segment/recipe.h"
+#include "libsurf/volume/read_volume.h"
 #include "tools/common/option_group.h"
 #include "tools/common/signals.h"
 
@@ -39,11 +40,10 @@ constexpr const char* kOutdated =
       dimension == 3 ? "--frame-index" : "--slice, --plane, --page or --spacing"));
 }
 
-/// Which of the recipe's objects are written: the one that was asked for, the only one, or with
-/// {object} in `output` all. Nothing is computed for it.
+/// The names of the recipe's objects. Nothing is computed for them.
 template <int Dim>
-std::vector<bool> wanted_objects(
-    const ReplayArguments& a, const std::string& recipe, const std::string& output,
+std::vector<std::string> object_names(
+    const ReplayArguments& a, const std::string& recipe,
     const std::shared_ptr<const surf::segment::Setting<Dim>>& setting) {
   surf::segment::Segmentation<Dim> segmentation(setting);
   try {
@@ -56,6 +56,13 @@ std::vector<bool> wanted_objects(
   std::vector<std::string> names;
   for (const int id : segmentation.objects()) names.push_back(segmentation.object(id).name);
   if (names.empty()) throw surf::InputError(fmt::format("{}: the recipe has no object", a.path));
+  return names;
+}
+
+/// Which of them are written: the one that was asked for, the only one, or with {object} in
+/// `output` all.
+std::vector<bool> wanted_objects(const ReplayArguments& a, const std::vector<std::string>& names,
+                                 const std::string& output) {
   if (has_object(output)) check_object_names(names);
   if (a.object.empty() && (names.size() == 1 || has_object(output)))
     return std::vector<bool>(names.size(), true);
@@ -131,12 +138,36 @@ std::string image_file(const ReplayArguments& a, const std::string& recipe,
   return named;
 }
 
+std::string image_series(const ReplayArguments& a, const std::string& recipe,
+                         const std::string& chosen) {
+  std::string named;
+  try {
+    named = surf::segment::series_of_recipe(recipe);
+  } catch (const surf::InputError& error) {
+    fail(a, error);
+  }
+  if (chosen.empty() || named.empty()) return named;
+  std::error_code ignored;
+  if (!std::filesystem::is_directory(chosen, ignored)) return "";
+  // The same images may have another UID there, as where names were taken out.
+  const auto there = surf::volume::dicom_series(chosen);
+  const bool has_it = std::any_of(there.begin(), there.end(),
+                                  [&](const auto& series) { return series.uid == named; });
+  return has_it ? named : "";
+}
+
 template <int Dim>
 std::vector<SegmentedObject<Dim>> replayed(
     const ReplayArguments& a, const std::string& recipe, const std::string& output,
     const std::shared_ptr<const surf::segment::Setting<Dim>>& setting,
+    const std::function<void(const std::vector<std::string>&)>& check_names,
     const surf::segment::ProgressOf<Dim>& progress) {
-  const std::vector<bool> is_wanted = wanted_objects(a, recipe, output, setting);
+  const std::vector<std::string> names = object_names(a, recipe, setting);
+  const std::vector<bool> is_wanted = wanted_objects(a, names, output);
+  std::vector<std::string> wanted;
+  for (std::size_t n = 0; n < names.size(); ++n)
+    if (is_wanted[n]) wanted.push_back(names[n]);
+  check_names(wanted);
   surf::segment::Segmentation<Dim> segmentation(setting);
   std::stop_source stop;
   const SignalStop signal;
@@ -169,6 +200,7 @@ std::vector<SegmentedObject<Dim>> replayed(
   template std::vector<SegmentedObject<Dim>> replayed<Dim>(           \
       const ReplayArguments&, const std::string&, const std::string&, \
       const std::shared_ptr<const surf::segment::Setting<Dim>>&,      \
+      const std::function<void(const std::vector<std::string>&)>&,    \
       const surf::segment::ProgressOf<Dim>&);
 SURFSEG_INSTANTIATE(2)
 SURFSEG_INSTANTIATE(3)

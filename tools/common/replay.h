@@ -1,7 +1,9 @@
 // What the replay commands of both programs do: a recipe in, what its object is at the end out.
 #pragma once
 
+#include <functional>
 #include <string>
+#include <vector>
 
 #include "libsurf/segment/segmentation.h"
 #include "tools/common/cli_app.h"
@@ -33,9 +35,16 @@ void check_dimension(const ReplayArguments& a, const std::string& recipe, int di
 std::string image_file(const ReplayArguments& a, const std::string& recipe,
                        const std::string& chosen, const std::string& option);
 
+/// The series of the recipe's image; "" if the recipe names none, or `chosen` is no folder that has
+/// it.
+/// @throws surf::InputError  `chosen` is a folder without a DICOM image
+std::string image_series(const ReplayArguments& a, const std::string& recipe,
+                         const std::string& chosen);
+
 /// Does all that the recipe says.
 /// @param setting  the image
 /// @param output  with {object} all objects are wanted if none is asked for
+/// @param check_names  is told the names of those that are wanted before anything is computed
 /// @return  all objects; wanted is the one that was asked for, or the only one
 /// @throws surf::InputError  as segment::replay(), with the recipe's file
 /// @throws surf::UsageError  there is no such object, or several, none was asked for and `output`
@@ -44,6 +53,7 @@ template <int Dim>
 std::vector<SegmentedObject<Dim>> replayed(
     const ReplayArguments& a, const std::string& recipe, const std::string& output,
     const std::shared_ptr<const surf::segment::Setting<Dim>>& setting,
+    const std::function<void(const std::vector<std::string>&)>& check_names,
     const surf::segment::ProgressOf<Dim>& progress);
 
 }  // namespace surfseg

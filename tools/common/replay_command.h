@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "libsurf/segment/recipe.h"
+#include "tools/common/objects.h"
 #include "tools/common/outputs.h"
 #include "tools/common/replay.h"
 #include "tools/common/verb.h"
@@ -43,9 +43,7 @@ class ReplayCommand : public Base {
   void check() const override {
     this->files().check();
     check_range("--threads", arguments_.threads, 0, "0 (all) or more");
-    std::vector<Output> outputs = this->files().outputs();
-    outputs.emplace_back("--json", arguments_.json);
-    check_outputs(outputs, {{"RECIPE", arguments_.path}});
+    check_files(this->files().input());
   }
 
   Input read() override {
@@ -53,19 +51,29 @@ class ReplayCommand : public Base {
     check_dimension(arguments_, recipe_, Base::kDimension);
     const auto& files = this->files();
     const std::string path = image_file(arguments_, recipe_, files.input(), Base::kInputOption);
-    for (const std::string& output : {files.output, files.mask})
-      check_outputs({{"-o, --mask", output}}, {{"the input", path}});
-    const bool is_named = !files.input().empty();
-    return {this->open(path, is_named ? "" : surf::segment::series_of_recipe(recipe_)), {}};
+    check_files(path);
+    return {this->open(path, image_series(arguments_, recipe_, files.input())), {}};
   }
 
   Objects segment(const Input& input) override {
-    return replayed(arguments_, recipe_, this->output(), input.setting, this->on_step());
+    return replayed(
+        arguments_, recipe_, this->output(), input.setting,
+        [this](const std::vector<std::string>& names) { check_files(this->image_path(), names); },
+        this->on_step());
   }
 
   std::vector<std::string> idle_options() const override { return {}; }
 
  private:
+  /// No output is another one's file, nor one that is read.
+  /// @param names  of the objects that are written; none = they are not known yet
+  void check_files(const std::string& image, const std::vector<std::string>& names = {}) const {
+    std::vector<Output> outputs = this->files().outputs(), inputs = this->files().references();
+    outputs.emplace_back("--json", arguments_.json);
+    inputs.insert(inputs.end(), {{"RECIPE", arguments_.path}, {"the input", image}});
+    check_outputs(object_outputs(outputs, names), object_outputs(inputs, names));
+  }
+
   const ReplayArguments& arguments_;
   std::string recipe_;
 };

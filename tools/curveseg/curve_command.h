@@ -24,6 +24,7 @@ struct CurveFiles {
   surf::curve::Image read(const std::string& path, const std::string& series_uid) const;
   static std::shared_ptr<const surf::segment::Setting<2>> setting(const surf::curve::Image& image);
   std::vector<Output> outputs() const { return {{"-o", output}, {"--mask", mask}}; }
+  static std::vector<Output> references() { return {}; }
   /// What can be found wrong with the outputs' names.
   /// @throws surf::UsageError
   void check() const;

@@ -15,6 +15,8 @@
 #include "libsurf/fem/geometry.h"
 #include "libsurf/volume/write_volume.h"
 #include "tools/common/config.h"
+#include "tools/common/memory_limit.h"
+#include "tools/common/objects.h"
 #include "tools/common/option_group.h"
 #include "tools/common/outputs.h"
 #include "tools/common/progress.h"
@@ -46,6 +48,7 @@ class StackCommand {
 
   ExitCode run() {
     check();
+    limit_memory(arguments_.memory);
     std::unique_ptr<surf::ThreadLimit> limit;
     if (arguments_.threads > 0) limit = std::make_unique<surf::ThreadLimit>(arguments_.threads);
     clock_.begin("read");
@@ -99,7 +102,9 @@ class StackCommand {
     check_curve_arguments(command_, arguments_);
     check_outputs(
         {{"-o", arguments_.output}, {"--mask", arguments_.mask}, {"--json", arguments_.json}},
-        {{"the input", arguments_.volume}});
+        read_files(arguments_, {{"the input", arguments_.volume},
+                                {"--contour", arguments_.contour},
+                                {"--landmarks", arguments_.landmarks}}));
   }
 
   void write(const VoxelSlices& slices) const {
@@ -127,7 +132,7 @@ class StackCommand {
   ordered_json summarise() const {
     ordered_json out;
     out["curveseg"] = SURFSEG_VERSION;
-    out["config"] = dump_config(command_, {"help", "config", "json"});
+    out["config"] = dump_config(command_, {"help", "config", "json", "memory"});
     out["exit_code"] = int(exit_code_);
     out["slices"] = records();
     out["notes"] = result_.notes;
@@ -159,6 +164,9 @@ void add_options(CLI::App& command, Arguments& a) {
   add_output_space(command, a.output_space, "the file", output.name());
   output.add("--mask", a.mask, "Label map on the volume's grid: .nii.gz, .nii, .mha, .nrrd");
   add_running_options(command, a);
+  // They tell of one segmentation; each slice is one.
+  for (const char* option : {"--recipe", "--checkpoint", "--resume", "--profile"})
+    command.remove_option(command.get_option(option));
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <chrono>
 #include <exception>
+#include <new>
 
 #include "libsurf/base/error.h"
 #include "libsurf/base/file.h"
@@ -47,6 +48,19 @@ std::string words_of(const Action<3>& action) {
 
 }  // namespace
 
+std::string text_of(const std::exception& error) {
+  return dynamic_cast<const std::bad_alloc*>(&error)
+             ? "out of memory: close what is not needed, or use a larger edge length"
+             : error.what();
+}
+
+void warn_of(const std::exception& error) noexcept {
+  try {
+    surf::log(surf::LogLevel::kWarning, text_of(error));
+  } catch (const std::exception&) {  // no memory for that either
+  }
+}
+
 bool is_move(const Action<3>* first, const Action<3>* second) {
   return first && second && std::holds_alternative<TakeBackClick>(*first) &&
          std::holds_alternative<AddClick<3>>(*second);
@@ -73,25 +87,58 @@ void Dialogue::work() {
       return is_ending_ || !acts_.empty() || !wanted_.empty() || opening_.has_value();
     });
     if (is_ending_ && acts_.empty()) return;
-    stop_ = {};
-    is_kept_ = false;
-    if (is_act_next()) {
-      const Act act = std::move(acts_.front().act);
-      acts_.pop_front();
-      lock.unlock();
-      act();
-    } else if (opening_) {
-      const auto opening = std::move(*opening_);
-      opening_.reset();
-      lock.unlock();
-      opening();
-    } else {
-      const Wanted wanted = wanted_.front();
-      lock.unlock();
-      run(wanted);
+    try {
+      do_next(lock);
+    } catch (const std::exception& error) {
+      if (lock.owns_lock()) lock.unlock();
+      outlive(error);
     }
     lock.lock();
   }
+}
+
+/// @param lock  unlocked while it works, and after it
+void Dialogue::do_next(std::unique_lock<std::mutex>& lock) {
+  stop_ = {};
+  is_kept_ = false;
+  if (is_act_next()) {
+    const Act act = std::move(acts_.front().act);
+    acts_.pop_front();
+    lock.unlock();
+    act();
+  } else if (opening_) {
+    const auto opening = std::move(*opening_);
+    opening_.reset();
+    lock.unlock();
+    opening();
+  } else {
+    const Wanted wanted = wanted_.front();
+    lock.unlock();
+    try {
+      run(wanted);
+    } catch (...) {
+      unwant(wanted.id);  // or it might fail without end
+      throw;
+    }
+  }
+}
+
+/// What was done could not be checked, kept or told, most likely for want of memory. The page sees
+/// the state before it, with the error and without a job, if there is memory for that.
+void Dialogue::outlive(const std::exception& error) noexcept {
+  warn_of(error);
+  try {
+    std::lock_guard lock(mutex_);
+    job_.reset();
+    frame_.reset();
+    auto next = state_with_error(text_of(error));
+    ++next->revision;
+    next->job = present_job();
+    state_ = std::move(next);
+    ++tick_;
+  } catch (const std::exception&) {
+  }
+  changed_.notify_all();
 }
 
 /// Under the lock. What only changes how objects look waits for the evolution that is next in turn:
@@ -148,7 +195,7 @@ void Dialogue::do_beside(const Act& act, const std::function<void(State&)>& show
                          try {
                            act();
                          } catch (const std::exception& error) {
-                           publish_error(error.what());
+                           publish_error(text_of(error));
                          }
                        },
                        show_now});
@@ -218,7 +265,7 @@ void Dialogue::run(const Wanted& wanted) {
     begin_job(id, is_made ? "evolve" : "repeat");
     is_done = is_made ? evolve_now(id) : make_now(id);
   } catch (const std::exception& exception) {
-    error = exception.what();
+    error = text_of(exception);
   }
   {
     std::lock_guard lock(mutex_);
@@ -409,13 +456,18 @@ void Dialogue::publish_error(const std::string& text) {
   surf::log(surf::LogLevel::kWarning, text);
   {
     std::lock_guard lock(mutex_);
-    auto next = std::make_shared<State>(*state_);
-    next->error = with_option_names(text, "surfseg");
-    std::replace(next->error.begin(), next->error.end(), '\n', ' ');
-    ++next->error_number;
-    state_ = std::move(next);
+    state_ = state_with_error(text);
   }
   publish();
+}
+
+/// Under the lock. The state that is seen, but for the error.
+std::shared_ptr<State> Dialogue::state_with_error(const std::string& text) const {
+  auto out = std::make_shared<State>(*state_);
+  out->error = with_option_names(text, "surfseg");
+  std::replace(out->error.begin(), out->error.end(), '\n', ' ');
+  ++out->error_number;
+  return out;
 }
 
 std::string Dialogue::recipe_now() const {
@@ -466,6 +518,7 @@ std::shared_ptr<const surf::Triangles> Dialogue::surface(int id, int* frame) con
 std::string Dialogue::recipe() const {
   std::unique_lock lock(mutex_);
   changed_.wait(lock, [&] { return !state_->volume || !recipe_.empty() || is_ending_; });
+  if (recipe_.empty()) throw surf::UsageError("no volume is open");
   return recipe_;
 }
 

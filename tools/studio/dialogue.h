@@ -7,6 +7,7 @@
 #include <condition_variable>
 #include <cstdint>
 #include <deque>
+#include <exception>
 #include <filesystem>
 #include <functional>
 #include <future>
@@ -77,6 +78,11 @@ struct State {
   std::string error;     ///< the last one: one line
 };
 
+/// One line for a person.
+std::string text_of(const std::exception& error);
+/// That line on the terminal.
+void warn_of(const std::exception& error) noexcept;
+
 /// How much memory the results of the past may take: the more, the larger the volume is.
 std::size_t max_past_bytes(const surf::volume::Volume& volume);
 
@@ -132,6 +138,7 @@ class Dialogue {
   /// The surface of this moment, also while it evolves; null if there is none.
   std::shared_ptr<const surf::Triangles> surface(int id, int* frame = nullptr) const;
   /// What repeats it all: JSON text.
+  /// @throws surf::UsageError  no volume is open
   std::string recipe() const;
   /// Returns when the state or the job is another one than these, or after a while.
   void wait_for_change(std::uint64_t revision, std::uint64_t tick,
@@ -154,6 +161,8 @@ class Dialogue {
   };
 
   void work();
+  void do_next(std::unique_lock<std::mutex>& lock);
+  void outlive(const std::exception& error) noexcept;
   bool is_act_next() const;
   void do_now(const Act& act, bool while_opening = false);
   void do_beside(const Act& act, const std::function<void(State&)>& show_now);
@@ -161,6 +170,7 @@ class Dialogue {
                                  const std::optional<std::string>& series_uid);
   void read_volume(const std::filesystem::path& path, const std::optional<std::string>& series_uid);
   void load_recipe(const std::filesystem::path& recipe);
+  void forget_volume();
   void spare_what_others_keep();
   std::string recipe_now() const;
   bool can_evolve(int id) const;
@@ -177,6 +187,7 @@ class Dialogue {
   std::optional<Job> present_job() const;
   void publish();
   void publish_error(const std::string& text);
+  std::shared_ptr<State> state_with_error(const std::string& text) const;
   void save();
   surf::segment::Segmentation<3>& segmentation();
   void want(int id);

@@ -60,10 +60,13 @@ void Dialogue::open(const std::filesystem::path& path,
     std::lock_guard lock(mutex_);
     opening_ = [this, path, series_uid] {
       try {
+        forget_volume();  // of a request that came between
         read_volume(path, series_uid);
       } catch (const std::exception& error) {
+        // Half open it would have no object, and its recipe would be waited for in vain.
+        if (recipe_.empty()) forget_volume();
         end_job();
-        publish_error(error.what());
+        publish_error(text_of(error));
       }
     };
   }
@@ -73,20 +76,25 @@ void Dialogue::open(const std::filesystem::path& path,
 void Dialogue::close() {
   do_now(
       [this] {
-        segmentation_.reset();
-        volume_.reset();
-        checked_.clear();
-        removed_.clear();
-        brought_back_.clear();
+        forget_volume();
         {
           std::lock_guard lock(mutex_);
-          wanted_.clear();
           opening_.reset();
-          recipe_.clear();
         }
         publish();
       },
       true);
+}
+
+void Dialogue::forget_volume() {
+  segmentation_.reset();
+  volume_.reset();
+  checked_.clear();
+  removed_.clear();
+  brought_back_.clear();
+  std::lock_guard lock(mutex_);
+  wanted_.clear();
+  recipe_.clear();
 }
 
 /// Where the folder holds several series, they are in the state from now on.
@@ -157,19 +165,29 @@ void Dialogue::spare_what_others_keep() {
     publish_error(fmt::format("{} was written by another studio or program; what it had is now {}",
                               recipe.filename().string(), aside.filename().string()));
   } catch (const std::filesystem::filesystem_error& error) {
-    throw surf::OutputError(fmt::format("{} was written by another studio or program: {}",
-                                        recipe.filename().string(), error.code().message()));
+    throw surf::OutputError(
+        fmt::format("{} is not what this studio has written, and cannot be moved aside: {}",
+                    recipe.filename().string(), error.code().message()));
   }
 }
 
-/// One that cannot be repeated here is moved aside, so that nothing is lost.
+/// One that cannot be repeated here is moved aside, so that nothing is lost; where the folder
+/// cannot be written the scan can be looked at all the same.
 void Dialogue::load_recipe(const std::filesystem::path& recipe) {
   try {
     kept_ = text_of_file(recipe);
     surf::segment::load<3>(*kept_, *segmentation_);
   } catch (const surf::Error& error) {
-    const std::filesystem::path aside = moved_aside(recipe);
-    publish_error(fmt::format("{}; it is now {}", error.what(), aside.filename().string()));
+    try {
+      const std::filesystem::path aside = moved_aside(recipe);
+      publish_error(fmt::format("{}; it is now {}", error.what(), aside.filename().string()));
+    } catch (const std::filesystem::filesystem_error& failure) {
+      kept_.reset();  // nothing may be written over it
+      publish_error(fmt::format(
+          "{}; {} stays as it is, since it cannot be moved aside ({}), and what is done is not "
+          "kept: make the folder writable, or copy the scan into one that is",
+          error.what(), recipe.filename().string(), failure.code().message()));
+    }
   }
 }
 

@@ -75,16 +75,7 @@ void Dialogue::click(int id, const Vector<3>& point_mm, Side side) {
 
 void Dialogue::move_click(int id, std::size_t index, const Vector<3>& point_mm) {
   do_now([&] {
-    const auto& clicks = segmentation().object(id).clicks;
-    if (index >= clicks.size()) throw surf::UsageError(fmt::format("there is no click {}", index));
-    const Click<3> click{point_mm, clicks[index].side};
-    segmentation().take_back_click(id, index);
-    try {
-      segmentation().add_click(id, click);
-    } catch (...) {
-      segmentation().undo(id);
-      throw;
-    }
+    segmentation().move_click(id, index, point_mm);
     want(id);
     keep_act();
   });

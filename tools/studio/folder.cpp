@@ -38,9 +38,9 @@ bool is_dicom(const fs::path& path) {
 bool is_dicom_folder(const fs::path& folder) {
   std::error_code error;
   int n_looked = 0;
-  for (const auto& entry : fs::directory_iterator(folder, error)) {
-    if (!entry.is_regular_file(error)) continue;
-    if (is_dicom(entry.path())) return true;
+  for (fs::directory_iterator it(folder, error), end; it != end; it.increment(error)) {
+    if (!it->is_regular_file(error)) continue;
+    if (is_dicom(it->path())) return true;
     if (++n_looked == kMostLooked) break;
   }
   return false;
@@ -54,7 +54,8 @@ bool is_recipe(const fs::path& path) {
 std::vector<FolderEntry> entries_of(const fs::path& folder) {
   std::vector<FolderEntry> out;
   std::error_code error;
-  for (const auto& entry : fs::directory_iterator(folder, error)) {
+  for (fs::directory_iterator it(folder, error), end; it != end; it.increment(error)) {
+    const fs::directory_entry& entry = *it;
     const std::string name = entry.path().filename().string();
     if (name.starts_with('.') || out.size() == kMostEntries) continue;
     if (entry.is_directory(error)) {

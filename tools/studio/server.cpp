@@ -77,7 +77,7 @@ void answer(Response& response, Work&& work) {
   } catch (const nlohmann::json::exception&) {
     refuse(response, {400, "the request's JSON lacks what it needs, or has another type"});
   } catch (const std::exception& error) {
-    refuse(response, {500, error.what()});
+    refuse(response, {500, text_of(error)});
   }
 }
 
@@ -212,42 +212,57 @@ struct Server::Impl {
     return job ? "event: progress\ndata: " + dumped(to_json(*job)) + "\n\n" : "";
   }
 
+  /// What one who listens was told last.
+  struct Stream {
+    std::uint64_t number, revision = std::uint64_t(-1), tick = 0;
+    std::chrono::steady_clock::time_point last_progress = {};
+  };
+
   void events(const Request&, Response& response) {
-    const std::uint64_t number = ++last_stream;
     response.set_chunked_content_provider(
-        "text/event-stream", [this, number, revision = std::uint64_t(-1), tick = std::uint64_t(0),
-                              last_progress = std::chrono::steady_clock::time_point()](
-                                 std::size_t, httplib::DataSink& sink) mutable {
-          if (is_ending || number + kMostStreams <= last_stream) {  // a newer one takes the place
+        "text/event-stream",
+        [this, stream = Stream{++last_stream}](std::size_t, httplib::DataSink& sink) mutable {
+          try {
+            return tell_next(stream, sink);
+          } catch (const std::exception& error) {
+            // The library would let it end the program; the page asks for another stream.
+            warn_of(error);
             sink.done();
             return true;
           }
-          std::string out;
-          const auto state = dialogue.state();
-          const auto now = std::chrono::steady_clock::now();
-          if (state->revision != revision) {
-            revision = state->revision;
-            tick = dialogue.tick();
-            out = "event: state\ndata: " + dumped(to_json(*state, dialogue.folder(), version)) +
-                  "\n\n";
-          } else if (dialogue.tick() != tick) {
-            if (now - last_progress < kBetweenProgress) {
-              std::this_thread::sleep_for(std::chrono::milliseconds(10));
-              return true;
-            }
-            last_progress = now;
-            tick = dialogue.tick();
-            out = progress();
-          } else {
-            dialogue.wait_for_change(revision, tick, kPing);
-            if (state->revision != dialogue.state()->revision || dialogue.tick() != tick)
-              return true;
-            // What has no steps, such as reading, goes on, too.
-            out = progress();
-            if (out.empty()) out = ": ping\n\n";
-          }
-          return out.empty() || sink.write(out.data(), out.size());
         });
+  }
+
+  bool tell_next(Stream& stream, httplib::DataSink& sink) {
+    // A newer one takes the place.
+    if (is_ending || stream.number + kMostStreams <= last_stream) {
+      sink.done();
+      return true;
+    }
+    std::string out;
+    const auto state = dialogue.state();
+    const auto now = std::chrono::steady_clock::now();
+    if (state->revision != stream.revision) {
+      stream.revision = state->revision;
+      stream.tick = dialogue.tick();
+      out = "event: state\ndata: " + dumped(to_json(*state, dialogue.folder(), version)) + "\n\n";
+    } else if (dialogue.tick() != stream.tick) {
+      if (now - stream.last_progress < kBetweenProgress) {
+        std::this_thread::sleep_for(std::chrono::milliseconds(10));
+        return true;
+      }
+      stream.last_progress = now;
+      stream.tick = dialogue.tick();
+      out = progress();
+    } else {
+      dialogue.wait_for_change(stream.revision, stream.tick, kPing);
+      if (state->revision != dialogue.state()->revision || dialogue.tick() != stream.tick)
+        return true;
+      // What has no steps, such as reading, goes on, too.
+      out = progress();
+      if (out.empty()) out = ": ping\n\n";
+    }
+    return out.empty() || sink.write(out.data(), out.size());
   }
 
   void act(const ordered_json& request) {

@@ -28,6 +28,8 @@ struct SurfaceFiles {
   static std::shared_ptr<const surf::segment::Setting<3>> setting(
       const surf::volume::Volume& volume);
   std::vector<Output> outputs() const;
+  /// What is read besides the volume, a pattern as the outputs are.
+  std::vector<Output> references() const { return {{"--reference", reference}}; }
   surf::io::WriteOptions write_options() const { return {file_space(output_space)}; }
   /// What can be found wrong before the volume is read.
   /// @throws surf::UsageError

@@ -4,17 +4,58 @@
 #include <vtkFieldData.h>
 #include <vtkIdList.h>
 #include <vtkNew.h>
+#include <vtkObjectFactory.h>
 #include <vtkPointData.h>
 #include <vtkPolyData.h>
 #include <vtkStringArray.h>
+#include <vtkXMLDataElement.h>
 #include <vtkXMLPolyDataReader.h>
 
+#include <cstring>
+#include <string_view>
+
+#include "libsurf/base/memory.h"
 #include "libsurf/base/vtk_xml.h"
 #include "libsurf/io/detail/vtp_file.h"
 #include "libsurf/volume/detail/vtk_messages.h"
 
 namespace surf::io {
 namespace {
+
+/// VTK 9.1 sees itself that the offsets of cells ascend from 0 and that there are as many corners
+/// as the last one says. But it makes room for them first, for none where that overflows, and
+/// writes beyond.
+class Reader : public vtkXMLPolyDataReader {
+ public:
+  static Reader* New();
+  vtkTypeMacro(Reader, vtkXMLPolyDataReader);
+
+  double n_stored = 0;  ///< bytes of the file
+
+ protected:
+  int ReadArrayValues(vtkXMLDataElement* element, vtkIdType at, vtkAbstractArray* array,
+                      vtkIdType first, vtkIdType n, FieldType type) override {
+    if (Superclass::ReadArrayValues(element, at, array, first, n, type) == 0) return 0;
+    auto* offsets = vtkDataArray::SafeDownCast(array);
+    if (offsets == nullptr || n < 1 || !are_offsets(element)) return 1;
+    const double n_corners = offsets->GetComponent(at + n - 1, 0);
+    if (is_borne_out(n_corners, n_stored)) return 1;
+    vtkErrorMacro("its offsets promise " << n_corners << " corners of polygons, the file has "
+                                         << n_stored << " bytes");
+    return 0;
+  }
+
+ private:
+  /// Of cells; values at points or cells may have that name, too.
+  static bool are_offsets(vtkXMLDataElement* element) {
+    const char* name = element->GetAttribute("Name");
+    vtkXMLDataElement* parent = element->GetParent();
+    if (name == nullptr || parent == nullptr || std::strcmp(name, "offsets") != 0) return false;
+    const std::string_view part = parent->GetName();
+    return part != "PointData" && part != "CellData";
+  }
+};
+vtkStandardNewMacro(Reader);
 
 void check(const std::string& path, const volume::VtkMessages& messages, vtkPolyData* data) {
   if (const std::string message = messages.first(); !message.empty())
@@ -60,7 +101,8 @@ std::optional<Space> space_of_field_data(const std::string& path, vtkPolyData* d
 FileSurface read_vtp(const std::string& path, const std::string& content) {
   check_vtk_xml(path, content);
   const volume::VtkMessages messages;
-  vtkNew<vtkXMLPolyDataReader> reader;
+  vtkNew<Reader> reader;
+  reader->n_stored = double(content.size());
   reader->ReadFromInputStringOn();
   reader->SetInputString(content);
   reader->Update();

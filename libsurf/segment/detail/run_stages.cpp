@@ -125,6 +125,10 @@ std::optional<std::size_t> resumed(const std::vector<StagePointer<Dim>>& stages,
   if (done.n_stages > stages.size()) throw InputError("checkpoint: it has stages of another run");
   if (searches && !run_checked(*stages.front(), work)) return std::nullopt;
   restore(state, work);
+  // A stop before anything is told goes back to the last step, as in the run before.
+  if (work.stop.stop_possible() && !work.reports.empty() && !work.reports.back().flow.steps.empty())
+    work.told = {work.shape, work.border_share, work.reports.size() - 1, work.notes.size(),
+                 work.reports.back().flow.steps.size()};
   return done.goes_on ? std::optional(done.n_stages) : std::nullopt;
 }
 
@@ -146,7 +150,9 @@ void run_stages(Work<Dim>& work, const Checkpointing& checkpointing) {
   for (std::size_t n = first.value_or(stages.size()); n < stages.size(); ++n) {
     const bool goes_on = run_checked(*stages[n], work);
     const bool is_search = searches && n == 0;
-    if (checkpointing.keep && !is_amended && !is_search && !work.is_stopped())
+    // Corrections are made again: a stop in a later one takes them back.
+    const bool corrects = !work.reports.empty() && work.reports.back().kind == StageKind::kCorrects;
+    if (checkpointing.keep && !is_amended && !is_search && !corrects && !work.is_stopped())
       checkpointing.keep(state_of(work, n + 1, goes_on));
     if (!goes_on) break;
   }

@@ -46,7 +46,8 @@ class Amend : public Stage<Dim> {
     const auto grid = work.fields.search_grid(field_options(work.options, 0), work.options.sigma_mm,
                                               work.options.box_mm);
     std::vector<Click<Dim>> clicks;
-    for (const Click<Dim>& click : work.clicks)
+    for (const Click<Dim>& click :
+         clicks_in_box<Dim>(work.setting().extent(), work.options.box_mm, work.clicks))
       if (std::find(settled.search->clicks.begin(), settled.search->clicks.end(), click) ==
           settled.search->clicks.end())
         clicks.push_back(click);

@@ -4,12 +4,12 @@
 #include <array>
 #include <cmath>
 
+#include "libsurf/segment/result.h"
 #include "libsurf/segment/stages/stages.h"
 
 namespace surf::segment {
 namespace {
 
-constexpr const char* kCoarseName = "coarse";
 constexpr double kCoarseEdges = 2;  // times longer in the coarse part, which the thesis leaves
 constexpr double kCoarseShare =
     0.02;  // of the length, exempt from Alg. 3 there: surgery resolves it
@@ -93,8 +93,8 @@ class Continued : public Stage<Dim> {
         : thresholds_{work.options.first_threshold * work.options.flow.rel_tol,
                       work.options.second_threshold * work.options.flow.rel_tol},
           may_return_(work.options.continuation_returns) {
-      for (const StageReport& report : work.reports)
-        if (report.name == kCoarseName)
+      for (const StageReport& report : work.unfinished ? work.unfinished->stages : work.reports)
+        if (report.name == kCoarseName || work.unfinished)
           for (const flow::StepRecord& step : report.flow.steps) see(step);
       index_ = interval();
     }

@@ -20,7 +20,7 @@ class Level : public Stage<Dim> {
   bool run(Work<Dim>& work) const override {
     const double scale = std::pow(2.0, level_), cell = work.cell_mm();
     Minimisation<Dim> out;
-    out.name = fmt::format("level {}", level_);
+    out.name = level_name(level_);
     out.sigma_mm = scale * work.sigma_mm;
     out.terms =
         at_blur<Dim>(work.energies, blur_mm(work.sigma_mm, cell), blur_mm(out.sigma_mm, cell));
@@ -48,6 +48,8 @@ class Level : public Stage<Dim> {
 };
 
 }  // namespace
+
+std::string level_name(int level) { return fmt::format("level {}", level); }
 
 template <int Dim>
 StagePointer<Dim> level_stage(int level) {

@@ -1,10 +1,13 @@
 #include <fmt/format.h>
 #include <tbb/parallel_invoke.h>
 
+#include <algorithm>
 #include <cmath>
 #include <exception>
 #include <memory>
 
+#include "libsurf/segment/certainty.h"
+#include "libsurf/segment/result.h"
 #include "libsurf/segment/stages/rest.h"
 #include "libsurf/segment/stages/size.h"
 #include "libsurf/segment/stages/stages.h"
@@ -27,6 +30,7 @@ constexpr double kHeldCells = 0.51;  // round a click: half a cell, whatever is 
 constexpr double kFittedShare = 1e-3;  // of the area, as StepOptions::exempt_share
 constexpr int kFittedWindow = 4;       // steps
 constexpr double kAtRest = 0.02;       // cells: no vertex moved further in any step of the window
+constexpr const char* kAllStays = "nothing is left that was to move: all of it stays as it was";
 
 template <class Call>
 std::exception_ptr thrown_by(const Call& call) {
@@ -36,6 +40,16 @@ std::exception_ptr thrown_by(const Call& call) {
     return std::current_exception();
   }
   return nullptr;
+}
+
+/// Of a shape that is left with vertices of the one that was amended alone.
+template <int Dim>
+void keep_certainty(Work<Dim>& work) {
+  if (!work.settled || !work.settled->certainty) return;
+  const Simplices<Dim>& known = work.settled->shape;
+  const std::vector<char> are_known = are_vertices_of<Dim>(known, work.shape);
+  if (std::find(are_known.begin(), are_known.end(), 0) == are_known.end())
+    work.certainty = certainty_of_part<Dim>(*work.settled->certainty, known, work.shape);
 }
 
 template <int Dim>
@@ -165,6 +179,7 @@ bool minimise(Work<Dim>& work, const Minimisation<Dim>& minimisation) {
     flow.step.exempt_share = std::max(flow.step.exempt_share, kFittedShare);
     flow.energy_window = std::min(flow.energy_window, kFittedWindow);
   }
+  if (shape->rests()) flow.max_steps = 0;
   RestRule<Dim> rest(work.setting(), shape->geometry().measure(), flow.energy_window,
                      work.region.get());
   std::string at_rest;
@@ -172,10 +187,12 @@ bool minimise(Work<Dim>& work, const Minimisation<Dim>& minimisation) {
   const auto on_step = [&](const flow::StepRecord& record) {
     if (may_rest) at_rest = rest.check(record.k, record.energy, shape_now);
     if (minimisation.ends && at_rest.empty()) at_rest = minimisation.ends(record);
+    if (shape->rests()) at_rest = kAllStays;
     work.border_share = shape->border_share();
     return work.tell(report.name, record, shape_now) && at_rest.empty();
   };
   report.flow = flow::evolve<Dim>(*shape, *energy, flow, on_step);
+  if (shape->rests()) at_rest = kAllStays;
   if (!at_rest.empty() && !work.is_stopped()) {
     report.flow.termination = flow::Termination::kConverged;
     report.flow.message = at_rest;
@@ -189,6 +206,10 @@ bool minimise(Work<Dim>& work, const Minimisation<Dim>& minimisation) {
         "{}: the {} is coarser than asked for: at {} elements nothing is refined any more",
         report.name, work.setting().noun(), options.adaptivity.max_elements));
   work.reports.push_back(std::move(report));
+  if (shape->rests()) {  // as it was before the clicks, and located
+    keep_certainty(work);
+    return false;
+  }
   return work.reports.back().outcome == Outcome::kConverged;
 }
 

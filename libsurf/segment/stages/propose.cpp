@@ -51,21 +51,7 @@ class Propose : public Stage<Dim> {
     if (std::none_of(out.begin(), out.end(),
                      [](const Click<Dim>& click) { return click.side == Side::kInside; }))
       for (const Vector<Dim>& seed : work.seeds_mm) out.push_back({seed, Side::kInside});
-    // Beyond the box there is nothing of the object anyway.
-    if (work.options.box_mm) {
-      const ImageExtent<Dim>& extent = work.setting().extent();
-      const NodeBox<Dim> box = cells_of_box(extent, *work.options.box_mm);
-      const auto is_beyond = [&](const Vector<Dim>& point) {
-        return !is_in_cells(extent, box, point);
-      };
-      for (Click<Dim>& click : out) {
-        std::erase_if(click.stroke_mm, is_beyond);
-        if (is_beyond(click.point_mm) && !click.stroke_mm.empty())
-          click.point_mm = click.stroke_mm.front();
-      }
-      std::erase_if(out, [&](const Click<Dim>& click) { return is_beyond(click.point_mm); });
-    }
-    return out;
+    return clicks_in_box<Dim>(work.setting().extent(), work.options.box_mm, std::move(out));
   }
 
   /// What earlier clicks have found.

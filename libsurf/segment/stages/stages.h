@@ -27,7 +27,10 @@ StagePointer<Dim> start_stage();
 /// The energy with 2^level times the blur and the lengths of the result.
 template <int Dim>
 StagePointer<Dim> level_stage(int level);
+/// As its report names it.
+std::string level_name(int level);
 /// The first part of Alg. 17, and its loop, which ends at the minimum of the energy.
+inline constexpr const char* kCoarseName = "coarse";
 template <int Dim>
 StagePointer<Dim> coarse_stage();
 template <int Dim>

@@ -9,6 +9,7 @@
 #include <filesystem>
 #include <fstream>
 #include <string_view>
+#include <utility>
 
 #include "libsurf/base/error.h"
 
@@ -102,6 +103,14 @@ class Walker {
       skip(element.length);
     } else if (element.tag == kPixelData) {
       skip_fragments();
+    } else if (element.vr == "UN") {
+      // Made of what was implicit and is not known to who has made it (PS3.5, 6.2.2), whatever the
+      // syntax of the rest.
+      const bool is_explicit = std::exchange(is_explicit_, false);
+      const bool is_big = std::exchange(is_big_, false);
+      skip_items(depth);
+      is_explicit_ = is_explicit;
+      is_big_ = is_big;
     } else {
       skip_items(depth);
     }

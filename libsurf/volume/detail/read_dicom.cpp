@@ -115,13 +115,27 @@ int unsigned_short(const DataSet& data, const Tag& tag) {
   return value;
 }
 
-/// Item n (from 1) of a sequence; null if there is none.
-const DataSet* item(const DataSet& data, const Tag& sequence, std::size_t n) {
-  if (!data.FindDataElement(sequence)) return nullptr;
-  const auto items = data.GetDataElement(sequence).GetValueAsSQ();
-  if (!items || items->GetNumberOfItems() < n) return nullptr;
-  // The items are shared with the data set, which outlives this pointer.
-  return &items->GetItem(n).GetNestedDataSet();
+/// The items of a sequence; null if there is none. Of one whose length is given, and of those in
+/// it, GDCM has the bytes alone where the syntax is implicit: they are parsed here, and nothing but
+/// what is returned holds them.
+using Items = gdcm::SmartPointer<gdcm::SequenceOfItems>;
+Items items_of(const DataSet& data, const Tag& sequence) {
+  return data.FindDataElement(sequence) ? data.GetDataElement(sequence).GetValueAsSQ() : Items();
+}
+
+/// The functional groups of a file of many frames; null where there are none.
+struct FunctionalGroups {
+  Items frames, shared;
+};
+
+/// A number of `tag` from a macro of item n (from 1) of functional groups; empty if it is not
+/// there.
+std::vector<double> macro_decimals(const Items& groups, std::size_t n_item, const Tag& macro,
+                                   const Tag& tag, std::size_t n) {
+  if (!groups || groups->GetNumberOfItems() < n_item) return {};
+  const Items items = items_of(groups->GetItem(n_item).GetNestedDataSet(), macro);
+  if (!items || items->GetNumberOfItems() < 1) return {};
+  return decimals(items->GetItem(1).GetNestedDataSet(), tag, n);
 }
 
 struct FileHeader {
@@ -132,23 +146,24 @@ struct FileHeader {
 
 /// A number of `tag` from the macro `group` of a frame: of its own groups, else of the shared
 /// ones; without functional groups, of the data set itself.
-std::vector<double> frame_decimals(const DataSet& data, int frame, const Tag& group, const Tag& tag,
-                                   std::size_t n) {
-  const DataSet* candidates[] = {item(data, kFrameGroups, frame + 1), item(data, kSharedGroups, 1)};
-  for (const DataSet* groups : candidates)
-    if (groups)
-      if (const DataSet* macro = item(*groups, group, 1))
-        if (auto result = decimals(*macro, tag, n); !result.empty()) return result;
-  return decimals(data, tag, n);
+std::vector<double> frame_decimals(const DataSet& data, const FunctionalGroups& groups, int frame,
+                                   const Tag& group, const Tag& tag, std::size_t n) {
+  auto result = macro_decimals(groups.frames, std::size_t(frame) + 1, group, tag, n);
+  if (result.empty()) result = macro_decimals(groups.shared, 1, group, tag, n);
+  return result.empty() ? decimals(data, tag, n) : result;
 }
 
 /// Empty if the slice has its place, else what is missing.
-std::string place(const DataSet& data, int frame, DicomSlice& slice) {
-  const auto position = frame_decimals(data, frame, kPlanePosition, kPosition, 3);
-  const auto orientation = frame_decimals(data, frame, kPlaneOrientation, kOrientation, 6);
-  const auto spacing = frame_decimals(data, frame, kPixelMeasures, kPixelSpacing, 2);
-  const auto slope = frame_decimals(data, frame, kValueTransformation, kSlope, 1);
-  const auto intercept = frame_decimals(data, frame, kValueTransformation, kIntercept, 1);
+std::string place(const DataSet& data, const FunctionalGroups& groups, int frame,
+                  DicomSlice& slice) {
+  const auto of_frame = [&](const Tag& group, const Tag& tag, std::size_t n) {
+    return frame_decimals(data, groups, frame, group, tag, n);
+  };
+  const auto position = of_frame(kPlanePosition, kPosition, 3);
+  const auto orientation = of_frame(kPlaneOrientation, kOrientation, 6);
+  const auto spacing = of_frame(kPixelMeasures, kPixelSpacing, 2);
+  const auto slope = of_frame(kValueTransformation, kSlope, 1);
+  const auto intercept = of_frame(kValueTransformation, kIntercept, 1);
   if (position.empty()) return "ImagePositionPatient";
   if (orientation.empty()) return "ImageOrientationPatient";
   if (spacing.empty()) return "PixelSpacing";
@@ -193,6 +208,7 @@ FileHeader header_of(const DataSet& data, const std::string& file) {
     header.fault = fmt::format("has {} frames without a place of each in space", n_frames);
     return header;
   }
+  const FunctionalGroups groups{items_of(data, kFrameGroups), items_of(data, kSharedGroups)};
   for (int frame = 0; frame < n_frames && header.fault.empty(); ++frame) {
     DicomSlice slice;
     slice.file = file;
@@ -202,7 +218,7 @@ FileHeader header_of(const DataSet& data, const std::string& file) {
     slice.sop_class_uid = text(data, kSopClassUid);
     slice.sop_instance_uid = text(data, kSopInstanceUid);
     slice.n_frames = n_frames;
-    if (const std::string missing = place(data, frame, slice); !missing.empty())
+    if (const std::string missing = place(data, groups, frame, slice); !missing.empty())
       header.fault = fmt::format("has no {}: it is no slice of a volume", missing);
     header.slices.push_back(slice);
   }
@@ -307,7 +323,8 @@ std::vector<FileHeader> files_of(const std::string& path, const ReadOptions& opt
   if (!header)
     throw InputError(
         fmt::format("{}: not a DICOM image, or truncated in its header; give a volume", path));
-  if (header->slices.size() > 1) return {*header};
+  if (header->slices.size() > 1)
+    return choose_series({{header->series_uid, {*header}}}, options.series_uid, path);
   const fs::path parent = fs::path(path).parent_path();
   return choose_series(read_folder(parent.empty() ? "." : parent.string(), path, n_skipped),
                        options.series_uid.value_or(header->series_uid), path);

@@ -218,4 +218,10 @@ Volume read_metaimage(const std::string& path, const ReadOptions& options) {
   return read_raw(stream, layout, affine, std::move(source));
 }
 
+std::vector<std::string> metaimage_files(const std::string& path) {
+  const std::string data = data_path(read_header(path));
+  if (data == path) return {path};
+  return {path, data};
+}
+
 }  // namespace surf::volume

@@ -247,11 +247,20 @@ RawLayout layout_of(const Header& header, const ReadOptions& options, const std:
   return layout;
 }
 
+/// Of a file, or of the pair that it is half of.
+std::string header_of(const std::string& path) {
+  return is_data_half(path) ? find_beside(path, {".hdr", ".HDR", ".hdr.gz"}) : path;
+}
+
+/// Of a pair.
+std::string data_of(const std::string& path) {
+  return is_data_half(path) ? path : find_beside(path, {".img", ".IMG", ".img.gz"});
+}
+
 }  // namespace
 
 Volume read_nifti(const std::string& path, const ReadOptions& options) {
-  const std::string header_path =
-      is_data_half(path) ? find_beside(path, {".hdr", ".HDR", ".hdr.gz"}) : path;
+  const std::string header_path = header_of(path);
   auto stream = std::make_unique<ByteStream>(header_path, 0, ByteStream::Encoding::kDetect);
   const Header header = read_header(*stream, header_path);
   Source source;
@@ -261,9 +270,7 @@ Volume read_nifti(const std::string& path, const ReadOptions& options) {
   const RawLayout layout = layout_of(header, options, header_path, source);
   std::uint64_t offset = data_offset(header, header_path);
   if (header.is_pair) {
-    const std::string data_path =
-        is_data_half(path) ? path : find_beside(path, {".img", ".IMG", ".img.gz"});
-    stream = std::make_unique<ByteStream>(data_path, 0, ByteStream::Encoding::kDetect);
+    stream = std::make_unique<ByteStream>(data_of(path), 0, ByteStream::Encoding::kDetect);
   } else {
     // Behind the header come four bytes for extensions; some writers leave vox_offset at 0.
     const std::uint64_t n_read = header.format == "NIfTI-2" ? kSize2 : kSize1;
@@ -271,6 +278,13 @@ Volume read_nifti(const std::string& path, const ReadOptions& options) {
   }
   stream->skip(offset);
   return read_raw(*stream, layout, affine, std::move(source));
+}
+
+std::vector<std::string> nifti_files(const std::string& path) {
+  const std::string header_path = header_of(path);
+  ByteStream stream(header_path, 0, ByteStream::Encoding::kDetect);
+  if (read_header(stream, header_path).is_pair) return {header_path, data_of(path)};
+  return {header_path};
 }
 
 }  // namespace surf::volume

@@ -7,9 +7,11 @@
 #include <Eigen/Geometry>
 #include <bit>
 #include <cmath>
+#include <filesystem>
 #include <map>
 #include <memory>
 #include <mutex>
+#include <optional>
 
 #include "libsurf/base/error.h"
 #include "libsurf/volume/detail/byte_stream.h"
@@ -150,19 +152,38 @@ double unit_mm(const Nrrd& nrrd, int axis, const std::string& path) {
   return found->second;
 }
 
+/// As it is stated, or else as the ends of the axis have it.
+/// @param is_cell  the ends are edges of voxels, not centres
+std::optional<double> spacing_of(const Nrrd& nrrd, unsigned axis, bool is_cell) {
+  double spacing;
+  double direction[NRRD_SPACE_DIM_MAX];
+  if (nrrdSpacingCalculate(&nrrd, axis, &spacing, direction) != nrrdSpacingStatusNone)
+    return spacing;
+  const NrrdAxisInfo& info = nrrd.axis[axis];
+  const double length = info.max - info.min;  // NaN if one of them is missing
+  const double n_steps = double(info.size) - (is_cell ? 0 : 1);
+  if (!std::isfinite(length) || n_steps < 1) return std::nullopt;
+  return length / n_steps;
+}
+
 Eigen::Matrix4d without_directions(const Nrrd& nrrd, unsigned first, Source& source) {
   source.orientation_source = "spacings";
   Eigen::Matrix4d result = Eigen::Matrix4d::Identity();
+  bool is_guessed = false;
   for (unsigned n = 0; n < 3; ++n) {
-    double spacing;
-    double direction[NRRD_SPACE_DIM_MAX];
-    if (nrrdSpacingCalculate(&nrrd, first + n, &spacing, direction) == nrrdSpacingStatusNone) {
-      spacing = 1;
+    const NrrdAxisInfo& axis = nrrd.axis[first + n];
+    const bool is_cell = axis.center != nrrdCenterNode;
+    const std::optional<double> spacing = spacing_of(nrrd, first + n, is_cell);
+    if (!spacing)
       source.notes.push_back(fmt::format("no spacing of axis {}: taken as 1 mm", first + n));
-    }
-    result(n, n) = spacing;
-    if (airExists(nrrd.axis[first + n].min)) result(n, 3) = nrrd.axis[first + n].min;
+    result(n, n) = spacing.value_or(1);
+    if (!airExists(axis.min)) continue;
+    result(n, 3) = axis.min + (is_cell ? result(n, n) / 2 : 0);
+    is_guessed |= axis.center == nrrdCenterUnknown;
   }
+  if (is_guessed)
+    source.notes.emplace_back(
+        "no centers in the file: axis mins taken as edges of voxels (cell), as ITK does");
   return result;
 }
 
@@ -187,13 +208,16 @@ Eigen::Matrix4d index_to_world(const Nrrd& nrrd, unsigned first, Source& source)
   return result;
 }
 
+/// A name in the header as seen from here.
+std::string beside(const NrrdIoState& state, const std::string& name) {
+  if (name.starts_with("/") || !state.path || !*state.path) return name;
+  return std::string(state.path) + "/" + name;
+}
+
 /// Name of the one file that holds the voxels; nothing if there are several.
 std::optional<std::string> data_path(const NrrdIoState& state, const std::string& path) {
   if (state.dataFNFormat || state.dataFNArr->len > 1) return std::nullopt;
-  if (state.dataFNArr->len == 0) return path;
-  const std::string name = state.dataFN[0];
-  if (name.starts_with("/") || !state.path || !*state.path) return name;
-  return std::string(state.path) + "/" + name;
+  return state.dataFNArr->len == 0 ? path : beside(state, state.dataFN[0]);
 }
 
 /// A part of memory that reads like a file: what teem has decoded.
@@ -246,11 +270,16 @@ std::uint64_t take_data_offset(NrrdIoState& state) {
   return offset > 0 ? static_cast<std::uint64_t>(offset) : 0;
 }
 
+/// teem keeps its messages and settings in globals.
+std::mutex& teem_mutex() {
+  static std::mutex mutex;
+  return mutex;
+}
+
 }  // namespace
 
 Volume read_nrrd(const std::string& path, const ReadOptions& options) {
-  static std::mutex mutex;  // teem keeps its messages and settings in globals
-  const std::scoped_lock lock(mutex);
+  const std::scoped_lock lock(teem_mutex());
   Loaded header = load(path, Load::kHeader);
   const std::uint64_t offset = take_data_offset(*header.state);
   Source source;
@@ -275,6 +304,18 @@ Volume read_nrrd(const std::string& path, const ReadOptions& options) {
                     is_raw ? ByteStream::Encoding::kRaw : ByteStream::Encoding::kDeflate);
   if (is_gzip && header.state->byteSkip > 0) stream.skip(header.state->byteSkip);
   return read_raw(stream, layout, affine, std::move(source));
+}
+
+std::vector<std::string> nrrd_files(const std::string& path) {
+  const std::scoped_lock lock(teem_mutex());
+  const Loaded header = load(path, Load::kHeader);
+  NrrdIoState& state = *header.state;
+  take_data_offset(state);
+  std::vector<std::string> out = {path};
+  for (unsigned n = 0; n < state.dataFNArr->len; ++n) out.push_back(beside(state, state.dataFN[n]));
+  if (state.dataFNFormat)
+    out.push_back(std::filesystem::path(beside(state, state.dataFNFormat)).parent_path().string());
+  return out;
 }
 
 }  // namespace surf::volume

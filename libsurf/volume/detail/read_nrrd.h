@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "libsurf/volume/read_volume.h"
 
@@ -10,5 +11,8 @@ namespace surf::volume {
 /// See read_volume.
 /// @throws InputError
 Volume read_nrrd(const std::string& path, const ReadOptions& options);
+/// See volume_files; a folder stands for all files in it.
+/// @throws InputError
+std::vector<std::string> nrrd_files(const std::string& path);
 
 }  // namespace surf::volume

@@ -207,6 +207,13 @@ std::vector<Broken> broken_files() {
       {"nan.vtp", replaced(kVtp, "0 0 0 1 0", "0 0 nan 1 0"), ""},
       {"offset.vtp", replaced(kVtp, ">4<", ">9<"), ""},
       {"offset2.vtp", replaced(kVtp, ">4<", ">-3<"), ""},
+      {"offset3.vtp",
+       replaced(replaced(kVtp, "NumberOfPolys=\"1\"", "NumberOfPolys=\"2\""), ">4<", ">900 4<"),
+       "not monotonically increasing"},
+      // VTK makes room for so many, 2^62, in 64 bits.
+      {"offset4.vtp", replaced(kVtp, ">4<", ">4611686018427387904<"),
+       "its offsets promise 4.61169e+18 corners"},
+      {"offset5.vtp", replaced(kVtp, ">4<", ">4000000000<"), "its offsets promise 4e+09 corners"},
       {"space.vtp", replaced(kVtp, "82 65 83", "65 65 65"), "states SPACE=AAA"},
       {"image.vtp", replaced(kVtp, "<PolyData>", "<ImageData>"), ""},
   };
@@ -235,6 +242,15 @@ INSTANTIATE_TEST_SUITE_P(Files, BrokenSurface,
                            std::replace(name.begin(), name.end(), '.', '_');
                            return name;
                          });
+
+TEST_F(ReadSurface, ValuesMayBeCalledOffsets) {
+  const std::string values =
+      "<PointData><DataArray type=\"Float64\" Name=\"offsets\" format=\"ascii\">0 1 2 1e9"
+      "</DataArray></PointData>\n";
+  const std::string file = write("t.vtp", replaced(kVtp, "<Points>", values + "<Points>"));
+  expect_square(read_surface(file));
+  EXPECT_EQ(read_point_array(file, "offsets"), Eigen::Vector4d(0, 1, 2, 1e9));
+}
 
 TEST_F(ReadSurface, MissingFilesAndFoldersAreRefused) {
   EXPECT_THROW(read_surface(path("missing.stl")), InputError);

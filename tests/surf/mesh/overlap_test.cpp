@@ -2,9 +2,14 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
+#include "libsurf/base/error.h"
+#include "libsurf/base/memory.h"
 #include "libsurf/mesh/from_label_map.h"
 #include "libsurf/mesh/measure.h"
 #include "tests/surf/mesh/check_shapes.h"
+#include "tests/surf/message_of.h"
 
 namespace surf::mesh {
 namespace {
@@ -63,6 +68,26 @@ TEST(Overlap, CountsWhatLiesOutsideTheVolume) {
   EXPECT_DOUBLE_EQ(found.common_mm3, 1);
   EXPECT_EQ(overlap(voxel_box(affine, {30, 0, 0}), box_labels(affine), 2).dice(), 0);
   EXPECT_EQ(overlap(voxel_box(affine, {0, 0, 0}), box_labels(affine), 9).dice(), 0);
+}
+
+TEST(Overlap, RefusesASurfaceInAnotherUnit) {
+  const Eigen::Affine3d affine = Eigen::Affine3d::Identity();
+  const volume::Volume labels = box_labels(affine);
+  const auto message = [&](const Triangles& surface) {
+    return message_of<InputError>([&] { overlap(surface, labels, 2); });
+  };
+  const auto scaled = [](double x, double y, double z) {
+    return moved(cube(), Eigen::Affine3d(Eigen::Scaling(x, y, z)));
+  };
+  EXPECT_EQ(message(scaled(1e5, 2e5, 1e5)),
+            "the surface spans the voxels (0, 0, 0) to (1e+05, 2e+05, 1e+05) of the label map, "
+            "which has 8 x 8 x 8: too many to compare; is it in another unit or space?");
+  EXPECT_NE(message(scaled(2e9, 1, 1)).find("(0, 0, 0) to (2e+09, 1, 1)"), std::string::npos);
+  EXPECT_NE(message(moved(cube(), {-1e300, 0, 0})).find("too far away"), std::string::npos);
+  // One slice that takes all of the memory, five bytes a voxel.
+  const double n = usable_memory() / 5, side = std::sqrt(n);
+  if (n > 9e9) GTEST_SKIP() << "so much memory that the number of voxels is what it fails on";
+  EXPECT_NE(message(scaled(side, side, 0.4)).find(usable_memory_text()), std::string::npos);
 }
 
 TEST(Overlap, OfTwoSurfacesIsKnown) {

@@ -59,6 +59,24 @@ TEST(Amend, AFurtherClickLeavesTheRestOfALargeSurfaceAsItIs) {
   EXPECT_EQ(two.certainty->deviation_mm.size(), two.shape.points.rows());
 }
 
+// In the noise, far from the object.
+TEST(Amend, AClickOfWhichNothingIsLeftLeavesAllOfALargeSurface) {
+  Segmentation<3> s(make_setting(phantom(volume::PhantomKind::kSeparateBalls, 0.05)));
+  const int object = s.add_object();
+  s.set_options(object, fine());
+  s.add_click(object, inside(-0.5));
+  const Result<3> one = s.evolve(object);
+  ASSERT_TRUE(is_amended<3>(one.shape));
+  s.add_click(object, inside(0, 0.85));
+  const Result<3>& two = s.evolve(object);
+  EXPECT_TRUE(has_stage(two, "amend"));
+  EXPECT_EQ(two.outcome, Outcome::kConverged);
+  EXPECT_EQ(two.shape.points.rows(), one.shape.points.rows());
+  EXPECT_EQ(n_kept(one.shape, two.shape), one.shape.points.rows());
+  ASSERT_TRUE(two.certainty);
+  EXPECT_EQ(two.certainty->share_without_edge, one.certainty->share_without_edge);
+}
+
 /// A ball of nodes that loses a layer all round.
 struct LayeredChange {
   SearchGrid<3> grid{test::BallField({0, 0, 0}, 0.5), test::BallField::extent(),

@@ -21,7 +21,8 @@ struct End {
 };
 
 End run(const std::vector<EnergyTerm>& energies, const std::string& state = "",
-        const ProgressOf<3>& progress = {}) {
+        const ProgressOf<3>& progress = {}, std::stop_source stop = std::stop_source(),
+        std::size_t n_states_to_stop = 0) {
   static const auto setting = make_setting(test::phantom(volume::PhantomKind::kBall, 40, 0.1));
   Segmentation<3> s(setting);
   const int object = s.add_object("ball");
@@ -31,8 +32,12 @@ End run(const std::vector<EnergyTerm>& energies, const std::string& state = "",
   s.set_options(object, options);
   s.add_click(object, {{0.1, 0, 0}, Side::kInside});
   End out;
-  s.set_checkpointing({[&](const std::string& kept) { out.states.push_back(kept); }, state});
-  out.result = s.evolve(object, progress);
+  s.set_checkpointing({[&](const std::string& kept) {
+                         out.states.push_back(kept);
+                         if (out.states.size() == n_states_to_stop) stop.request_stop();
+                       },
+                       state});
+  out.result = s.evolve(object, progress, stop.get_token());
   out.recipe = to_recipe(s);
   return out;
 }
@@ -77,6 +82,20 @@ TEST_P(Resuming, ARunThatGoesOnAndIsStoppedHasARecipeOfTheWhole) {
   ASSERT_EQ(whole.result.outcome, Outcome::kStopped);
   ASSERT_FALSE(whole.states.empty());
   expect_same(whole, run(GetParam(), whole.states.back(), stopping));
+}
+
+// A correction that is interrupted takes back what others before it have done, in this run or not.
+TEST(ResumingFrom, AStopInACorrectionGoesBackToTheLastStep) {
+  const std::vector<EnergyTerm> energies = {{"minimal-surface", 1, {}}};
+  const States all = run(energies).states;
+  std::stop_source now;
+  const End whole = run(energies, "", {}, now, all.size());
+  ASSERT_EQ(whole.result.outcome, Outcome::kStopped);
+  std::stop_source before;
+  before.request_stop();
+  const End resumed = run(energies, all.back(), {}, before);
+  expect_same(whole, resumed);
+  EXPECT_TRUE(resumed.states.empty());
 }
 
 INSTANTIATE_TEST_SUITE_P(, Resuming,

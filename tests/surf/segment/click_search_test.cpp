@@ -79,7 +79,12 @@ TYPED_TEST(ClickSearches, BeginsAnewWhereNothingWasFound) {
   EXPECT_GT(balls.covered(ball, found->inside()), 0.9);
   EXPECT_EQ(search(clicks)->inside(), found->inside());
   // A third one goes on from there; without the first one there is the ball alone.
-  EXPECT_EQ(search({clicks[0], clicks[1], test::inside<Dim>(34)}, found)->before, found);
+  const auto third = search({clicks[0], clicks[1], test::inside<Dim>(34)}, found);
+  EXPECT_EQ(third->before, found);
+  // It is judged: the click in the noise has changed little, but what was found before it is none.
+  EXPECT_GT(third->inside().count(), found->inside().count());
+  EXPECT_FALSE(third->says_little);
+  EXPECT_TRUE(third->consent);
 }
 
 // A darker ball in a large one, whose end lies beyond the surroundings of the former and the click:

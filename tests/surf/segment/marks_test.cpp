@@ -152,6 +152,20 @@ TEST(Strokes, MayNotLeaveTheBox) {
   EXPECT_LT(result.shape.points.col(0).maxCoeff(), 0);
 }
 
+// What the box cuts off it is no other stroke: an evolution goes on beside it.
+TEST(Strokes, ThatCrossTheBoxLetAnEvolutionGoOn) {
+  Segmentation<3> s(make_setting(test::two_balls()));
+  const int object = s.add_object();
+  Options<3> options;
+  options.box_mm = {Vector<3>(-0.95, -0.45, -0.45), Vector<3>(0, 0.45, 0.45)};
+  s.set_options(object, options);
+  s.add_click(object, {{-0.5, 0, 0}, Side::kInside});
+  s.add_click(object, line(-0.1, 0.5, Side::kOutside));
+  ASSERT_EQ(s.propose(object).outcome, Outcome::kProposed);
+  EXPECT_EQ(s.step(object, 1).stages.front().name, "fit");
+  EXPECT_EQ(s.step(object, 1).stages.front().name, "go on");
+}
+
 TEST(Strokes, MayNotContradictEachOther) {
   Segmentation<3> s(make_setting(test::two_balls()));
   const int first = s.add_object("first"), second = s.add_object("second");

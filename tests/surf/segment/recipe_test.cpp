@@ -94,6 +94,63 @@ TEST(Recipe, RepeatsWhatWasStoppedAtWhateverMoment) {
   EXPECT_GT(n_stopped, kMoments / 4);
 }
 
+ProgressOf<3> stopping_after(int n_steps) {
+  return [n_steps, n = 0](const auto&, const flow::StepRecord& record, const auto&) mutable {
+    n += record.n_elements > 0;
+    return n < n_steps;
+  };
+}
+
+// An evolution that begins anew after one that was stopped: the steps of the latter are not its
+// own.
+TEST(Recipe, MakesAgainWhatWasStoppedTwice) {
+  const auto setting = make_setting(phantom(volume::PhantomKind::kBall, 0.05));
+  Segmentation<3> s(setting);
+  const int object = s.add_object();
+  s.add_click(object, inside(0));
+  ASSERT_EQ(s.evolve(object, stopping_after(2)).outcome, Outcome::kStopped);
+  s.add_click(object, outside(0.45));
+  ASSERT_EQ(s.evolve(object, stopping_after(3)).outcome, Outcome::kStopped);
+  ASSERT_EQ(s.object(object).result->n_steps(), 3);
+  Segmentation<3> again(setting);
+  load<3>(to_recipe<3>(s), again);
+  const Result<3>&first = *s.object(object).result, &second = again.make(object);
+  EXPECT_EQ(second.n_steps(), 3);
+  EXPECT_EQ(second.shape.points, first.shape.points);
+  EXPECT_EQ(to_recipe<3>(again), to_recipe<3>(s));
+  EXPECT_EQ(again.evolve(object).shape.points, s.evolve(object).shape.points);
+}
+
+// With nothing before it, and with a surface whose evolution was stopped.
+TEST(Recipe, RepeatsWhatWasStoppedBeforeItsFirstStep) {
+  const auto setting = make_setting(phantom());
+  std::stop_source stopped;
+  stopped.request_stop();
+  for (const bool has_surface : {false, true}) {
+    Segmentation<3> s(setting);
+    const int object = s.add_object();
+    Options<3> options;
+    options.energies = {{"minimal-surface", 1, {}}};
+    s.set_options(object, options);
+    s.add_click(object, inside(0));
+    if (has_surface) s.evolve(object, stopping_after(2));
+    ASSERT_EQ(s.evolve(object, {}, stopped.get_token()).outcome, Outcome::kStopped);
+    EXPECT_EQ(s.object(object).result->shape.elements.rows() > 0, has_surface);
+    Segmentation<3> again(setting), made(setting);
+    replay<3>(to_recipe<3>(s), again);
+    load<3>(to_recipe<3>(s), made);
+    made.make(object);
+    for (Segmentation<3>* each : {&again, &made}) {
+      EXPECT_EQ(to_recipe<3>(*each), to_recipe<3>(s));
+      EXPECT_EQ(each->object(object).state(), Outcome::kStopped);
+      EXPECT_EQ(each->object(object).result->shape.points, s.object(object).result->shape.points);
+    }
+    const Points<3> end = s.evolve(object).shape.points;
+    EXPECT_EQ(again.evolve(object).shape.points, end);
+    EXPECT_EQ(made.evolve(object).shape.points, end);
+  }
+}
+
 TEST(Recipe, IsLoadedWhereANameWasUsedAgain) {
   const auto setting = make_setting(phantom(volume::PhantomKind::kSeparateBalls, 0.05));
   Segmentation<3> s(setting);

@@ -206,6 +206,35 @@ TEST(Segmentation, GoesOnWithItsEnergyAfterAStop) {
   }
 }
 
+// A level that is done is not begun again, however few steps there are at a time.
+TEST(Segmentation, GoesOnAtTheLevelAtWhichItWas) {
+  Segmentation<3> s = ball();
+  const int object = s.add_object();
+  Options<3> options;
+  options.energies = {{"minimal-surface", 1, {}}};
+  options.n_levels = 3;
+  s.set_options(object, options);
+  s.add_click(object, inside(0));
+  const auto minimised = [&] {
+    std::vector<std::string> out;
+    for (const StageReport& stage : s.object(object).result->stages)
+      if (stage.kind == StageKind::kMinimises) out.push_back(stage.name);
+    return out;
+  };
+  s.step(object, 2);
+  EXPECT_EQ(minimised(), std::vector<std::string>{"level 2"});
+  s.step(object, 1);
+  EXPECT_EQ(minimised().front(), "level 2");
+  s.evolve(object,
+           [](const std::string& stage, const auto&, const auto&) { return stage != "level 1"; });
+  EXPECT_EQ(minimised().back(), "level 1");
+  s.evolve(object,
+           [](const std::string& stage, const auto&, const auto&) { return stage != "evolve"; });
+  EXPECT_EQ(minimised(), (std::vector<std::string>{"level 1", "evolve"}));
+  EXPECT_EQ(s.evolve(object).outcome, Outcome::kConverged);
+  EXPECT_EQ(minimised().front(), "evolve");
+}
+
 TEST(Segmentation, LooksForTheObjectAnewWhereAClickIsNotHeeded) {
   Segmentation<3> s(make_setting(phantom(volume::PhantomKind::kSeparateBalls)));
   const int object = s.add_object();
@@ -364,6 +393,46 @@ TEST(Segmentation, RedoesWhatWasUndoneBeforeAnEvolutionThatKeepsIt) {
   s.undo(1);
   s.evolve(1);
   EXPECT_FALSE(s.can_redo(1));
+}
+
+TEST(Segmentation, MovesAClickOrLeavesAllAsItIs) {
+  Segmentation<3> s = ball();
+  const int object = s.add_object(), other = s.add_object();
+  s.add_click(other, inside(0.3));
+  s.add_click(object, inside(0));
+  s.add_click(object, outside(0.9));
+  s.move_click(object, 0, {0.1, 0, 0});
+  EXPECT_EQ(s.object(object).clicks, (std::vector{outside(0.9), inside(0.1)}));
+  EXPECT_EQ(s.history(object).size(), 4u);
+  s.rename(object, "ball");
+  s.undo(object);
+  const std::string recipe = to_recipe<3>(s);
+  // Beyond the image, on the outside click, on the other object's, and no such click.
+  for (const auto& [index, x] : {std::pair{1, 5.0}, {1, 0.9}, {1, 0.3}, {2, 0.0}}) {
+    EXPECT_THROW(s.move_click(object, std::size_t(index), {x, 0, 0}), UsageError) << x;
+    EXPECT_EQ(to_recipe<3>(s), recipe) << x;
+    ASSERT_NE(s.undone(object), nullptr) << x;
+    EXPECT_TRUE(std::holds_alternative<Rename>(*s.undone(object))) << x;
+  }
+  EXPECT_TRUE(s.redo(object));
+  EXPECT_EQ(s.object(object).name, "ball");
+}
+
+TEST(Segmentation, KeepsTheEvolutionBeforeANameThatCannotBeRedone) {
+  Segmentation<3> s = ball();
+  const int object = s.add_object("a");
+  s.add_click(object, inside(0));
+  s.rename(object, "b");
+  s.undo(object);
+  const int other = s.add_object("b");
+  s.evolve(object, {}, {}, {}, true);
+  const auto result = s.object(object).result;
+  EXPECT_THROW(s.redo(object), UsageError);
+  EXPECT_EQ(s.object(object).result, result);
+  EXPECT_EQ(s.history(object).size(), 2u);
+  s.rename(other, "c");
+  EXPECT_TRUE(s.redo(object));
+  EXPECT_EQ(s.object(object).name, "b");
 }
 
 TEST(Segmentation, KnowsThatItsShapeIsNotWhatWasAskedForLast) {

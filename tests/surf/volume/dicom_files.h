@@ -44,9 +44,35 @@ inline std::string text(const Eigen::Vector3d& v) {
   return fmt::format("{:.8g}\\{:.8g}\\{:.8g}", v[0], v[1], v[2]);
 }
 
+inline std::string little_endian(std::uint32_t value, int n_bytes) {
+  std::string out;
+  for (int n = 0; n < n_bytes; ++n) out += static_cast<char>(value >> 8 * n & 0xff);
+  return out;
+}
+
+/// An element as implicit syntax has it.
+inline std::string implicit_bytes(const gdcm::Tag& tag, const std::string& value) {
+  return little_endian(tag.GetGroup(), 2) + little_endian(tag.GetElement(), 2) +
+         little_endian(std::uint32_t(value.size()), 4) + value;
+}
+
+/// How sequences are written: with types and delimiters, or with neither, but lengths.
+enum class Syntax { kExplicit, kImplicit };
+
 /// A sequence with these items.
 inline void set_items(gdcm::DataSet& data, const gdcm::Tag& tag,
-                      const std::vector<gdcm::DataSet>& items) {
+                      const std::vector<gdcm::DataSet>& items, Syntax syntax) {
+  if (syntax == Syntax::kImplicit) {
+    std::string bytes;
+    for (const gdcm::DataSet& nested : items) {
+      std::string elements;
+      for (const gdcm::DataElement& each : nested.GetDES())
+        elements += implicit_bytes(
+            each.GetTag(), {each.GetByteValue()->GetPointer(), each.GetByteValue()->GetLength()});
+      bytes += implicit_bytes({0xfffe, 0xe000}, elements);
+    }
+    return set(data, tag, gdcm::VR::SQ, bytes);
+  }
   auto sequence = gdcm::SequenceOfItems::New();
   sequence->SetLengthToUndefined();
   for (const gdcm::DataSet& nested : items) {
@@ -83,9 +109,10 @@ inline void set_identity(gdcm::DataSet& data, const ImageFile& image, const char
   set(data, {0x0020, 0x000e}, gdcm::VR::UI, image.series);
 }
 
-inline void save(gdcm::Writer& writer, const std::string& file) {
+inline void save(gdcm::Writer& writer, const std::string& file, Syntax syntax = Syntax::kExplicit) {
   writer.GetFile().GetHeader().SetDataSetTransferSyntax(
-      gdcm::TransferSyntax::ExplicitVRLittleEndian);
+      syntax == Syntax::kExplicit ? gdcm::TransferSyntax::ExplicitVRLittleEndian
+                                  : gdcm::TransferSyntax::ImplicitVRLittleEndian);
   writer.SetFileName(file.c_str());
   ASSERT_TRUE(writer.Write()) << file;
 }
@@ -110,7 +137,8 @@ inline void write_slice(const std::string& file, const ImageFile& image) {
 }
 
 /// An enhanced CT with one frame per position.
-inline void write_enhanced(const std::string& file, const ImageFile& image, bool has_places) {
+inline void write_enhanced(const std::string& file, const ImageFile& image, bool has_places,
+                           Syntax syntax = Syntax::kExplicit) {
   using gdcm::DataSet;
   gdcm::Writer writer;
   DataSet& data = writer.GetFile().GetDataSet();
@@ -124,20 +152,20 @@ inline void write_enhanced(const std::string& file, const ImageFile& image, bool
     set(measures, {0x0028, 0x0030}, gdcm::VR::DS, spacing_text(image));
     set(values, {0x0028, 0x1052}, gdcm::VR::DS, image.intercept);
     set(values, {0x0028, 0x1053}, gdcm::VR::DS, image.slope);
-    set_items(shared, {0x0020, 0x9116}, {orientation});
-    set_items(shared, {0x0028, 0x9110}, {measures});
-    set_items(shared, {0x0028, 0x9145}, {values});
-    set_items(data, {0x5200, 0x9229}, {shared});
+    set_items(shared, {0x0020, 0x9116}, {orientation}, syntax);
+    set_items(shared, {0x0028, 0x9110}, {measures}, syntax);
+    set_items(shared, {0x0028, 0x9145}, {values}, syntax);
+    set_items(data, {0x5200, 0x9229}, {shared}, syntax);
     std::vector<DataSet> frames;
     for (const Eigen::Vector3d& position : image.positions_lps) {
       DataSet plane, frame;
       set(plane, {0x0020, 0x0032}, gdcm::VR::DS, text(position));
-      set_items(frame, {0x0020, 0x9113}, {plane});
+      set_items(frame, {0x0020, 0x9113}, {plane}, syntax);
       frames.push_back(frame);
     }
-    set_items(data, {0x5200, 0x9230}, frames);
+    set_items(data, {0x5200, 0x9230}, frames, syntax);
   }
-  save(writer, file);
+  save(writer, file, syntax);
 }
 
 /// The file again, in another transfer syntax.

@@ -85,6 +85,13 @@ TEST_F(ReadDicom, SeveralSeriesAreListedAndOneIsChosen) {
             std::string::npos);
 }
 
+TEST_F(ReadDicom, ItsFilesAreThoseOfTheFolder) {
+  auto files = write_series(path("series"), dicom_grids()[0]);
+  std::sort(files.begin(), files.end());
+  EXPECT_EQ(volume_files(path("series")), files);
+  EXPECT_EQ(volume_files(files[1]), files);
+}
+
 TEST_F(ReadDicom, MissingSlicesAreReportedWithTheirPlaceAndNumber) {
   Grid grid = dicom_grids()[0];
   grid.index_to_world = affine(Eigen::Vector3d(-1, -1, 2).asDiagonal(), {0, 0, 40});
@@ -180,6 +187,22 @@ TEST_F(ReadDicom, AnySpoiledByteIsReadOrRefusedInOneLine) {
     }
 }
 
+TEST_F(ReadDicom, UnknownSequencesAreImplicitInAnySyntax) {
+  const Grid& grid = dicom_grids()[0];
+  const std::string item_end = implicit_bytes({0xfffe, 0xe00d}, ""),
+                    sequence_end = implicit_bytes({0xfffe, 0xe0dd}, ""), undefined(4, '\xff'),
+                    item = implicit_bytes({0xfffe, 0xe000}, "").substr(0, 4);
+  const std::string unknown = std::string("\x09\0\x10\x10UN\0\0", 8) + undefined + item +
+                              undefined + implicit_bytes({0x0009, 0x1001}, "anything") + item_end +
+                              sequence_end;
+  for (const std::string& file : write_series(path("unknown"), grid)) {
+    std::string bytes = read(file);
+    bytes.insert(bytes.find(std::string("\x20\0\x0d\0UI", 6)), unknown);
+    std::ofstream(file, std::ios::binary) << bytes;
+  }
+  expect_volume(read_volume(path("unknown")), grid, kSlope, kIntercept);
+}
+
 TEST_F(ReadDicom, FramesOfAnEnhancedObjectAreStacked) {
   for (const Grid& grid : dicom_grids()) {
     SCOPED_TRACE(grid.name);
@@ -192,8 +215,13 @@ TEST_F(ReadDicom, FramesOfAnEnhancedObjectAreStacked) {
       all.positions_lps.push_back(slice.positions_lps[0]);
       all.pixels.insert(all.pixels.end(), slice.pixels.begin(), slice.pixels.end());
     }
-    write_enhanced(path("a.dcm"), all, /*has_places=*/true);
-    expect_volume(read_volume(path("a.dcm")), grid);
+    for (const Syntax syntax : {Syntax::kExplicit, Syntax::kImplicit}) {
+      write_enhanced(path("a.dcm"), all, /*has_places=*/true, syntax);
+      expect_volume(read_volume(path("a.dcm")), grid);
+    }
+    expect_volume(read_volume(path("a.dcm"), {.frame_index = 0, .series_uid = all.series}), grid);
+    const std::string other = failure(path("a.dcm"), {.frame_index = 0, .series_uid = "9.9"});
+    EXPECT_NE(other.find("no series 9.9 in it, only " + all.series), std::string::npos) << other;
     write_enhanced(path("b.dcm"), all, /*has_places=*/false);
     expect_failure(path("b.dcm"), "frames without a place of each in space");
   }

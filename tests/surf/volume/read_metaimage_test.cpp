@@ -87,6 +87,7 @@ TEST_F(ReadMetaImage, DetachedDataAreFoundBesideTheHeaderAndSkipTheirOwn) {
         header_of(grid, "MET_SHORT") + fmt::format("HeaderSize = {}\nElementDataFile = a.raw\n", n);
     expect_volume(read_volume(write("a.mhd", header)), grid);
   }
+  EXPECT_EQ(volume_files(path("a.mhd")), (std::vector{path("a.mhd"), path("a.raw")}));
 }
 
 TEST_F(ReadMetaImage, FrameOfFourDimensionsIsChosen) {

@@ -138,6 +138,13 @@ TEST_F(ReadNiftiFiles, PairIsReadFromEitherHalf) {
   write("a.img", raw_bytes(values<std::int16_t>(grid.size)));
   expect_volume(read_volume(path("a.hdr")), grid);
   expect_volume(read_volume(path("a.img")), grid);
+  const std::vector<std::string> both = {path("a.hdr"), path("a.img")};
+  EXPECT_EQ(volume_files(path("a.hdr")), both);
+  EXPECT_EQ(volume_files(path("a.img")), both);
+  std::filesystem::rename(path("a.img"), path("a.img.gz"));  // gzip or not, by its content
+  const std::vector<std::string> packed = {path("a.hdr"), path("a.img.gz")};
+  EXPECT_EQ(volume_files(path("a.hdr")), packed);
+  EXPECT_EQ(volume_files(path("a.img.gz")), packed);
 }
 
 TEST_F(ReadNiftiFiles, AnalyzeIsReadWithANoteOnItsOrientation) {

@@ -97,6 +97,10 @@ TEST_F(ReadNrrd, DetachedDataAreFoundBesideTheHeaderAndSkipTheirOwn) {
   write("a.raw.gz", gzipped("12345" + data));
   expect_volume(read_volume(write("c.nhdr", header + "gzip\nbyte skip: 5\ndata file: a.raw.gz\n")),
                 grid);
+  EXPECT_EQ(volume_files(path("b.nhdr")), (std::vector{path("b.nhdr"), path("a.raw")}));
+  EXPECT_EQ(volume_files(path("c.nhdr")), (std::vector{path("c.nhdr"), path("a.raw.gz")}));
+  write("d.nrrd", header + "raw\n\n" + data);
+  EXPECT_EQ(volume_files(path("d.nrrd")), std::vector{path("d.nrrd")});
 }
 
 TEST_F(ReadNrrd, OneFilePerSliceIsRead) {
@@ -104,14 +108,21 @@ TEST_F(ReadNrrd, OneFilePerSliceIsRead) {
   const std::string data = raw_bytes(values<std::int16_t>(grid.size));
   const std::size_t n = data.size() / grid.size[2];
   std::string list;
+  std::vector<std::string> files = {path("a.nhdr")};
   for (int k = 0; k < grid.size[2]; ++k) {
-    write(fmt::format("s{}.raw", k), data.substr(k * n, n));
+    files.push_back(write(fmt::format("s{}.raw", k), data.substr(k * n, n)));
     list += fmt::format("s{}.raw\n", k);
   }
+  const std::string header =
+      header_of(grid, "short", kLpsName, kLps) + "endian: little\nencoding: raw\ndata file: ";
+  expect_volume(read_volume(write("a.nhdr", header + "LIST\n" + list)), grid);
+  EXPECT_EQ(volume_files(path("a.nhdr")), files);
+  // By a pattern: all in the folder.
   expect_volume(
-      read_volume(write("a.nhdr", header_of(grid, "short", kLpsName, kLps) +
-                                      "endian: little\nencoding: raw\ndata file: LIST\n" + list)),
+      read_volume(write("a.nhdr", header + fmt::format("s%d.raw 0 {} 1\n", grid.size[2] - 1))),
       grid);
+  files.insert(files.begin(), path("a.nhdr"));
+  EXPECT_EQ(volume_files(path("a.nhdr")), files);
 }
 
 TEST_F(ReadNrrd, FramesAreFoundOnTheFirstOrTheLastAxis) {
@@ -151,6 +162,29 @@ TEST_F(ReadNrrd, NoSpaceIsLpsWithANote) {
                             raw_bytes(values<std::uint8_t>(grid.size))));
   expect_volume(volume, grid);
   EXPECT_EQ(volume.source().notes.size(), 1u);
+}
+
+// Of cells the ends of an axis are edges of voxels, of nodes centres.
+TEST_F(ReadNrrd, EndsOfTheAxesGiveOriginAndSpacing) {
+  const std::array<int, 3> size = {4, 3, 5};
+  const auto read_with = [&](const std::string& fields) {
+    return read_volume(write("a.nrrd", "NRRD0001\ntype: uchar\ndimension: 3\nsizes: 4 3 5\n" +
+                                           fields + "encoding: raw\n\n" +
+                                           raw_bytes(values<std::uint8_t>(size))));
+  };
+  const Volume by_ends =
+      read_with("axis mins: -1 3 20\naxis maxs: 7 9 0\ncenters: cell node cell\n");
+  expect_volume(by_ends,
+                {"ends", size, affine(Eigen::Vector3d(-2, -3, -4).asDiagonal(), {0, -3, 18})});
+  EXPECT_EQ(by_ends.source().notes.size(), 1u);  // of the space
+  const Grid moved{"moved", size, affine(Eigen::Vector3d(-2, -3, 4).asDiagonal(), {-10, -20, 30})};
+  const std::string spacings = "spacings: 2 3 4\naxis mins: ";
+  expect_volume(read_with(spacings + "9 18.5 28\ncenters: cell cell cell\n"), moved);
+  expect_volume(read_with(spacings + "10 20 30\ncenters: node node node\n"), moved);
+  const Volume guessed = read_with(spacings + "9 18.5 28\n");
+  expect_volume(guessed, moved);
+  ASSERT_EQ(guessed.source().notes.size(), 2u);
+  EXPECT_NE(guessed.source().notes[1].find("no centers"), std::string::npos);
 }
 
 }  // namespace

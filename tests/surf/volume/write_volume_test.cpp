@@ -103,6 +103,13 @@ TEST_F(WriteSegmentation, EveryEndingThatIsOfferedCanBeWritten) {
 
 class WriteNifti : public Files {};
 
+TEST_F(WriteNifti, IsCompressedByAnEndingInCapitalsToo) {
+  const Volume volume = volume_of(grids()[0]);
+  write_volume(path("a.nii.gz"), volume);
+  write_volume(path("a.nii.GZ"), volume);
+  EXPECT_EQ(read(path("a.nii.GZ")), read(path("a.nii.gz")));
+}
+
 TEST_F(WriteNifti, QformAloneGivesTheSameAffineUnlessSheared) {
   for (const Grid& grid : grids()) {
     SCOPED_TRACE(grid.name);

@@ -1,0 +1,148 @@
+// What a studio outlives: no memory where nobody expects it, a folder that cannot be read to its
+// end.
+#include "tools/studio/dialogue.h"
+
+#include <dirent.h>
+#include <dlfcn.h>
+#include <gtest/gtest.h>
+#include <httplib.h>
+
+#include <atomic>
+#include <cerrno>
+#include <chrono>
+#include <cstdlib>
+#include <functional>
+#include <limits>
+#include <new>
+#include <string>
+#include <thread>
+
+#include "libsurf/volume/write_volume.h"
+#include "tests/surf/io/scratch_folder.h"
+#include "tests/surf/segment/phantoms.h"
+#include "tools/studio/folder.h"
+#include "tools/studio/server.h"
+
+namespace {
+
+std::atomic<std::size_t> most_bytes = std::numeric_limits<std::size_t>::max();
+std::atomic<int> n_readable = std::numeric_limits<int>::max();
+
+}  // namespace
+
+// Of this program: larger pieces of memory fail.
+void* operator new(std::size_t n) {
+  if (n <= most_bytes)
+    if (void* out = std::malloc(n)) return out;
+  throw std::bad_alloc();
+}
+// Inlined they would be warned of: GCC sees a free() of what `new` has made.
+[[gnu::noinline]] void operator delete(void* memory) noexcept { std::free(memory); }
+[[gnu::noinline]] void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
+
+// Of this program: folders break off after some entries, as on a disk that fails.
+extern "C" dirent* readdir(DIR* folder) {
+  static const auto real = reinterpret_cast<dirent* (*)(DIR*)>(::dlsym(RTLD_NEXT, "readdir"));
+  if (n_readable-- > 0) return real(folder);
+  errno = EIO;
+  return nullptr;
+}
+
+namespace surfseg::studio {
+namespace {
+
+using namespace std::chrono_literals;
+
+/// While it lives.
+struct LargestPiece {
+  explicit LargestPiece(std::size_t n) { most_bytes = n; }
+  ~LargestPiece() { most_bytes = std::numeric_limits<std::size_t>::max(); }
+};
+
+/// An object whose name has 2 MB: to tell of it takes pieces of that size, to write it down larger
+/// ones, and nothing else does.
+class StudioFailures : public surf::test::ScratchFolder {
+ protected:
+  static constexpr std::size_t kMB = std::size_t(1) << 20;
+
+  StudioFailures() : dialogue_(std::filesystem::path(path(""))) {
+    surf::volume::write_volume(path("ball.nii"),
+                               surf::test::phantom(surf::volume::PhantomKind::kBall, 24, 0));
+    dialogue_.open(path("ball.nii"));
+    wait_until([](const State& state) { return state.volume && !state.job; });
+    dialogue_.rename(1, std::string(2 * kMB, 'x'));
+    dialogue_.click(1, {0, 0, 0}, Side::kInside);
+    wait_until_it_has_a_surface();
+  }
+
+  void wait_until(const std::function<bool(const State&)>& condition) {
+    const auto end = std::chrono::steady_clock::now() + 120s;
+    while (!condition(*dialogue_.state())) {
+      ASSERT_LT(std::chrono::steady_clock::now(), end);
+      std::this_thread::sleep_for(10ms);
+    }
+  }
+
+  void wait_until_it_has_a_surface() {
+    wait_until([](const State& state) { return !state.job && state.objects[0].measures; });
+  }
+
+  Dialogue dialogue_;
+};
+
+TEST_F(StudioFailures, AStateThatCannotBeToldEndsNothing) {
+  {
+    const LargestPiece limit(kMB);
+    dialogue_.stop();
+    EXPECT_THROW(dialogue_.recolour(1, {1, 2, 3}), std::bad_alloc);  // after it
+  }
+  dialogue_.recolour(1, {1, 2, 4});
+  EXPECT_EQ(dialogue_.state()->objects[0].object.colour, (surf::segment::Colour{1, 2, 4}));
+}
+
+TEST_F(StudioFailures, AStateThatCannotBeWrittenIsToldAndEndsNothing) {
+  const int n_errors = dialogue_.state()->error_number;
+  {
+    const LargestPiece limit(3 * kMB);
+    dialogue_.evolve(1);
+    wait_until([&](const State& state) { return state.error_number > n_errors && !state.job; });
+  }
+  EXPECT_NE(dialogue_.state()->error.find("out of memory"), std::string::npos)
+      << dialogue_.state()->error;
+  dialogue_.click(1, {0.1, 0, 0}, Side::kInside);
+  wait_until_it_has_a_surface();
+  EXPECT_EQ(dialogue_.state()->objects[0].object.clicks.size(), 2u);
+}
+
+TEST_F(StudioFailures, AnEventThatCannotBeMadeEndsItsStreamAlone) {
+  Server server(dialogue_, 0, "test");
+  std::thread serves([&] { server.run(); });
+  httplib::Client client("127.0.0.1", server.port());
+  const std::string address = server.address();
+  client.set_bearer_token_auth(address.substr(address.find("token=") + 6));
+  {
+    const LargestPiece limit(kMB);
+    const auto events = client.Get("/api/events");
+    ASSERT_TRUE(events) << httplib::to_string(events.error());
+    EXPECT_EQ(events->body, "");
+  }
+  const auto state = client.Get("/api/state");
+  ASSERT_TRUE(state);
+  EXPECT_EQ(state->status, 200);
+  server.stop();
+  serves.join();
+}
+
+TEST_F(StudioFailures, AFolderThatBreaksOffIsListedAsFarAsItCanBeRead) {
+  for (int n = 0; n < 8; ++n) {
+    n_readable = n;
+    std::size_t n_entries = 0;
+    EXPECT_NO_THROW(n_entries = entries_of(path("")).size()) << n;
+    EXPECT_NO_THROW(is_dicom_folder(path(""))) << n;
+    n_readable = std::numeric_limits<int>::max();
+    EXPECT_LE(n_entries, entries_of(path("")).size());
+  }
+}
+
+}  // namespace
+}  // namespace surfseg::studio
