@@ -165,4 +165,29 @@ Image oblique_slice(const volume::Volume& volume, const Vector3d& point_ras_mm,
                frame, spacing);
 }
 
+Segments carried(const Segments& curves, const Eigen::Affine3d& from, const Eigen::Affine3d& to) {
+  if (from.matrix() == to.matrix()) return curves;  // to the bit
+  Segments out = curves;
+  const Eigen::Affine3d map = to.inverse() * from;
+  for (auto point : out.points.rowwise()) {
+    const Vector3d in(point[0], point[1], 0);
+    point = (map * in).head<2>().transpose();
+  }
+  if (map.linear().topLeftCorner<2, 2>().determinant() < 0)  // seen from behind
+    out.elements.col(0).swap(out.elements.col(1));
+  return out;
+}
+
+PlaneOffset plane_offset(const Segments& curves, const Eigen::Affine3d& from,
+                         const Eigen::Affine3d& to) {
+  const Eigen::Affine3d map = to.inverse() * from;
+  PlaneOffset out;
+  for (const auto point : curves.points.rowwise())
+    out.most_mm = std::max(out.most_mm, std::abs((map * Vector3d(point[0], point[1], 0))[2]));
+  const Vector3d a = from.linear().col(0).cross(from.linear().col(1)),
+                 b = to.linear().col(0).cross(to.linear().col(1));
+  out.angle_deg = std::atan2(a.cross(b).norm(), std::abs(a.dot(b))) * 180 / M_PI;
+  return out;
+}
+
 }  // namespace surf::curve

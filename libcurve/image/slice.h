@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "libcurve/image/image.h"
+#include "libsurf/base/types.h"
 #include "libsurf/volume/volume.h"
 
 namespace surf::curve {
@@ -47,5 +48,19 @@ class VoxelSlices {
 /// @throws UsageError  a normal of length 0, or the plane misses the volume
 Image oblique_slice(const volume::Volume& volume, const Eigen::Vector3d& point_ras_mm,
                     const Eigen::Vector3d& normal, std::optional<double> spacing_mm = {});
+
+/// Curves of one slice in the plane of another one, along that one's normal: each slice counts its
+/// millimetres from its own first pixel. Domains stay on the left.
+/// @param from, to  plane_to_ras() of the two slices
+Segments carried(const Segments& curves, const Eigen::Affine3d& from, const Eigen::Affine3d& to);
+
+/// How another plane lies to curves of a slice.
+struct PlaneOffset {
+  double most_mm = 0;    ///< greatest distance of a point of the curves
+  double angle_deg = 0;  ///< of the normals, whichever way they look: 0 to 90
+};
+/// @param from, to  as above
+PlaneOffset plane_offset(const Segments& curves, const Eigen::Affine3d& from,
+                         const Eigen::Affine3d& to);
 
 }  // namespace surf::curve

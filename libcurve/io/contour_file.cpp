@@ -92,7 +92,10 @@ std::string json_text(const std::vector<Polygon>& polygons, const Image& image) 
                       {"unit", "mm"},
                       {"size", image.size()},
                       {"pixel_to_mm", rows_of(image.pixel_to_plane().matrix())}};
-  if (image.plane_to_ras()) out["mm_to_ras"] = rows_of(image.plane_to_ras()->matrix());
+  if (image.plane_to_ras()) {
+    out["mm_to_ras"] = rows_of(image.plane_to_ras()->matrix());
+    if (image.thickness_mm() > 0) out["thickness_mm"] = image.thickness_mm();
+  }
   out["features"] = ordered_json::array();
   for (const Polygon& polygon : polygons)
     out["features"].push_back(feature_of(polygon, [](const Ring& ring) {

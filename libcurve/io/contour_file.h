@@ -18,7 +18,7 @@ bool is_writable_contour(const std::string& path);
 /// Writes the curves in an image's plane by the ending of `path`, whole or not at all:
 ///  - .json: a FeatureCollection with one Polygon per connected part of the domain, its holes as
 ///    further rings, in plane mm; the matrices from pixels to mm and, for a slice, from mm
-///    to RAS beside it;
+///    to RAS and its thickness beside it;
 ///  - .csv: polygon, ring (0 is the outer one), x_mm, y_mm;
 ///  - .svg: in pixels from the image's top left corner, to be laid over the image;
 ///  - .vtp: closed lines, of a slice in the world and in `space`, else x_mm, y_mm, 0.
@@ -53,9 +53,12 @@ Segments read_contours(const std::string& path);
 struct ContourPixels {
   std::array<int, 2> size;
   Eigen::Affine2d to_plane;
+  std::optional<Eigen::Affine3d> plane_to_ras;  ///< of a slice: Image::plane_to_ras()
+  double thickness_mm = 0;                      ///< of a slice; 0 = unknown
 };
 /// As a .json file of the form above states them; nothing if it does not.
-/// @throws InputError  unreadable, a matrix that is singular or not finite
+/// @throws InputError  unreadable, a matrix that is singular or not finite, a slice's place or
+///                     thickness of another form
 std::optional<ContourPixels> pixels_of_contours(const std::string& path);
 
 }  // namespace surf::curve

@@ -128,6 +128,18 @@ std::ifstream opened(const std::string& path) {
   return out;
 }
 
+/// The matrix of the upper rows that are written.
+template <int Dim>
+Eigen::Transform<double, Dim, Eigen::Affine> affine_of(const nlohmann::json& rows,
+                                                       const std::string& path, const char* cell) {
+  const auto values = rows.get<std::array<std::array<double, Dim + 1>, Dim>>();
+  Eigen::Transform<double, Dim, Eigen::Affine> out;
+  out.setIdentity();
+  for (int i = 0; i < Dim; ++i)
+    for (int j = 0; j <= Dim; ++j) out.matrix()(i, j) = values[i][j];
+  return checked_affine<Dim>(out.matrix(), path, cell);
+}
+
 }  // namespace
 
 bool is_readable_contour(const std::string& path) {
@@ -147,18 +159,23 @@ std::optional<ContourPixels> pixels_of_contours(const std::string& path) {
   if (extension(path) != ".json") return std::nullopt;
   std::ifstream stream = opened(path);
   const auto file = nlohmann::json::parse(stream, nullptr, false);
+  ContourPixels out;
   try {
-    ContourPixels out;
     out.size = file.at("size").get<std::array<int, 2>>();
-    const auto rows = file.at("pixel_to_mm").get<std::array<std::array<double, 3>, 2>>();
-    out.to_plane.setIdentity();
-    for (int i = 0; i < 2; ++i)
-      for (int j = 0; j < 3; ++j) out.to_plane.matrix()(i, j) = rows[i][j];
-    out.to_plane = checked_affine<2>(out.to_plane.matrix(), path, "pixel");
-    return out;
+    out.to_plane = affine_of<2>(file.at("pixel_to_mm"), path, "pixel");
   } catch (const nlohmann::json::exception&) {
     return std::nullopt;
   }
+  if (!file.contains("mm_to_ras")) return out;
+  // Without it the curves would be compared with those of another place in silence.
+  try {
+    out.plane_to_ras = affine_of<3>(file["mm_to_ras"], path, "mm");
+    out.thickness_mm = file.value("thickness_mm", 0.0);
+  } catch (const nlohmann::json::exception&) {
+    throw InputError(
+        path + ": expected mm_to_ras as three rows of four numbers, thickness_mm as a number");
+  }
+  return out;
 }
 
 }  // namespace surf::curve

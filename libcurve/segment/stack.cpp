@@ -9,17 +9,6 @@
 namespace surf::curve {
 namespace {
 
-/// Curves of one slice in the plane of another one.
-Segments carried(const Segments& curves, const Eigen::Affine3d& from, const Eigen::Affine3d& to) {
-  Segments out = curves;
-  const Eigen::Affine3d map = to.inverse() * from;
-  for (auto point : out.points.rowwise()) {
-    const Eigen::Vector3d in(point[0], point[1], 0);
-    point = (map * in).head<2>().transpose();
-  }
-  return out;
-}
-
 /// The options of a slice behind the first one.
 CurveOptions continued(CurveOptions options, const StackResult& result, const Image& image) {
   options.seeds_mm.clear();

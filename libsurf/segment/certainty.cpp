@@ -122,8 +122,10 @@ Certainty<Dim> amended_certainty(const Certainty<Dim>& known, const Simplices<Di
 template <int Dim>
 Certainty<Dim> certainty_of_part(const Certainty<Dim>& certainty, const Simplices<Dim>& of,
                                  const Simplices<Dim>& shape) {
-  const auto places = places_of<Dim>(of);
   Certainty<Dim> out = certainty;
+  if (shape.points.rows() == of.points.rows() && shape.points == of.points) return out;
+  const auto places = places_of<Dim>(of);
+  std::vector<char> on_border;
   out.deviation_mm.resize(shape.points.rows());
   out.edge_strength.resize(shape.points.rows());
   out.has_edge.resize(std::size_t(shape.points.rows()));
@@ -132,7 +134,14 @@ Certainty<Dim> certainty_of_part(const Certainty<Dim>& certainty, const Simplice
     out.deviation_mm[i] = certainty.deviation_mm[from];
     out.edge_strength[i] = certainty.edge_strength[from];
     out.has_edge[std::size_t(i)] = certainty.has_edge[std::size_t(from)];
+    on_border.push_back(certainty.deviation_mm[from] == 0);
   }
+  if (shape.points.rows() == 0) return out;
+  // Of what is left, as if the rest were independent of it.
+  const double share = std::min(1.0, fem::Geometry<Dim>(shape.points, shape.elements).measure() /
+                                         fem::Geometry<Dim>(of.points, of.elements).measure());
+  out.content_deviation *= std::sqrt(share);
+  find_doubt<Dim>(shape, on_border, out);
   return out;
 }
 

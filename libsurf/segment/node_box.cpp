@@ -1,6 +1,7 @@
 #include "libsurf/segment/node_box.h"
 
 #include <algorithm>
+#include <cassert>
 #include <limits>
 
 namespace surf::segment {
@@ -8,6 +9,7 @@ namespace surf::segment {
 template <int Dim>
 std::vector<std::int16_t> squared_distances(const NodeBox<Dim>& box, const Flags& flags,
                                             int reach) {
+  assert(reach <= kLongestReach);
   std::vector<std::int16_t> out(box.n());
   const std::size_t row_size = box.size[0];
   for (std::size_t row = 0; row < out.size(); row += row_size) {

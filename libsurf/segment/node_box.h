@@ -33,9 +33,11 @@ std::vector<T> cropped(const NodeBox<Dim>& box, const std::vector<T>& values,
   return out;
 }
 
+inline constexpr int kLongestReach = 100;  ///< [nodes]: of which three squares are 16 bits
+
 /// Squared Euclidean distances [nodes^2] to the nearest flagged node where they are at most
 /// reach^2, exactly; elsewhere something larger. O(reach nodes), the inner loops over rows.
-/// @param reach  [nodes], at most 100
+/// @param reach  [nodes], at most kLongestReach
 template <int Dim>
 std::vector<std::int16_t> squared_distances(const NodeBox<Dim>& box, const Flags& flags, int reach);
 

@@ -303,11 +303,11 @@ Result<Dim> Segmentation<Dim>::evolved(const History<Dim>& history,
   work.chosen = before.chosen;
   const std::vector<Click<Dim>> searched =
       clicks_in_box<Dim>(setting().extent(), object.options.box_mm, work.clicks);
-  // What was proposed for these clicks is an answer to them; what was evolved has to heed them.
-  const bool is_answer = before.outcome == Outcome::kProposed && before.search &&
-                         before.search->clicks.size() == searched.size();
   // A click that was taken back takes with it what it stood for.
   const bool has_lost = before.search && !contains_all<Dim>(searched, before.search->clicks);
+  // What was proposed for these clicks is an answer to them; what was evolved has to heed them.
+  const bool is_answer = before.outcome == Outcome::kProposed && before.search && !has_lost &&
+                         before.search->clicks.size() == searched.size();
   const bool goes_on = is_answer || (!has_lost && has_shape(before.outcome) &&
                                      heeds<Dim>(before.shape, work.clicks));
   // Without an energy the clicks say more of the object than a body to start from does.

@@ -239,6 +239,78 @@ TEST_F(Curveseg, SegmentsSlicesOfVolumes) {
             std::string::npos);
 }
 
+/// The same ball on any grid; 1 within it, as a label map has it, or with its edge a voxel wide.
+void write_ball_on(const std::string& path, const Eigen::Affine3d& to_ras, const std::string& kind,
+                   const std::array<int, 3>& size = {30, 28, 26}) {
+  std::vector<float> values;
+  for (int k = 0; k < size[2]; ++k)
+    for (int j = 0; j < size[1]; ++j)
+      for (int i = 0; i < size[0]; ++i) {
+        const double depth = 11.7 - (to_ras * Eigen::Vector3d(i, j, k)).norm();
+        values.push_back(kind == "labels" ? float(depth > 0)
+                                          : float(std::clamp(depth + 0.5, 0.0, 1.0)));
+      }
+  surf::volume::write_volume(path, {size, to_ras, values});
+}
+
+// Each slice counts its millimetres from its own first pixel; a cropped label map was compared
+// shifted by what is missing of it (a Dice of 0.6).
+TEST_F(Curveseg, EvaluatesSlicesInTheWorld) {
+  write_ball(file("ball.nii"));
+  const Words segment = {"segment", "--space", "ras", "--seed", "0,0,0.5", "-q"};
+  must(joined(segment, {"ball.nii", "--slice", "axial:20", "-o", "a.json"}));
+  const Eigen::Affine3d cropped(Eigen::Translation3d(-15.5, -12.5, -12.5));
+  Eigen::Affine3d turned(Eigen::AngleAxisd(0.4, Eigen::Vector3d::UnitZ()));
+  turned.translate(Eigen::Vector3d(-13.5, -14.5, -12.5));
+  write_ball_on(file("cropped.nii"), cropped, "labels");
+  write_ball_on(file("turned.nii"), turned, "labels");
+  const auto with = [](const std::string& reference, const std::string& slice) {
+    return Words{"evaluate", "a.json", "--reference", reference,
+                 "--json",   "e.json", "--slice",     slice};
+  };
+  for (const char* labels : {"cropped.nii", "turned.nii"}) {
+    must(with(labels, "axial:13"));
+    EXPECT_GT(json("e.json")["dice"], 0.98) << labels;
+  }
+
+  const auto refused = [&](const Words& words, const std::string& piece) {
+    const Outcome outcome = run(words);
+    EXPECT_EQ(outcome.exit_code, 3) << outcome.err;
+    EXPECT_NE(outcome.err.find("a.json lies in another plane than " + piece), std::string::npos)
+        << outcome.err;
+  };
+  refused(with("cropped.nii", "axial:12"),
+          "cropped.nii (NIfTI-1, axial slice 12): up to 1 mm off, 0 degrees tilted; expected at "
+          "most 0.5 mm");
+  refused(with("cropped.nii", "sagittal:15"), "cropped.nii (NIfTI-1, sagittal slice 15): up to ");
+
+  write_ball_on(file("part.nii"), cropped, "edge");
+  must(joined(segment, {"part.nii", "--slice", "axial:13", "-o", "b.json"}));
+  const auto both = scores("a.json", "b.json");
+  EXPECT_GT(both["dice"], 0.99);
+  EXPECT_LT(both["distance"]["max_mm"], 0.3);
+  must(joined(segment, {"part.nii", "--slice", "axial:12", "--seed", "0,0,-0.5", "-o", "c.json"}));
+  refused({"evaluate", "a.json", "--reference", "c.json"}, "c.json: up to 1 mm off");
+}
+
+// Slices 0.4 mm apart with pixels of 1 mm, and an older file, which does not say so.
+TEST_F(Curveseg, TellsThinSlicesApart) {
+  Eigen::Affine3d thin = Eigen::Affine3d::Identity();
+  thin.linear()(2, 2) = 0.4;
+  thin.translation() << -14.5, -13.5, -4;
+  write_ball_on(file("thin.nii"), thin, "edge", {30, 28, 20});
+  for (const std::string k : {"10", "11"})
+    must({"segment", "thin.nii", "--slice", "axial:" + k, "--seed", "15,14", "-o", k + ".json",
+          "-q"});
+  const Outcome refused = run({"evaluate", "10.json", "--reference", "11.json"});
+  EXPECT_EQ(refused.exit_code, 3);
+  EXPECT_NE(refused.err.find("up to 0.4 mm off"), std::string::npos) << refused.err;
+  auto older = json("11.json");
+  older.erase("thickness_mm");
+  write("files/11.json", older.dump());
+  EXPECT_GT(scores("10.json", "11.json")["dice"], 0.98);
+}
+
 TEST_F(Curveseg, StackFollowsAnObjectToItsEnd) {
   write_ball(file("ball.nii.gz"));
   must({"stack", "ball.nii.gz", "--from", "20", "--to", "39", "--seed", "20,20", "-o", "b.vtp",

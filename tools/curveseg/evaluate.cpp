@@ -3,7 +3,9 @@
 
 #include <CLI/App.hpp>
 #include <algorithm>
+#include <cmath>
 
+#include "libcurve/image/slice.h"
 #include "libcurve/io/contour_file.h"
 #include "libcurve/mesh/distance.h"
 #include "libcurve/mesh/hierarchy.h"
@@ -22,6 +24,7 @@ namespace {
 
 using nlohmann::ordered_json;
 using surf::Segments;
+using surf::curve::ContourPixels;
 using surf::curve::Image;
 
 constexpr const char* kFooter =
@@ -30,7 +33,9 @@ constexpr const char* kFooter =
     "of a label map, whose pixels that are not 0 (or are --label) are the object. Dice counts "
     "pixel\n"
     "centres: those of the mask, or of a grid with 1024 along the longer side of both contours.\n"
-    "Distances are between contours, both ways; against a mask there are none.\n\n"
+    "Distances are between contours, both ways; against a mask there are none. Contours of a\n"
+    "slice (.json) are compared in the world with a label map and with those of another slice,\n"
+    "whose grid may be another one; the planes have to be the same.\n\n"
     "Examples:\n"
     "  curveseg evaluate blob.json --reference blob-exact.json\n"
     "  curveseg evaluate tumour.json --reference tumour-by-hand.png --json scores.json";
@@ -99,9 +104,9 @@ Overlap overlap_of(const Segments& first, const Segments& second) {
 
 /// A mask that states no pixel size has that of the image in which the contours were found, if it
 /// has as many pixels; masks that are written beside contours are such.
-Image on_pixels_of_contours(const Request& request, Image mask) {
+Image on_pixels_of_contours(const Request& request, const std::optional<ContourPixels>& pixels,
+                            Image mask) {
   if (mask.source().spacing_source != "unknown") return mask;
-  const auto pixels = surf::curve::pixels_of_contours(request.contour);
   if (!pixels)
     say("note: neither {} nor {} states a pixel size; pixels count as 1 mm (--spacing)\n",
         request.reference.path, request.contour);
@@ -111,6 +116,48 @@ Image on_pixels_of_contours(const Request& request, Image mask) {
   say("note: {} states no pixel size; its pixels are taken for those of {}, {:.6g} x {:.6g} mm\n",
       request.reference.path, request.contour, out.spacing()[0], out.spacing()[1]);
   return out;
+}
+
+/// The plane of a slice that contours are compared with.
+struct Plane {
+  std::string name;
+  Eigen::Affine3d to_ras;
+  double thickness_mm;  ///< > 0
+};
+
+/// Contours of a slice in the plane of another one.
+/// @throws surf::InputError  it is farther from them than half its thickness, or tilted
+Segments in_plane(const Request& request, const Segments& curves, const ContourPixels& pixels,
+                  const Plane& plane) {
+  constexpr double kRounding = 1e-3;   // of the thickness: matrices of files are 32-bit floats
+  constexpr double kMostTilt_deg = 8;  // lengths shrink by a hundredth
+  const auto offset = surf::curve::plane_offset(curves, *pixels.plane_to_ras, plane.to_ras);
+  if (offset.most_mm > (1 + kRounding) * plane.thickness_mm / 2 || offset.angle_deg > kMostTilt_deg)
+    throw surf::InputError(fmt::format(
+        "{} lies in another plane than {}: up to {:.4g} mm off, {:.3g} degrees tilted; expected at "
+        "most {:.4g} mm, half the slice's thickness, and {} degrees; choose another slice",
+        request.contour, plane.name, offset.most_mm, offset.angle_deg, plane.thickness_mm / 2,
+        kMostTilt_deg));
+  return surf::curve::carried(curves, *pixels.plane_to_ras, plane.to_ras);
+}
+
+Segments in_plane_of_mask(const Request& request, const Segments& curves,
+                          const std::optional<ContourPixels>& pixels, const Image& mask) {
+  if (!pixels || !pixels->plane_to_ras || !mask.plane_to_ras()) return curves;
+  return in_plane(request, curves, *pixels,
+                  {fmt::format("{} ({})", request.reference.path, mask.source().format),
+                   *mask.plane_to_ras(), mask.thickness_mm()});
+}
+
+/// A file that does not say how thick its slice is has one as thick as a pixel is wide.
+Segments in_plane_of_contours(const Request& request, const Segments& curves,
+                              const std::optional<ContourPixels>& pixels) {
+  const auto theirs = surf::curve::pixels_of_contours(request.reference.path);
+  if (!pixels || !pixels->plane_to_ras || !theirs || !theirs->plane_to_ras) return curves;
+  const double pixel_mm = std::sqrt(std::abs(theirs->to_plane.linear().determinant()));
+  return in_plane(request, curves, *pixels,
+                  {request.reference.path, *theirs->plane_to_ras,
+                   theirs->thickness_mm > 0 ? theirs->thickness_mm : pixel_mm});
 }
 
 void check_label(const Request& request, const Image& mask) {
@@ -132,6 +179,7 @@ double area_of(const Segments& curves) {
 
 ordered_json evaluate(const Request& request) {
   const Segments curves = surf::curve::read_contours(request.contour);
+  const auto pixels = surf::curve::pixels_of_contours(request.contour);
   const auto verification = surf::curve::verify(curves);
   ordered_json scores = {{"contour", request.contour}, {"reference", request.reference.path}};
   Overlap overlap;
@@ -141,13 +189,14 @@ ordered_json evaluate(const Request& request) {
       throw surf::UsageError(
           fmt::format("--label: {} holds contours and no labels", request.reference.path));
     const Segments reference = surf::curve::read_contours(request.reference.path);
-    overlap = overlap_of(curves, reference);
-    distance = distances_of(curves, reference);
+    const Segments found = in_plane_of_contours(request, curves, pixels);
+    overlap = overlap_of(found, reference);
+    distance = distances_of(found, reference);
     scores["reference_area_mm2"] = area_of(reference);
   } else {
-    const Image mask = on_pixels_of_contours(request, request.reference.read());
+    const Image mask = on_pixels_of_contours(request, pixels, request.reference.read());
     check_label(request, mask);
-    overlap = overlap_with_mask(request, curves, mask);
+    overlap = overlap_with_mask(request, in_plane_of_mask(request, curves, pixels, mask), mask);
     scores["reference_area_mm2"] = double(overlap.n_second) * overlap.pixel_mm2;
   }
   scores["area_mm2"] = area_of(curves);

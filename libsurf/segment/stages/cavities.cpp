@@ -19,10 +19,13 @@ class Cavities : public Stage<Dim> {
       const auto energy = make_energy<Dim>(work.energies, context(work, *model));
       energy->reset({work.shape.points, work.shape.elements});
       auto holes = find_holes<Dim>(work.setting(), work.shape, *energy);
-      if (round == 1 && holes.empty()) work.notes.push_back(nothing_to_open(work));
-      std::erase_if(holes, [&](const Hole<Dim>& hole) { return holds_a_click(work, hole); });
-      if (open_holes<Dim>(work.setting(), work.shape, holes, work.edge_length_mm, *energy) == 0)
+      const bool is_held = std::erase_if(holes, [&](const Hole<Dim>& hole) {
+                             return holds_a_click(work, hole);
+                           }) > 0;
+      if (open_holes<Dim>(work.setting(), work.shape, holes, work.edge_length_mm, *energy) == 0) {
+        if (round == 1 && !is_held) work.notes.push_back(nothing_to_open(work));
         return true;
+      }
       Minimisation<Dim> out;
       out.name = fmt::format("cavities {}", round);
       out.terms = work.energies;
@@ -38,14 +41,15 @@ class Cavities : public Stage<Dim> {
   static std::string nothing_to_open(const Work<Dim>& work) {
     return fmt::format(
         "no {} is opened: the energy asks for none more{}", Dim == 3 ? "cavity" : "hole",
-        work.options.energies.empty()
+        are_fitted<Dim>(work.energies)
             ? ", since it looks near the boundary alone; a click outside takes one away"
             : "");
   }
   static bool holds_a_click(const Work<Dim>& work, const Hole<Dim>& hole) {
     const double least = hole.radius_mm + held_distance_mm(work.cell_mm());
-    return std::any_of(work.clicks.begin(), work.clicks.end(), [&](const Click<Dim>& click) {
-      return click.side == Side::kInside && (click.point_mm - hole.center).norm() < least;
+    const std::vector<mesh::HeldPoint<Dim>> held = held_points<Dim>(work.clicks);  // of strokes all
+    return std::any_of(held.begin(), held.end(), [&](const mesh::HeldPoint<Dim>& each) {
+      return each.is_inside && (each.point - hole.center).norm() < least;
     });
   }
 };

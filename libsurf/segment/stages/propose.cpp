@@ -179,6 +179,12 @@ class Propose : public Stage<Dim> {
       found = with_regions<Dim>(*found, *at);
       work.proposals = proposals<Dim>(work.setting(), grid, *found);
     }
+    // Nor may the best of several regions have one: the others are looked at, and the first of them
+    // is what a further click corrects.
+    const auto has_chosen = [&](const Proposal<Dim>& each) { return each.place == found->chosen; };
+    if (!work.proposals.empty() &&
+        std::none_of(work.proposals.begin(), work.proposals.end(), has_chosen))
+      found = with_choice<Dim>(*found, work.proposals.front().place);
     work.search = found;
     work.verdict = verdict(grid, *found);
     for (std::size_t n = 0; n < work.proposals.size(); ++n)

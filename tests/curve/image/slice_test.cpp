@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "libsurf/base/error.h"
+#include "libsurf/fem/geometry.h"
 
 namespace surf::curve {
 namespace {
@@ -52,6 +53,37 @@ TEST(VoxelSlices, PixelsLieWhereTheirVoxelsDo) {
       EXPECT_LT((frame.transpose() * frame - Eigen::Matrix3d::Identity()).norm(), 1e-12);
       EXPECT_EQ(slices.nearest(*image.plane_to_ras() * Eigen::Vector3d(0.1, 0.1, 0)), 2);
     }
+}
+
+// A square of a plane, seen from another frame: the same plane turned and from behind, and one that
+// is tilted.
+TEST(Carried, CurvesStayInTheirPlaceInTheWorld) {
+  Segments square{Points<2>(4, 2), Elements<2>(4, 2)};
+  square.points << 0, 0, 4, 0, 4, 4, 0, 4;
+  square.elements << 0, 1, 1, 2, 2, 3, 3, 0;
+  Eigen::Affine3d from(Eigen::AngleAxisd(0.7, Eigen::Vector3d(1, 2, 3).normalized()));
+  from.pretranslate(Eigen::Vector3d(5, -6, 7));
+  for (const double behind : {0.0, M_PI}) {
+    const Eigen::Affine3d to = from * Eigen::Translation3d(3, 1, 0.2) *
+                               Eigen::AngleAxisd(0.5, Eigen::Vector3d::UnitZ()) *
+                               Eigen::AngleAxisd(behind, Eigen::Vector3d::UnitX());
+    const Segments there = carried(square, from, to);
+    for (int n = 0; n < 4; ++n) {
+      const Eigen::Vector3d is = to * Eigen::Vector3d(there.points(n, 0), there.points(n, 1), 0),
+                            was = from *
+                                  Eigen::Vector3d(square.points(n, 0), square.points(n, 1), 0.2);
+      EXPECT_LT((is - was).norm(), 1e-12);
+    }
+    EXPECT_NEAR(fem::Geometry<2>(there.points, there.elements).enclosed(), 16, 1e-12);
+    const PlaneOffset offset = plane_offset(square, from, to);
+    EXPECT_NEAR(offset.most_mm, 0.2, 1e-12);
+    EXPECT_NEAR(offset.angle_deg, 0, 1e-6);
+  }
+  const Eigen::Affine3d tilted = from * Eigen::AngleAxisd(0.1, Eigen::Vector3d::UnitX());
+  const PlaneOffset offset = plane_offset(square, from, tilted);
+  EXPECT_NEAR(offset.most_mm, 4 * std::sin(0.1), 1e-12);
+  EXPECT_NEAR(offset.angle_deg, 0.1 * 180 / M_PI, 1e-9);
+  EXPECT_EQ(carried(square, from, from).points, square.points);
 }
 
 TEST(VoxelSlices, AreAsThickAsNeighboursAreApart) {

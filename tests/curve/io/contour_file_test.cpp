@@ -37,6 +37,33 @@ TEST_F(ContourFile, CurvesComeBackBitForBit) {
   }
 }
 
+TEST_F(ContourFile, PixelsAndTheSlicesPlaceComeBackBitForBit) {
+  write_contours(path("r.json"), ring_, image_);
+  const auto flat = pixels_of_contours(path("r.json"));
+  ASSERT_TRUE(flat);
+  EXPECT_EQ(flat->size, image_.size());
+  EXPECT_EQ(flat->to_plane.matrix(), image_.pixel_to_plane().matrix());
+  EXPECT_FALSE(flat->plane_to_ras);
+
+  Eigen::Affine3d frame(Eigen::AngleAxisd(0.3, Eigen::Vector3d(1, 2, 3).normalized()));
+  frame.translation() << 100, 200, 1.0 / 3;
+  const Image slice(image_.size(), image_.pixel_to_plane(), image_.values(), {}, frame, 0.7);
+  write_contours(path("s.json"), ring_, slice);
+  const auto placed = pixels_of_contours(path("s.json"));
+  ASSERT_TRUE(placed && placed->plane_to_ras);
+  EXPECT_EQ(placed->plane_to_ras->matrix(), frame.matrix());
+  EXPECT_EQ(placed->thickness_mm, 0.7);
+
+  const auto with = [&](const std::string& rest) {
+    const std::string start = R"({"size": [4, 4], "pixel_to_mm": [[1, 0, 0], [0, 1, 0]], )";
+    return pixels_of_contours(write("w.json", start + rest + "}"));
+  };
+  EXPECT_THROW(with(R"("mm_to_ras": [[1, 0, 0, 0]])"), InputError);
+  EXPECT_THROW(with(R"("mm_to_ras": [[1, 0, 0, 0], [0, 1, 0, 0], [0, 1, 0, 0]])"), InputError);
+  EXPECT_EQ(with(R"("x": 0)")->thickness_mm, 0);
+  EXPECT_FALSE(pixels_of_contours(write("g.json", "{}")));
+}
+
 TEST_F(ContourFile, WhatIsFinishedIsWrittenAsAnyCurvesAre) {
   segment::Proposal<2> proposal;
   proposal.shape = ring_;

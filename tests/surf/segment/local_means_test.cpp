@@ -89,6 +89,41 @@ TEST(LocalMeans, LeaveAThinLayerBeforeSomethingElseByFarOutside) {
   EXPECT_LT(samples.value[1], 0);
 }
 
+/// Dark where another one is bright: what is outside is 1.
+struct Dark : Field<3> {
+  std::shared_ptr<const Field<3>> bright;
+
+  explicit Dark(std::shared_ptr<const Field<3>> of) : bright(std::move(of)) {}
+  void sample(const Points<3>& x, Derivatives, Samples<3>& out) const override {
+    bright->sample(x, Derivatives::kNone, out);
+    out.value = 1 - out.value.array();
+  }
+};
+
+// Squares of distances beyond 100 nodes do not fit into 16 bits: most of the mean outside was lost.
+TEST(LocalMeans, ReachAsFarAsIsAskedFor) {
+  volume::PhantomOptions options;
+  options.size = {200, 200, 40};
+  options.edge_width_mm = 0.05;
+  const auto setting = make_setting(volume::make_phantom(options));
+  const double cell = setting->extent().cell_mm();
+  const auto I = std::make_shared<const Dark>(
+      setting->make_model({.smoothing = {.sigma_mm = 0.4 * cell}})->intensity());
+  const Triangles start = mesh::ball(Vector<3>::Zero(), kRadius, 2 * cell);
+  const auto values = [&](double reach_cells) {
+    const auto f = local_means<3>(*setting, I, start, start, {reach_cells * cell, cell, 0.01});
+    Points<3> x(4, 3);
+    x << 0.58, 0, 0, 0.62, 0, 0, 0, -0.59, 0, 0, -0.61, 0;
+    Samples<3> samples;
+    f->sample(x, Derivatives::kNone, samples);
+    return Eigen::VectorXd(samples.value);
+  };
+  const Eigen::VectorXd near = values(8), far = values(40), farther = values(70);
+  EXPECT_LT((far - near).cwiseAbs().maxCoeff(), 0.05)
+      << far.transpose() << "; " << near.transpose();
+  EXPECT_LT((farther - near).cwiseAbs().maxCoeff(), 0.05) << farther.transpose();
+}
+
 TEST(LocalMeans, HaveTheDerivativesOfTheirValues) {
   const Scene scene(kRadius - kVoxel, 0.2);
   constexpr double kStep = 1e-5;

@@ -278,5 +278,27 @@ TEST(FindDoubt, PointsToTheDeepestVertexWithoutAnEdge) {
   EXPECT_EQ(of_part.has_edge[std::size_t(n - 1 - 5)], 0);
 }
 
+// As when the option to keep the largest alone takes away what has no edge.
+TEST(CertaintyOfPart, SaysNothingOfWhatWent) {
+  const Triangles kept = mesh::ball({0, 0, 0}, 0.5, 0.1), gone = mesh::ball({2, 0, 0}, 0.5, 0.1);
+  const auto n_kept = kept.points.rows(), n = n_kept + gone.points.rows();
+  Triangles both{Points<3>(n, 3), Elements<3>(kept.elements.rows() + gone.elements.rows(), 3)};
+  both.points << kept.points, gone.points;
+  both.elements << kept.elements, gone.elements.array() + int(n_kept);
+  Certainty<3> certainty;
+  certainty.deviation_mm = certainty.edge_strength = Eigen::VectorXd::Ones(n);
+  certainty.has_edge.assign(std::size_t(n), 1);
+  std::fill(certainty.has_edge.begin() + n_kept, certainty.has_edge.end(), 0);
+  certainty.content_deviation = 1;
+  find_doubt<3>(both, std::vector<char>(std::size_t(n), 0), certainty);
+  EXPECT_NEAR(certainty.share_without_edge, 0.5, 1e-9);
+  const Certainty<3> of_kept = certainty_of_part<3>(certainty, both, kept);
+  EXPECT_EQ(of_kept.share_without_edge, 0);
+  EXPECT_FALSE(of_kept.next_click_mm);
+  EXPECT_NEAR(of_kept.content_deviation, std::sqrt(0.5), 1e-9);
+  const Certainty<3> of_gone = certainty_of_part<3>(certainty, both, gone);
+  EXPECT_EQ(of_gone.share_without_edge, 1);
+}
+
 }  // namespace
 }  // namespace surf::segment

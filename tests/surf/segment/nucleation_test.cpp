@@ -92,5 +92,23 @@ TEST(Nucleation, IsWhatARunFromOutsideNeedsForACavity) {
   }
 }
 
+// A stroke that ends in the cavity, whose middle is far from it.
+TEST(Nucleation, OpensNoCavityAcrossAStroke) {
+  Segmentation<3> s(make_setting(shell()));
+  const int object = s.add_object();
+  SegmentOptions options;
+  options.initial = mesh::ball({0, 0, 0}, 0.9, 0.1);
+  options.energies = {{"chan-vese", 1, {}}};
+  options.open_cavities = true;
+  s.set_options(object, options);
+  Click<3> stroke{{0.55, 0, 0}, Side::kInside};
+  for (double x = 0; x < 0.6; x += 0.05) stroke.stroke_mm.push_back({x, 0, 0});
+  s.add_click(object, stroke);
+  const Result<3>& result = s.evolve(object);
+  const auto solids = mesh::solids(mesh::shell_hierarchy(result.shape));
+  ASSERT_EQ(solids.size(), 1u);
+  EXPECT_TRUE(solids[0].cavities.empty());
+}
+
 }  // namespace
 }  // namespace surf::segment

@@ -435,6 +435,18 @@ TEST(Segmentation, KeepsTheEvolutionBeforeANameThatCannotBeRedone) {
   EXPECT_EQ(s.object(object).name, "b");
 }
 
+// As many clicks, but other ones.
+TEST(Segmentation, LooksAnewForClicksThatWereNotProposedFor) {
+  Segmentation<3> moved(make_setting(phantom(volume::PhantomKind::kSeparateBalls))),
+      fresh(make_setting(phantom(volume::PhantomKind::kSeparateBalls)));
+  moved.add_click(moved.add_object(), inside(-0.5));
+  ASSERT_EQ(moved.propose(1).outcome, Outcome::kProposed);
+  moved.move_click(1, 0, {0.5, 0, 0});
+  fresh.add_click(fresh.add_object(), inside(0.5));
+  EXPECT_EQ(moved.evolve(1).shape.points, fresh.evolve(1).shape.points);
+  EXPECT_GT(moved.object(1).result->shape.points.col(0).minCoeff(), 0);
+}
+
 TEST(Segmentation, KnowsThatItsShapeIsNotWhatWasAskedForLast) {
   Segmentation<3> s = ball();
   const int object = s.add_object();

@@ -2,7 +2,7 @@
 import type { Point, Side, StudioObject } from './protocol';
 import { showNotice } from './messages';
 import { act, getCommand, until } from './server';
-import { activeObject, page, setView, volume } from './state';
+import { activeObject, object as find, page, setView, volume } from './state';
 import { showError } from './messages';
 
 /** The active object; made first where there is none. */
@@ -32,7 +32,11 @@ export async function click(point: Point, side: Side): Promise<void> {
 }
 
 export async function moveClick(object: number, index: number, point: Point): Promise<void> {
-  await act({ action: 'move_click', object, index, point });
+  const done = await act({ action: 'move_click', object, index, point });
+  if (!done || !(await until(() => page.state !== null && page.state.revision >= done.revision))) return;
+  // It stands at the end now, as one that has just been made; so that it stays the selected one.
+  const last = (find(object)?.clicks.length ?? 0) - 1;
+  if (last >= 0 && !page.view.click) setView({ click: { object, index: last } });
 }
 
 export async function deleteClick(object: number, index: number): Promise<void> {

@@ -8,8 +8,7 @@ import { readSurface, cut, type Surface } from './surface';
 import { loaded, preview, range } from './slices';
 
 const SIZE = 96, LEAST_VOXELS = 12;
-interface Fetched { surface: Surface; fractions: Float32Array }
-let cache = new Map<string, Promise<Fetched | null>>();
+let cache = new Map<string, Promise<Surface | null>>();
 let shown = '';
 
 export function drawCandidates(): void {
@@ -29,14 +28,12 @@ export function drawCandidates(): void {
 // Proposals are those of the clicks: other clicks, other proposals.
 function identity(o: StudioObject): string { return `${o.id} ${JSON.stringify([o.clicks, o.candidates.map((c) => [c.number, c.words])])} `; }
 
-function fetched(o: StudioObject, c: Candidate, source: string): Promise<Fetched | null> {
+function fetched(o: StudioObject, c: Candidate, source: string): Promise<Surface | null> {
   const key = source + c.number;
   let found = cache.get(key);
   if (!found) {
-    found = get(`/api/candidate?object=${o.id}&number=${c.number}`).then((r) => r.arrayBuffer()).then((buffer) => {
-      const surface = readSurface(buffer);
-      return { surface, fractions: loaded!.fractions(surface.points) };
-    }).catch(() => null);
+    found = get(`/api/candidate?object=${o.id}&number=${c.number}`).then((r) => r.arrayBuffer()).then(readSurface)
+      .catch(() => { cache.delete(key); return null; });  // it is asked for again
     cache.set(key, found);
   }
   return found;
@@ -53,22 +50,25 @@ function thumbnail(o: StudioObject, c: Candidate, source: string): HTMLElement {
     canvas, h('span', { class: 'caption' }, h('b', {}, String(c.number)), c.volume_ml !== undefined ? ` ${millilitres(c.volume_ml)}` : ''));
   const show = () => {
     page.view.candidate = { object: o.id, number: c.number };
-    void fetched(o, c, source).then((f) => { if (page.view.candidate?.number === c.number) preview(f?.surface ?? null); });
+    void fetched(o, c, source).then((f) => { if (page.view.candidate?.number === c.number) preview(f); });
   };
   const hide = () => { page.view.candidate = null; preview(null); };
   // All thumbnails show the same part of the slice, so that they can be compared.
   void Promise.all(o.candidates.map((other) => fetched(o, other, source))).then((all) => {
     const own = all[o.candidates.indexOf(c)];
-    if (own && loaded) paint(canvas, o, own, all.filter((f): f is Fetched => f !== null));
+    if (own && loaded) paint(canvas, o, own, all.filter((s): s is Surface => s !== null));
   });
   return button;
 }
 
-function paint(canvas: HTMLCanvasElement, o: StudioObject, own: Fetched, all: Fetched[]): void {
+function paint(canvas: HTMLCanvasElement, o: StudioObject, own: Surface, all: Surface[]): void {
   const volume = loaded!;
   if (!o.clicks.length) return;
   const axis = 2, u = 0, v = 1;  // the axial slice
-  const outlinesAt = (z: number) => all.map((f) => cut(f.fractions, f.surface.triangles, axis, z, u, v));
+  // Not kept with the surface, which may be there before the volume is.
+  const fractions = new Map(all.map((s) => [s, volume.fractions(s.points)]));
+  const outlineAt = (s: Surface, z: number) => cut(fractions.get(s)!, s.triangles, axis, z, u, v);
+  const outlinesAt = (z: number) => all.map((s) => outlineAt(s, z));
   const place = (click: Click) => volume.snapped(volume.fraction(click.point));
   let at = place(o.clicks.at(-1)!), outlines = outlinesAt(at[axis]);
   if (!outlines.some((ends) => ends.length)) {
@@ -98,7 +98,7 @@ function paint(canvas: HTMLCanvasElement, o: StudioObject, own: Fetched, all: Fe
       image.data[to + 3] = 255;
     }
   c.putImageData(image, 0, 0);
-  const ends = cut(own.fractions, own.surface.triangles, axis, at[axis], u, v);
+  const ends = outlineAt(own, at[axis]);
   const px = (f: number) => (mirror ? n - (f - corner[0]) * length[0] / side * n : (f - corner[0]) * length[0] / side * n);
   const py = (f: number) => n - (f - corner[1]) * length[1] / side * n;
   c.beginPath();

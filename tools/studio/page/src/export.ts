@@ -42,7 +42,8 @@ export function openExport(): void {
 function formats(): string[] { return page.options?.export[kind] ?? FORMATS[kind]; }
 
 function proposedName(): string {
-  const o = page.state?.objects.find((x) => x.id === target);
+  // A recipe has no choice: it repeats all objects.
+  const o = kind === 'recipe' ? undefined : page.state?.objects.find((x) => x.id === target);
   // With the scan's name: objects of several scans meet in one folder.
   const scan = (volume()?.path.split('/').pop() ?? 'objects').replace(/\.(nii|nrrd|nhdr|mha|mhd|vti|dcm|gz)(?=\.|$)/g, '');
   const stem = (o ? `${scan}-${o.name}` : scan).trim().replace(/[^\p{L}\p{N}._-]+/gu, '-').replace(/^[-.]+/, '') || 'object';
@@ -72,7 +73,7 @@ function draw(): void {
           format = formats()[0];
         }) }, words))),
     h('p', { class: 'help' }, KINDS.find(([value]) => value === kind)![2]),
-    choice('Object', 'object', [...(mayAll && objects.length > 1 ? [['0', 'all objects'] as [string, string]] : []),
+    kind !== 'recipe' && choice('Object', 'object', [...(mayAll && objects.length > 1 ? [['0', 'all objects'] as [string, string]] : []),
       ...objects.map((o) => [String(o.id), o.name] as [string, string])], String(target), (v) => { target = Number(v); }),
     formats().length > 1 && choice('Format', 'format', formats().map((f) => [f, f.toUpperCase()]), format, (v) => {
       // A name of one's own keeps its stem.
@@ -97,7 +98,7 @@ async function run(): Promise<void> {
   busy = true;
   draw();
   try {
-    const done = await exportFile({ what: kind, object: target, format, space, name, overwrite: exists });
+    const done = await exportFile({ what: kind, object: kind === 'recipe' ? 0 : target, format, space, name, overwrite: exists });
     exists = false;
     result = { text: `Written: ${done.file}, ${bytes(done.bytes)}`, bad: false };
   } catch (error) {

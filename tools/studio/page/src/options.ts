@@ -141,7 +141,8 @@ function energy(table: EnergyKind[], e: Energy, index: number,
 
 async function apply(o: StudioObject): Promise<void> {
   if (!draft) return;
-  const sent = draft;
+  // The program changes what it is told of alone: null is what holds where nothing is set.
+  const sent = { ...Object.fromEntries(Object.keys(o.options).map((key) => [key, null])), ...draft };
   if (await act({ action: 'set_options', object: o.id, options: sent })) { draft = null; shown = ''; drawOptions(); }
 }
 

@@ -1,5 +1,5 @@
 // What the page knows: the program's state, as last told, and its own view of it.
-import type { Job, OptionTable, Side, State, StudioObject, Volume } from './protocol';
+import type { Click, Job, OptionTable, Side, State, StudioObject, Volume } from './protocol';
 
 export type Tool = Side | 'crosshair';
 export type Pane = 'axial' | 'coronal' | 'sagittal' | 'solid';
@@ -56,15 +56,27 @@ export function setState(state: State): void {
   // An answer that was overtaken by a later event is of no use.
   if (page.state && state.revision < page.state.revision) return;
   const known = new Set(page.state?.objects.map((o) => o.id));
+  const view = page.view, click = view.click;
+  const selected = click ? object(click.object)?.clicks[click.index] : undefined;
   page.state = state;
   page.job = state.job;
-  const view = page.view;
+  // Objects of another scan have the numbers of this one's.
+  const scan = JSON.stringify([state.volume?.revision, state.volume?.path]);
+  if (scan !== shownScan) { shownScan = scan; view.hidden.clear(); }
   const added = page.state.objects.filter((o) => !known.has(o.id));
   if (added.length && known.size) view.active = added[added.length - 1].id;
   if (!state.objects.some((o) => o.id === view.active)) view.active = state.objects.at(-1)?.id ?? null;
-  const click = view.click;
-  if (click && !(object(click.object)?.clicks[click.index])) view.click = null;
+  if (click) view.click = placeNow(click, selected);
   changed();
+}
+let shownScan = '';
+
+/** Where a click stands now: those before it may have gone or come back. What it was is not known after a lost connection. */
+function placeNow(before: { object: number; index: number }, was: Click | undefined): View['click'] {
+  const clicks = object(before.object)?.clicks ?? [], there = clicks[before.index];
+  const isIt = (c: Click) => !was || (c.side === was.side && c.point.every((x, k) => x === was.point[k]));
+  const index = there && isIt(there) ? before.index : was ? clicks.findIndex(isIt) : -1;
+  return index < 0 ? null : { object: before.object, index };
 }
 
 export function object(id: number | null | undefined): StudioObject | null {

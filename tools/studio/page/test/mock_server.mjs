@@ -1,9 +1,9 @@
 // A stand-in for `surfseg studio` that speaks docs/studio-protocol.md, for work on the page: a bright ellipsoid in noise, and a surface that
 // grows for a second round the inside clicks. No dependencies.
 //
-//   node test/mock_server.mjs [--port 0] [--affine plain|oblique|sheared|mirrored|anisotropic] [--size 64] [--closed] [--ct] [--fail]
+//   node test/mock_server.mjs [--port 0] [--affine plain|oblique|sheared|mirrored|anisotropic] [--size 64] [--closed] [--ct] [--fail] [--slow]
 //
-// --closed: no volume is open at first; --fail: evolving ends with an error.
+// --closed: no volume is open at first; --fail: evolving ends with an error; --slow: the volume comes a second late.
 import { createServer } from 'node:http';
 import { readFileSync } from 'node:fs';
 import { dirname, join } from 'node:path';
@@ -124,7 +124,7 @@ const state = {
 const COLOURS = ['#ffd400', '#3ec1f3', '#ff6fae', '#7ee081', '#ff9d4d'];
 const history = new Map();  // object -> {past, future}
 const shapes = new Map();
-let nextObject = 1, jobs = 0, surfaces = 0, timer = null, errors = 0;
+let nextObject = 1, jobs = 0, surfaces = 0, timer = null, errors = Date.now();
 const received = [];  // for the tests
 const removed = [];  // objects, the last one last
 
@@ -235,6 +235,7 @@ const ACTIONS = {
       if (path.endsWith('.json')) { fail(`${path}: the recipe is of another volume`); return; }
       state.volume = { ...volumeState(), path };
       state.objects = [];
+      nextObject = 1;
       tell();
     }, 400);
   },
@@ -261,12 +262,14 @@ const ACTIONS = {
     o.clicks.push({ point, side });
     evolve(o);
   },
-  move_click({ object, index: k, point }) { const o = find(object); if (!o.clicks[k]) throw new Refused(400, 'no such click'); remember(o, 'move of a click'); o.clicks[k].point = point; evolve(o); },
+  move_click({ object, index: k, point }) { const o = find(object); if (!o.clicks[k]) throw new Refused(400, 'no such click'); remember(o, 'move of a click'); o.clicks.push({ ...o.clicks.splice(k, 1)[0], point }); evolve(o); },
   delete_click({ object, index: k }) { const o = find(object); if (!o.clicks[k]) throw new Refused(400, 'no such click'); remember(o, 'deleted click'); o.clicks.splice(k, 1); evolve(o); },
   choose({ object, number }) { const o = find(object); o.chosen = number; evolve(o); },
   set_options({ object, options }) {
-    if (options.edge_length_mm !== undefined && options.edge_length_mm <= 0) throw new Refused(400, `edge length: expected more than 0 mm; got ${options.edge_length_mm}`);
-    const o = find(object); remember(o, 'options'); o.options = options; evolve(o);
+    if (typeof options.edge_length_mm === 'number' && options.edge_length_mm <= 0) throw new Refused(400, `edge length: expected more than 0 mm; got ${options.edge_length_mm}`);
+    const o = find(object); remember(o, 'options');
+    o.options = Object.fromEntries(Object.entries({ ...o.options, ...options }).filter(([, value]) => value !== null));
+    evolve(o);
   },
   preset({ object, name }) { const o = find(object); remember(o, `preset ${name}`); o.options = { smoothing: 2, energies: ['area:weight=2'] }; evolve(o); },
   evolve({ object }) { evolve(find(object)); },
@@ -344,7 +347,7 @@ const server = createServer(async (request, response) => {
       case '/api/volume.nii.gz': {
         compressed ??= nifti();
         response.writeHead(200, { 'Content-Type': 'application/gzip', 'Content-Length': compressed.length });
-        response.end(compressed);
+        setTimeout(() => response.end(compressed), has('slow') ? 1000 : 0);
         return;
       }
       case '/api/surface': {

@@ -166,6 +166,7 @@ def clicking_dragging_deleting_and_undoing(browser):
         check(moved["index"] == 1, "the click that was dragged")
         check(max(abs(a - b) for a, b in zip(moved["point"], expected)) < 1.5, f"{moved['point']} for {expected}")
         check(len(server.received("click")) == 3, "a drag is no click")
+        browser.until("studio.view.click?.index === 2")  # where it stands now: still the selected one
         done(browser)
 
         browser.drag((start[0], start[1] + 60), (start[0] - 40, start[1] + 90))
@@ -176,11 +177,11 @@ def clicking_dragging_deleting_and_undoing(browser):
 
         browser.click(*end)
         browser.frame()
-        check(browser.js("studio.view.click?.index") == 1, "a click on a click selects it")
+        check(browser.js("studio.view.click?.index") == 2, "a click on a click selects it")
         browser.picture("selected")
         browser.key("Delete")
         browser.until("studio.state.objects[0].clicks.length === 2")
-        check(server.received("delete_click")[-1]["index"] == 1, "Delete takes the selected click")
+        check(server.received("delete_click")[-1]["index"] == 2, "Delete takes the selected click")
         browser.key("z", CTRL)
         browser.until("studio.state.objects[0].clicks.length === 3")
         browser.key("Z", CTRL | SHIFT)
@@ -327,6 +328,41 @@ def a_click_is_moved_by_the_keyboard(browser):
         browser.key("m")
         browser.until(f"studio.state.objects[0].clicks[0].point[0] === {here[0]!r}")
         check(server.received("move_click")[-1]["index"] == 0, "the selected one")
+        done(browser)
+
+
+def a_click_stays_selected_where_it_goes(browser):
+    with Server() as server:
+        segment_something(browser, server)
+        browser.press("#hint-close")
+        for down in (.4, .6):
+            browser.click(*place(browser, "axial", .5, down))
+            done(browser)
+        points = browser.js("studio.state.objects[0].clicks.map((c) => c.point)")
+        browser.js("document.getElementById('pane-axial').focus()")
+        browser.key("]")
+        check(browser.js("studio.view.click.index") == 0, "the first of three")
+        for n in (1, 2):
+            browser.key("ArrowRight")
+            browser.key("m")
+            browser.until(f"studio.state.objects[0].clicks.length === 3 && studio.view.click?.index === 2")
+            done(browser)
+            check([r["index"] for r in server.received("move_click")] == [0, 2][:n], f"{server.received('move_click')}")
+        browser.key("z", CTRL)
+        browser.key("z", CTRL)
+        browser.until(f"JSON.stringify(studio.state.objects[0].clicks.map((c) => c.point)) === JSON.stringify({json.dumps(points)})")
+        check(browser.js("studio.view.click") is None, "where it was moved to is no click any more")
+        browser.press("[data-key=click1]")
+        check(browser.js("studio.view.click.index") == 1, "the second")
+        browser.press("[data-key=delete0]")
+        browser.until("studio.state.objects[0].clicks.length === 2")
+        check(browser.js("studio.view.click") is None, "a click that was deleted by its cross leaves none selected")
+        browser.press("[data-key=click1]")
+        browser.js("""fetch('/api/do', { method: 'POST', headers: { 'Content-Type': 'application/json' },
+            body: JSON.stringify({ action: 'delete_click', object: 1, index: 0 }) })""")  # by another page
+        browser.until("studio.view.click?.index === 0")
+        browser.key("Delete")
+        browser.until("studio.state.objects[0].clicks.length === 0")
 
 
 def objects_and_proposals(browser):
@@ -336,6 +372,7 @@ def objects_and_proposals(browser):
         browser.press(".candidate:nth-child(2)")
         browser.until("studio.state.objects[0].candidates[1]?.chosen")
         check(server.received("choose")[-1]["number"] == 2, "a proposal is taken")
+        done(browser)
         browser.press("#add-object")
         browser.until("studio.state.objects.length === 2")
         check(browser.js("studio.view.active") == 2, "a new object is the active one")
@@ -381,6 +418,38 @@ def objects_and_proposals(browser):
         browser.js("(() => { const s = document.querySelector('.mesh-colour select'); s.value = 'object'; s.dispatchEvent(new Event('change')); })()")
 
 
+def proposals_are_drawn_although_they_come_before_the_volume(browser):
+    with Server("--slow") as server:
+        segment_something(browser, server)
+        painted = """[...document.querySelectorAll('.candidate canvas')].filter((canvas) =>
+            canvas.getContext('2d').getImageData(canvas.width / 2, canvas.height / 2, 1, 1).data[3] === 255).length"""
+        browser.until(f"{painted} === 3")
+        open_page(browser, server, "window.studio && studio.state?.objects.length === 1")
+        browser.until("document.querySelectorAll('.candidate').length === 3")
+        check(browser.js("!studio.ready"), "the volume is on its way")
+        browser.until("studio.ready")
+        browser.until(f"{painted} === 3", 10)
+
+
+def what_was_hidden_in_one_scan_is_seen_in_the_next(browser):
+    with Server() as server:
+        segment_something(browser, server)
+        browser.press("#hint-close")
+        browser.key("h")
+        check(browser.js("studio.view.hidden") == [1], "hidden")
+        server.get("mock/cut")
+        browser.until("!studio.connected")
+        browser.until("studio.connected", 10)
+        browser.frame()
+        check(browser.js("studio.view.hidden") == [1], "still, after the connection was lost")
+        browser.press("#open-files")
+        browser.press("#files-list button.file")
+        browser.until("studio.state.volume.revision === 2 && studio.ready", 20)
+        browser.press("#add-object")
+        browser.until("studio.state.objects[0]?.id === 1")
+        check(browser.js("studio.view.hidden") == [], "the first object of the next scan is seen")
+
+
 def options_are_applied_together(browser):
     with Server() as server:
         segment_something(browser, server)
@@ -408,6 +477,36 @@ def options_are_applied_together(browser):
         check(browser.js("document.querySelectorAll('.alert').length") == 0, "dismissed")
 
 
+def an_option_that_was_set_is_reset(browser):
+    with Server() as server:
+        segment_something(browser, server)
+        browser.press("#tab-options")
+        every = {"edge_length_mm": 1.5, "topology": "fixed", "fill_cavities": True, "energies": ["minimal-surface:lambda=2"]}
+
+        def choose(field, value, event="change"):
+            browser.js(f"(() => {{ const f = document.getElementById('{field}'); f.value = '{value}'; f.dispatchEvent(new Event('{event}')); }})()")
+
+        def apply(expected, sent):
+            browser.press("#apply-options")
+            browser.until(f"JSON.stringify(studio.state.objects[0].options) === JSON.stringify({json.dumps(expected)})", 10)
+            check(server.received("set_options")[-1]["options"] == sent, f"{server.received('set_options')[-1]}")
+            done(browser)
+
+        choose("option-edge_length_mm", "1.5", "input")
+        choose("option-topology", "fixed")
+        choose("option-fill_cavities", "true")
+        browser.press("[data-key=add-energy]")
+        browser.press("[data-key=energy0-lambda]")
+        browser.type("2")
+        apply(every, every)
+        choose("option-edge_length_mm", "", "input")
+        choose("option-topology", "")
+        browser.press("[data-key=energy-remove0]")
+        apply({"fill_cavities": True}, {"edge_length_mm": None, "topology": None, "energies": None, "fill_cavities": True})
+        browser.press("[data-key=standard]")
+        apply({}, {"fill_cavities": None})
+
+
 def files_are_exported_and_overwritten_after_a_question(browser):
     with Server() as server:
         segment_something(browser, server)
@@ -429,6 +528,13 @@ def files_are_exported_and_overwritten_after_a_question(browser):
         for kind, name in (("report", "phantom-object-1-report.html"), ("measures", "phantom-object-1-measures.csv"), ("labels", "phantom-object-1-labels.nii.gz")):
             browser.press(f"[data-key=kind-{kind}]")
             check(browser.js("document.getElementById('export-name').value") == name, f"the name of {kind}")
+        browser.press("[data-key=kind-recipe]")
+        check(browser.js("document.getElementById('export-name').value") == "phantom-recipe.json", "a recipe is of all objects")
+        check(browser.js("document.getElementById('export-object') === null"), "and has no choice of one")
+        browser.press("#export-go")
+        browser.until("document.querySelector('.result.good')")
+        check(server.received("export")[-1]["export"]["object"] == 0, "all")
+        browser.press("[data-key=kind-labels]")
         browser.js("document.getElementById('export-name').value = '../a.nii.gz'; document.getElementById('export-name').dispatchEvent(new Event('input'))")
         browser.press("#export-go")
         browser.until("document.querySelector('.result.bad')")
@@ -505,8 +611,10 @@ def dark_light_help_and_no_foreign_requests(browser):
 
 TESTS = [clicks_land_in_the_voxel_that_is_seen, clicking_dragging_deleting_and_undoing,
          of_many_clicks_the_newest_are_listed, the_view_moves_by_mouse_and_keyboard,
-         the_3d_view_turns_while_the_surface_evolves, a_click_is_moved_by_the_keyboard,
-         objects_and_proposals, options_are_applied_together, files_are_exported_and_overwritten_after_a_question,
+         the_3d_view_turns_while_the_surface_evolves, a_click_is_moved_by_the_keyboard, a_click_stays_selected_where_it_goes,
+         objects_and_proposals, proposals_are_drawn_although_they_come_before_the_volume,
+         what_was_hidden_in_one_scan_is_seen_in_the_next, options_are_applied_together, an_option_that_was_set_is_reset,
+         files_are_exported_and_overwritten_after_a_question,
          files_are_listed_where_no_volume_is_open, errors_and_a_lost_connection_are_told, dark_light_help_and_no_foreign_requests]
 
 
