@@ -176,12 +176,17 @@ def apart(function):
 
 def run(command, limit):
     """Standard output and largest resident set [MB]; raises TooSlow, CalledProcessError."""
-    process = subprocess.Popen([str(word) for word in command], stdout=subprocess.PIPE,
-                               stderr=subprocess.PIPE)
-    timer = threading.Timer(limit, process.kill)
-    timer.start()
-    out, error = process.stdout.read(), process.stderr.read()
-    _, status, usage = os.wait4(process.pid, 0)
+    # A second pipe would fill while the first one is read, and the process wait for the limit.
+    with tempfile.TemporaryFile() as errors:
+        process = subprocess.Popen([str(word) for word in command], stdout=subprocess.PIPE,
+                                   stderr=errors)
+        timer = threading.Timer(limit, process.kill)
+        timer.start()
+        with process.stdout as stream:
+            out = stream.read()
+        _, status, usage = os.wait4(process.pid, 0)
+        errors.seek(0)
+        error = errors.read()
     process.returncode = os.waitstatus_to_exitcode(status)
     is_late = not timer.is_alive()
     timer.cancel()

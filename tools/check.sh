@@ -9,9 +9,10 @@
 #
 # --programs: only these test programs in asan and tsan, such as surf_base_tests,surf_flow_tests.
 # A run that was ended goes on: what passed is remembered in build/check until code or a test
-# changes, or --again. All cores are used, at a low priority. Exit code 1 if anything was found;
-# what, is in build/check/PART.log, and in build/tsan/report.PID for each process that tsan found
-# something in, whoever started it: a program that a test ends may have told nobody else.
+# changes, or --again. All cores are used, at a low priority. Exit code 1 if anything was found, or
+# a part could not be looked at; what, is in build/check/PART.log, and in build/tsan/report.PID for
+# each process that tsan found something in, whoever started it: a program that a test ends may have
+# told nobody else.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -58,9 +59,12 @@ report() {
 }
 
 # Numbers and names of the tests of a preset as tools/test.sh chooses them, without the slow ones
-# (200 kills, a browser's memory, fuzz) and those of programs that are not built.
+# (200 kills, a browser's memory, fuzz) and those of programs that are not built. Fails where ctest
+# does, and where there are none.
 tests_of() {
-  ctest --preset "$1" -N -LE '^slow$' | sed -n 's/^ *Test *#\([0-9]*\): \(.*\)$/\1 \2/p' | grep -v '_NOT_BUILT' || true
+  local listed
+  listed=$(ctest --preset "$1" -N -LE '^slow$') || return
+  sed -n 's/^ *Test *#\([0-9]*\): \(.*\)$/\1 \2/p' <<<"$listed" | grep -v '_NOT_BUILT'
 }
 
 sanitize() {
@@ -75,19 +79,28 @@ sanitize() {
     return
   }
   touch "$passed"
-  local numbers=() number name failed reports
+  local numbers=() number name tests failed reports status=0
+  tests=$(tests_of "$preset" 2>"$log") || {
+    echo "$preset: ctest lists no tests; see $log"
+    found=1
+    return
+  }
   while read -r number name; do
     grep -qxF "$name" "$passed" || numbers+=("$number")
-  done < <(tests_of "$preset")
+  done <<<"$tests"
   : >"$log"
   if ((${#numbers[@]})); then
     nice -n 15 ctest --preset "$preset" -j "$(nproc)" \
       -I "0,0,0,$(IFS=,; echo "${numbers[*]}")" 2>&1 | tee "$log" |
       sed -unE 's/^ *[0-9]+\/[0-9]+ Test +#[0-9]+: (.*[^ .]) \.+ *(Passed|\*\*\*Skipped).*/\1/p' \
-        >>"$passed" || true
+        >>"$passed" || status=${PIPESTATUS[0]}
   fi
   failed=$(grep -E '^ *[0-9]+/[0-9]+ Test' "$log" | grep -cvE 'Passed|\*\*\*Skipped' || true)
   report "$preset" tests "$(wc -l <"$passed")" "$failed"
+  ((status == 0 || failed)) || {
+    echo "$preset: ctest ended with exit code $status; see $log"
+    found=1
+  }
   reports=$(find "build/$preset" -maxdepth 1 -name 'report.*' | wc -l)
   ((reports == 0)) || {
     echo "$preset: $reports processes with reports; see build/$preset/report.*"

@@ -11,6 +11,7 @@ Protocol, that of the papers on interactive segmentation. Of the voxels that are
 connected by faces is taken (of equals what is missing), and its deepest voxel (distance in mm to what is not of it, the border of the volume
 included; of equals the lowest index) is clicked, inside or outside. With --repeats above 1 all clicks of the repeats but the first are
 drawn, by a fixed seed, from the voxels at least half as deep, the first click from those of the object; with --fixed-first it stays the case's own.
+A run that stops at a limit counts with what it has written; of one that fails the result of the click before is kept.
 --dialogue adds the clicks one by one to a segmentation of the Python module, which is then to be on PYTHONPATH, where the program is called anew with all of them otherwise.
 --box gives it the box of the reference with a margin of so many mm, as a person would draw it.
 Printed for each number of clicks: mean Dice, mean share of the surfaces that agree within 2 mm (NSD, at the voxels' faces), how often the verdicts are right; clicks that lost
@@ -41,6 +42,7 @@ except ImportError as error:
 from line_plot import line_plot
 
 TOLERANCE_MM = 2.0
+WRITTEN = (0, 5)  # exit codes of the program: done, stopped at a limit with the result written
 
 
 def phantoms(program, folder):
@@ -125,7 +127,7 @@ class Case:
 
 
 def called(case, arguments, clicks):
-    """Mask and summary of the program called with all clicks, (None, {}) if it fails, and its seconds."""
+    """Mask and summary of the program called with all clicks, (None, {}) if it writes none, and its seconds."""
     with tempfile.TemporaryDirectory() as folder:
         surface, label, summary = (os.path.join(folder, name) for name in ("s.stl", "m.nii.gz", "s.json"))
         command = [arguments.program, "segment", case.volume, "-o", surface, "--mask", label, "--json", summary]
@@ -135,7 +137,7 @@ def called(case, arguments, clicks):
         begin = time.monotonic()
         code = subprocess.run(command + arguments.more, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL).returncode
         seconds = time.monotonic() - begin
-        if code != 0:
+        if code not in WRITTEN:
             return None, {}, seconds
         with open(summary) as file:
             return np.asarray(nibabel.load(label).dataobj) > 0, json.load(file), seconds

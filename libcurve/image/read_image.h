@@ -17,7 +17,8 @@ struct ReadImageOptions {
 
 /// Reads an image of 8, 16 or 32 bits; the format is recognised by the file's content. Colors
 /// become luminance (Rec. 709, on the values as stored) and transparency is dropped, each with a
-/// note. PNG and TIFF may state a pixel size; a JPEG's is a matter of printing and not used.
+/// note; rows and columns are turned as the file's orientation says. Where the file states its
+/// pixels' size (PNG, TIFF, the JFIF header of a JPEG) they have it.
 /// @throws InputError  "path: what; what to do": missing, empty, truncated or damaged, no image,
 ///                     an unsupported kind, NaN or Inf, beyond memory, no such page
 Image read_image(const std::string& path, const ReadImageOptions& options = {});

@@ -42,8 +42,14 @@ void write(const std::string& path, const Finished<3>& surface, io::WriteOptions
 /// What happened, as JSON text: outcome, measures, components, what was removed, events, notes,
 /// what was chosen, proposals, stages (docs/file-formats.md). The energies and lengths under
 /// `chosen` give the same bytes again from the same start.
-/// @param measures  null if there is no shape
+/// @param finished  null if there is no shape. The certainty is that of its vertices, not of the
+///                  result's: an object that was cut at the wall of another has none
 template <int Dim>
-std::string summary_json(const Result<Dim>& result, const Measures<Dim>* measures);
+std::string summary_json(const Result<Dim>& result, const Finished<Dim>* finished);
+
+/// The same where the shape fails a guarantee.
+/// @param failed  its measures
+template <int Dim>
+std::string summary_json(const Result<Dim>& result, const Measures<Dim>& failed);
 
 }  // namespace surf::segment

@@ -131,10 +131,10 @@ Json stage_to_json(const StageReport& stage) {
   return out;
 }
 
-}  // namespace
-
+/// @param measures, certainty  null if there is none
 template <int Dim>
-std::string summary_json(const Result<Dim>& result, const Measures<Dim>* measures) {
+std::string summary_of(const Result<Dim>& result, const Measures<Dim>* measures,
+                       const Certainty<Dim>* certainty) {
   Json out;
   out["outcome"] = to_string(result.outcome);
   out["stop_message"] = result.message;
@@ -142,7 +142,7 @@ std::string summary_json(const Result<Dim>& result, const Measures<Dim>* measure
   if (const StageReport* main = result.main_stage(); main && main->kind == StageKind::kMinimises)
     out["energy"] = main->flow.final_energy;
   if (measures) add_measures<Dim>(*measures, out);
-  if (measures && result.certainty) out["certainty"] = certainty_to_json<Dim>(*result.certainty);
+  if (certainty) out["certainty"] = certainty_to_json<Dim>(*certainty);
   out["border_share"] = result.border_share;
   for (const Removed<Dim>& part : result.removed)
     out["removed"].push_back({{"what", part.what},
@@ -173,7 +173,23 @@ std::string summary_json(const Result<Dim>& result, const Measures<Dim>* measure
   return out.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
-template std::string summary_json<2>(const Result<2>&, const Measures<2>*);
-template std::string summary_json<3>(const Result<3>&, const Measures<3>*);
+}  // namespace
+
+template <int Dim>
+std::string summary_json(const Result<Dim>& result, const Finished<Dim>* finished) {
+  if (!finished) return summary_of<Dim>(result, nullptr, nullptr);
+  return summary_of<Dim>(result, &finished->measures,
+                         finished->certainty ? &*finished->certainty : nullptr);
+}
+
+template <int Dim>
+std::string summary_json(const Result<Dim>& result, const Measures<Dim>& failed) {
+  return summary_of<Dim>(result, &failed, nullptr);
+}
+
+template std::string summary_json<2>(const Result<2>&, const Finished<2>*);
+template std::string summary_json<3>(const Result<3>&, const Finished<3>*);
+template std::string summary_json<2>(const Result<2>&, const Measures<2>&);
+template std::string summary_json<3>(const Result<3>&, const Measures<3>&);
 
 }  // namespace surf::segment

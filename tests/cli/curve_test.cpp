@@ -257,8 +257,8 @@ void write_ball_on(const std::string& path, const Eigen::Affine3d& to_ras, const
 // shifted by what is missing of it (a Dice of 0.6).
 TEST_F(Curveseg, EvaluatesSlicesInTheWorld) {
   write_ball(file("ball.nii"));
-  const Words segment = {"segment", "--space", "ras", "--seed", "0,0,0.5", "-q"};
-  must(joined(segment, {"ball.nii", "--slice", "axial:20", "-o", "a.json"}));
+  const Words segment = {"segment", "--space", "ras", "-q", "--seed"};
+  must(joined(segment, {"0,0,0.5", "ball.nii", "--slice", "axial:20", "-o", "a.json"}));
   const Eigen::Affine3d cropped(Eigen::Translation3d(-15.5, -12.5, -12.5));
   Eigen::Affine3d turned(Eigen::AngleAxisd(0.4, Eigen::Vector3d::UnitZ()));
   turned.translate(Eigen::Vector3d(-13.5, -14.5, -12.5));
@@ -280,16 +280,16 @@ TEST_F(Curveseg, EvaluatesSlicesInTheWorld) {
         << outcome.err;
   };
   refused(with("cropped.nii", "axial:12"),
-          "cropped.nii (NIfTI-1, axial slice 12): up to 1 mm off, 0 degrees tilted; expected at "
+          "cropped.nii (NIfTI-1, axial slice 12): up to 1 mm off, 0.0 degrees tilted; expected at "
           "most 0.5 mm");
   refused(with("cropped.nii", "sagittal:15"), "cropped.nii (NIfTI-1, sagittal slice 15): up to ");
 
   write_ball_on(file("part.nii"), cropped, "edge");
-  must(joined(segment, {"part.nii", "--slice", "axial:13", "-o", "b.json"}));
+  must(joined(segment, {"0,0,0.5", "part.nii", "--slice", "axial:13", "-o", "b.json"}));
   const auto both = scores("a.json", "b.json");
   EXPECT_GT(both["dice"], 0.99);
   EXPECT_LT(both["distance"]["max_mm"], 0.3);
-  must(joined(segment, {"part.nii", "--slice", "axial:12", "--seed", "0,0,-0.5", "-o", "c.json"}));
+  must(joined(segment, {"0,0,-0.5", "part.nii", "--slice", "axial:12", "-o", "c.json"}));
   refused({"evaluate", "a.json", "--reference", "c.json"}, "c.json: up to 1 mm off");
 }
 

@@ -75,6 +75,8 @@ TEST_F(ObjectsProgram, WritesEachAndOneMapOfLabels) {
   ASSERT_EQ(summary["objects"][1]["walls"].size(), 1u);
   EXPECT_EQ(summary["objects"][1]["walls"][0]["with"], "left");
   EXPECT_LE(summary["objects"][1]["walls"][0]["greatest_gap_mm"], 0.05);
+  EXPECT_TRUE(summary["objects"][0].contains("certainty"));
+  EXPECT_FALSE(summary["objects"][1].contains("certainty"));  // it was that of the uncut surface
 
   must({"replay", "r.json", "-o", "again-{object}.stl", "--mask", "again.nii.gz", "-q"});
   EXPECT_EQ(bytes("again-left.stl"), bytes("left.stl"));

@@ -121,6 +121,24 @@ def test_takes_nibabel_images_and_paths(tmp_path, ball):
         assert np.allclose(surfseg.segment(source, [centre]).vertices, ball.vertices, atol=1e-3)
 
 
+@pytest.mark.parametrize("unit, in_mm", [("micron", 1e-3), ("meter", 1e3), ("mm", 1)])
+def test_takes_the_unit_of_nibabel_images(tmp_path, unit, in_mm):
+    values, _ = ball_in()
+    affine = OBLIQUE.copy()
+    affine[:3] /= in_mm
+    for kind in (nibabel.Nifti1Image, nibabel.Nifti2Image):
+        image = kind(values, affine)
+        image.header.set_xyzt_units(unit)
+        path = tmp_path / "ball.nii"
+        nibabel.save(image, path)
+        for source in (image, nibabel.load(path)):
+            volume = surfseg.Segmentation(source).volume
+            assert np.allclose(volume.affine, OBLIQUE, rtol=1e-6, atol=1e-5)
+            assert np.allclose(volume.affine, surfseg.read(path).affine, rtol=1e-6, atol=1e-5)
+    image.header["xyzt_units"] = 5 + 56  # codes that say nothing
+    assert np.array_equal(surfseg.Segmentation(image).volume.affine, affine)
+
+
 class SimpleITKImage:
     """What of a SimpleITK image is used: [z, y, x], LPS."""
 

@@ -290,17 +290,18 @@ ExitCode SegmentCommand<Dim>::run_one(const Input& input, const Objects& objects
   ordered_json candidates;
   // Where nothing was found, or the result fails, they are what a user wants to look at.
   if (arguments_.candidates) candidates = write_candidates(*input.setting, objects[n]);
-  const auto entries = [&](const surf::segment::Measures<Dim>* measures) {
-    auto out = ordered_json::parse(surf::segment::summary_json<Dim>(result, measures));
-    if (measures && finished[n].finished) measure(object, *finished[n].finished, 0, out);
+  const surf::segment::Finished<Dim>* shape =
+      finished[n].finished ? &*finished[n].finished : nullptr;
+  const auto entries = [&](const surf::segment::Measures<Dim>* failed) {
+    auto out = ordered_json::parse(failed ? surf::segment::summary_json<Dim>(result, *failed)
+                                          : surf::segment::summary_json<Dim>(result, shape));
+    if (shape) measure(object, *shape, 0, out);
     if (objects.size() > 1) out["walls"] = walls_to_json(objects, finished, n);
     if (arguments_.candidates) out["candidates"] = candidates;
     return out;
   };
-  const auto tell_all = [&](ExitCode code, const surf::segment::Measures<Dim>* measures) {
-    const surf::segment::Finished<Dim>* shape =
-        finished[n].finished ? &*finished[n].finished : nullptr;
-    const ordered_json entry = entries(measures);
+  const auto tell_all = [&](ExitCode code, const surf::segment::Measures<Dim>* failed = nullptr) {
+    const ordered_json entry = entries(failed);
     summarise(code, entry);
     write_report(code, {{&object, shape, entry}});
   };
@@ -309,7 +310,7 @@ ExitCode SegmentCommand<Dim>::run_one(const Input& input, const Objects& objects
   } catch (const surf::NoObject& error) {
     const ExitCode code = signal_exit_code() == kDone ? kNoObject : signal_exit_code();
     note_result(result, "");
-    tell_all(code, nullptr);
+    tell_all(code);
     if (code != kNoObject) throw;
     throw surf::NoObject(fmt::format("{}: not written: {}", path, error.what()));
   } catch (const surf::InvalidMesh& error) {
@@ -318,17 +319,16 @@ ExitCode SegmentCommand<Dim>::run_one(const Input& input, const Objects& objects
     tell_all(kInvalidResult, &measures);
     throw surf::InvalidMesh(fmt::format("{}: not written: {}", path, error.what()));
   }
-  const surf::segment::Finished<Dim>& shape = *finished[n].finished;
-  write(object, shape);
-  write_together(shape.shape, object.clicks);
+  write(object, *shape);
+  write_together(shape->shape, object.clicks);
   write_labels_of(input, objects, finished);
   const ExitCode exit_code = exit_code_of(result.outcome);
   note_result(result, "");
   note_walls(objects, finished, n);
-  tell_all(exit_code, &shape.measures);
+  tell_all(exit_code);
   progress_.note(conclusion_of<Dim>(result));
-  progress_.note(fmt::format("{}: {}{}, {:.2f} s{}", path, describe(shape.measures),
-                             certainty_of<Dim>(shape), clock_.total_seconds(),
+  progress_.note(fmt::format("{}: {}{}, {:.2f} s{}", path, describe(shape->measures),
+                             certainty_of<Dim>(*shape), clock_.total_seconds(),
                              verdict_of<Dim>(result)));
   return exit_code;
 }
@@ -352,19 +352,19 @@ ExitCode SegmentCommand<Dim>::run_several(const Input& input, const Objects& obj
     ordered_json candidates;
     if (arguments_.candidates) candidates = write_candidates(*input.setting, objects[n]);
     ExitCode code = exit_code_of(result.outcome);
-    const surf::segment::Measures<Dim>* measures = nullptr;
+    const surf::segment::Finished<Dim>* shape =
+        finished[n].finished ? &*finished[n].finished : nullptr;
     note_result(result, object.name);
     clicks.insert(clicks.end(), object.clicks.begin(), object.clicks.end());
-    if (finished[n].finished) {
-      write(object, *finished[n].finished);
-      shapes.push_back(finished[n].finished->shape);
-      measures = &finished[n].finished->measures;
+    if (shape) {
+      write(object, *shape);
+      shapes.push_back(shape->shape);
       is_at_limit |= code == kStoppedAtLimit;
       entry["file"] = path;
       note_walls(objects, finished, n);
-      progress_.note(fmt::format(
-          "{}: {}; {}{}", path, describe(*measures) + certainty_of<Dim>(*finished[n].finished),
-          surf::segment::to_string(result.outcome), verdict_of<Dim>(result)));
+      progress_.note(
+          fmt::format("{}: {}; {}{}", path, describe(shape->measures) + certainty_of<Dim>(*shape),
+                      surf::segment::to_string(result.outcome), verdict_of<Dim>(result)));
     } else {
       try {
         std::rethrow_exception(finished[n].failure);
@@ -381,9 +381,7 @@ ExitCode SegmentCommand<Dim>::run_several(const Input& input, const Objects& obj
           fmt::format("{}: {}", path, entry["not_written"].template get<std::string>()));
     }
     entry["exit_code"] = int(code);
-    entry.update(ordered_json::parse(surf::segment::summary_json<Dim>(result, measures)));
-    const surf::segment::Finished<Dim>* shape =
-        finished[n].finished ? &*finished[n].finished : nullptr;
+    entry.update(ordered_json::parse(surf::segment::summary_json<Dim>(result, shape)));
     if (shape) measure(object, *shape, int(n + 1), entry);
     entry["walls"] = walls_to_json(objects, finished, n);
     if (arguments_.candidates) entry["candidates"] = candidates;

@@ -134,7 +134,7 @@ Segments in_plane(const Request& request, const Segments& curves, const ContourP
   const auto offset = surf::curve::plane_offset(curves, *pixels.plane_to_ras, plane.to_ras);
   if (offset.most_mm > (1 + kRounding) * plane.thickness_mm / 2 || offset.angle_deg > kMostTilt_deg)
     throw surf::InputError(fmt::format(
-        "{} lies in another plane than {}: up to {:.4g} mm off, {:.3g} degrees tilted; expected at "
+        "{} lies in another plane than {}: up to {:.4g} mm off, {:.1f} degrees tilted; expected at "
         "most {:.4g} mm, half the slice's thickness, and {} degrees; choose another slice",
         request.contour, plane.name, offset.most_mm, offset.angle_deg, plane.thickness_mm / 2,
         kMostTilt_deg));

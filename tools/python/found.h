@@ -30,7 +30,7 @@ class Found {
   std::string outcome() const { return to_string(object_.state()); }
   /// The summary that `segment --json` writes, without what it says of files.
   std::string summary() const {
-    return surf::segment::summary_json<Dim>(*object_.result, &finished_.measures);
+    return surf::segment::summary_json<Dim>(*object_.result, &finished_);
   }
 
  private:

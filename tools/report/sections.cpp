@@ -138,7 +138,8 @@ std::string certainty_block(const ordered_json& entry) {
     rows.add("Where to look (RAS mm)", point_text(verdict["place_ras_mm"]));
   return rows.html(
       certainty.empty()
-          ? "The vertices were not located on edges, so that nothing is known of single places."
+          ? "Nothing is known of single places: the vertices were not located on edges, or the "
+            "object was cut at the wall of another one."
           : "In 95 of 100 vertices with an edge twice the deviation holds it; the strength is the "
             "height of the step by the deviation of the noise. The viewer shows both.");
 }

@@ -1,6 +1,7 @@
 // Several objects of one segmentation: what they know of each other, and that they never overlap.
 #include <gtest/gtest.h>
 
+#include <nlohmann/json.hpp>
 #include <random>
 
 #include "libsurf/base/error.h"
@@ -112,6 +113,23 @@ TEST(Objects, HaveWallsInCommonWhereTheyTouch) {
   EXPECT_GT(wall.greatest_gap, 0);
   EXPECT_LE(wall.greatest_gap, kMostGapOfWalls * cell);
   EXPECT_TRUE(finished[0].walls.empty());
+}
+
+// The certainty of the whole surface was told of the part that is left.
+TEST(Objects, WithNewVerticesHaveNoCertainty) {
+  const FinishedAbdomen& made = finished_abdomen();
+  const auto ids = made.segmentation.objects();
+  for (std::size_t n = 0; n < ids.size(); ++n) {
+    const Result<3>& result = *made.segmentation.object(ids[n]).result;
+    ASSERT_TRUE(result.certainty) << organs()[n].name;
+    const auto summary =
+        nlohmann::json::parse(summary_json<3>(result, &*made.finished[n].finished));
+    EXPECT_EQ(summary.contains("certainty"), made.finished[n].walls.empty()) << organs()[n].name;
+    EXPECT_TRUE(summary.contains("volume_mm3"));
+    const auto failed =
+        nlohmann::json::parse(summary_json<3>(result, made.finished[n].finished->measures));
+    EXPECT_TRUE(failed.contains("volume_mm3") && !failed.contains("certainty"));
+  }
 }
 
 // The spleen ends a voxel before the kidney, and so do their surfaces: not a bit has changed.

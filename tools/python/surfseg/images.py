@@ -27,7 +27,7 @@ def as_volume(image: Any, affine: Optional[np.ndarray] = None) -> Volume:
         return _from_simple_itk(image)
     if _is_nibabel(image):
         name = image.get_filename() if hasattr(image, "get_filename") else None
-        return _surfseg.Volume(np.asanyarray(image.dataobj), image.affine, name or "")
+        return _surfseg.Volume(np.asanyarray(image.dataobj), _affine_of_nibabel(image), name or "")
     try:
         n_axes = np.ndim(image)
     except ValueError as error:  # rows of different lengths
@@ -76,6 +76,16 @@ def _is_simple_itk(image: Any) -> bool:
 
 def _is_nibabel(image: Any) -> bool:
     return hasattr(image, "affine") and hasattr(image, "dataobj")
+
+
+def _affine_of_nibabel(image: Any) -> np.ndarray:
+    """To mm: nibabel leaves lengths in the unit that a NIfTI header states."""
+    affine = np.array(image.affine, dtype=float)
+    if hasattr(image.header, "get_xyzt_units"):
+        # Not by that function: it fails at codes that NIfTI does not know, here and of the time.
+        unit = int(image.header["xyzt_units"]) & 7
+        affine[:3] *= {1: 1e3, 3: 1e-3}.get(unit, 1)  # metres, micrometres
+    return affine
 
 
 def _spacing(spacing: Union[float, Sequence[float]]) -> list[float]:
