@@ -1,6 +1,7 @@
 #!/usr/bin/python3
 """The Slicer module's client against a real, running `surfseg studio`."""
 import os
+import random
 import shutil
 import struct
 import subprocess
@@ -76,6 +77,17 @@ class Client(WithStudio):
         self.assertEqual(self.studio.set_points(self.object, [], []), 3)
         self.assertEqual(self.idle()["objects"][0]["clicks"], [])
 
+    def test_two_of_three_points_that_move_at_once_go_where_they_are_wanted(self):
+        one, two, three = LEFT, (-9.75, 2, 0), (-9.75, 0, 2)
+        self.studio.set_points(self.object, [one, two, three], [])
+        moved = [(-8, 1, 0), two, (-8, 0, -1)]
+        self.assertEqual(self.studio.set_points(self.object, moved, []), 2)
+        clicks = self.idle()["objects"][0]["clicks"]
+        self.assertEqual([tuple(c["point"]) for c in clicks], [two, moved[0], moved[2]])
+        self.assertEqual(self.studio.set_points(self.object, [two, (-8, 0, 1)], []), 2)  # one went, one moved
+        clicks = self.idle()["objects"][0]["clicks"]
+        self.assertEqual([tuple(c["point"]) for c in clicks], [two, (-8, 0, 1)])
+
     def test_watches_it_while_it_evolves(self):
         watch = client.SurfaceWatch(self.studio, self.object)
         self.assertIsNone(watch.poll(self.studio.state()))
@@ -88,6 +100,10 @@ class Client(WithStudio):
                 seen.append(new)
             if state["job"] is None and seen:
                 break
+        self.assertNotIn("gone", seen)
+        frames = [surface.frame for surface in seen if surface.frame > 0]
+        self.assertTrue(frames, "the surface is seen while it evolves")
+        self.assertEqual(sorted(set(frames)), frames, "each frame once")
         self.assertEqual(seen[-1].frame, 0)
         self.assertEqual(seen[-1].n_triangles, state["objects"][0]["measures"]["triangles"])
         self.assertIsNone(watch.poll(self.studio.state()))
@@ -187,10 +203,31 @@ class WithoutStudio(unittest.TestCase):
         self.assertEqual(client.changes([one, two, three], [("inside", far), two, three]),
                          [{"action": "move_click", "index": 0, "point": list(far)}])
         self.assertEqual(client.changes([one, two, three], [two]),
-                         [{"action": "delete_click", "index": 2}, {"action": "delete_click", "index": 0}])
+                         [{"action": "delete_click", "index": 0}, {"action": "delete_click", "index": 1}])
         self.assertEqual(client.changes([one, three], [one, ("inside", far)]),
                          [{"action": "delete_click", "index": 1}, click("inside", far)])
         self.assertEqual(client.changes([one], [("inside", (1.00000001, 0, 0))]), [])
+
+    def test_changes_make_the_clicks_those_that_are_wanted(self):
+        def done(clicks, actions):
+            """As the studio does them."""
+            clicks = list(clicks)
+            for a in actions:
+                side = a.get("side") or clicks.pop(a["index"])[0]
+                if a["action"] != "delete_click":
+                    clicks.append((side, tuple(a["point"])))
+            return clicks
+
+        draw = random.Random(1)
+        pool = [(side, (float(x), 0.0, 0.0)) for side in ("inside", "outside") for x in range(6)]
+        for _ in range(500):
+            clicks, wanted = (draw.sample(pool, draw.randrange(9)) for _ in range(2))
+            actions = client.changes(clicks, wanted)
+            self.assertEqual(sorted(done(clicks, actions)), sorted(wanted), (clicks, actions))
+        two = client.changes([("inside", (0, 0, 0)), ("inside", (1, 0, 0)), ("inside", (2, 0, 0))],
+                             [("inside", (5, 0, 0)), ("inside", (1, 0, 0)), ("inside", (6, 0, 0))])
+        self.assertEqual([(a["action"], a["index"], a["point"][0]) for a in two],
+                         [("move_click", 0, 5), ("move_click", 1, 6)])
 
 
 if __name__ == "__main__":

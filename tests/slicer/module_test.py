@@ -105,10 +105,34 @@ class Module(unittest.TestCase):
         self.logic.poll()
         self.assertEqual(self.words(), "Place a point inside the object")
 
+    def test_connecting_to_the_studio_that_it_started_leaves_it(self):
+        own, other = mock.Mock(port=8911), mock.Mock(port=8912)
+        self.logic._process = process = mock.Mock(studio=own)
+        process.is_running.return_value = True
+        self.logic._join(own)
+        self.logic._has_new_points = False
+        with mock.patch.object(module, "Studio", return_value=mock.Mock(port=8911)):
+            self.logic.connect("http://127.0.0.1:8911/?token=ab")
+        process.end.assert_not_called()
+        self.assertIs(self.logic.studio, own)
+        self.assertTrue(self.logic._has_new_points, "they are sent again")
+        with mock.patch.object(module, "Studio", return_value=other):
+            self.logic.connect("http://127.0.0.1:8912/?token=ab")
+        process.end.assert_called_once_with()
+        self.assertIs(self.logic.studio, other)
+        # The port of one that has ended may be another's.
+        self.logic._process = process = mock.Mock(studio=own)
+        process.is_running.return_value = False
+        with mock.patch.object(module, "Studio", return_value=mock.Mock(port=8911)):
+            self.logic.connect("http://127.0.0.1:8911/?token=ab")
+        process.end.assert_called_once_with()
+        self.assertIsNot(self.logic.studio, own)
+
     def test_shows_surface_and_verdict(self):
         self.studio.state.return_value = state(
             has_surface=True, surface=3, clicks=[{"side": "inside", "point": [1, 2, 3]}],
             measures={"volume_ml": 1.5, "area_cm2": 7.25}, verdict={"trust": "check", "words": "right in 3 of 5"})
+        self.studio.surface.return_value.frame = 0
         with mock.patch.object(module, "poly_data") as poly_data:
             self.logic.poll()
             self.logic.poll()

@@ -101,7 +101,7 @@ TEST_F(StudioFailures, AStateThatCannotBeToldEndsNothing) {
 }
 
 TEST_F(StudioFailures, AStateThatCannotBeWrittenIsToldAndEndsNothing) {
-  const int n_errors = dialogue_.state()->error_number;
+  const std::int64_t n_errors = dialogue_.state()->error_number;
   {
     const LargestPiece limit(3 * kMB);
     dialogue_.evolve(1);

@@ -11,7 +11,7 @@ import signal
 import subprocess
 import unittest
 
-from studio import BALLS, LEFT, RIGHT, Studio, content, folder_with
+from studio import BALLS, LEFT, RIGHT, Studio, content, folder_with, phantom
 
 
 class KeptState(unittest.TestCase):
@@ -103,6 +103,124 @@ class KeptState(unittest.TestCase):
             studio.do("open", path="ball.nrrd")
             state = studio.until(lambda s: s["volume"] and s["job"] is None)
             self.assertEqual(len(state["objects"]), 1)
+        shutil.rmtree(folder)
+
+    def test_a_state_that_is_a_link_out_of_the_folder_is_not_written(self):
+        top = folder_with()
+        folder, elsewhere = os.path.join(top, "scans"), os.path.join(top, "elsewhere")
+        os.mkdir(folder)
+        phantom(folder, *BALLS)
+        kept = os.path.join(folder, "balls.nii.gz.surfseg.json")
+        os.symlink("../elsewhere", kept)
+        with Studio(folder, "balls.nii.gz") as studio:
+            studio.until(lambda s: s["volume"] and s["job"] is None)
+            studio.click(LEFT)
+            state = studio.idle()
+            self.assertFalse(os.path.exists(elsewhere))
+            self.assertTrue(state["objects"][0]["has_surface"])
+            self.assertIn("the state is not kept: balls.nii.gz.surfseg.json is a link that leads out of the folder",
+                          state["error"]["text"])
+            studio.export(what="recipe", name="other.json")
+        shutil.copy(os.path.join(folder, "other.json"), elsewhere)  # now it can be read, and stays as it is
+        with Studio(folder, "balls.nii.gz") as studio:
+            studio.until(lambda s: s["volume"] and s["job"] is None)
+            studio.idle()
+            studio.click(RIGHT)
+            self.assertIn("the state is not kept", studio.idle()["error"]["text"])
+        self.assertEqual(content(top, "elsewhere"), content(folder, "other.json"))
+        self.assertEqual(sorted(os.listdir(top)), ["elsewhere", "scans"])
+        os.remove(kept)
+        os.symlink("here", kept)
+        with Studio(folder, "balls.nii.gz") as studio:
+            studio.until(lambda s: s["volume"] and s["job"] is None)
+            studio.click(LEFT)
+            self.assertIsNone(studio.idle()["error"])
+        self.assertTrue(os.path.exists(os.path.join(folder, "here")))
+        shutil.rmtree(top)
+
+    def test_a_recipe_names_no_folder_above(self):
+        folder = folder_with(BALLS)
+        with Studio(folder, "balls.nii.gz") as studio:
+            studio.until(lambda s: s["volume"] and s["job"] is None)
+            studio.export(what="recipe", name="above.json")
+            recipe = json.loads(content(folder, "above.json"))
+            for name in ("..", ".", "/", "x/", "x/.."):
+                recipe["image"]["path"] = name
+                with open(os.path.join(folder, "above.json"), "w") as file:
+                    json.dump(recipe, file)
+                before = studio.state()["error"]
+                studio.do("open", path="above.json")
+                state = studio.until(lambda s: s["error"] != before and s["job"] is None)
+                self.assertIn("is not beside it", state["error"]["text"])
+        shutil.rmtree(folder)
+
+    def test_what_waits_to_be_made_again_is_made_after_a_stop(self):
+        folder = folder_with(("balls.nii.gz", "separate-balls", "--size", "64", "--noise", "0.05"))
+        with Studio(folder, "balls.nii.gz") as studio:
+            studio.until(lambda s: s["volume"] and s["job"] is None)
+            studio.click(LEFT)
+            studio.idle()
+            studio.do("add_object", name="right")
+            studio.click(RIGHT, object=2)
+            before = studio.idle()["objects"]
+        with Studio(folder, "balls.nii.gz") as again:
+            again.until(lambda s: s["job"] and s["job"]["what"] == "repeat" and s["job"]["object"] == 1)
+            self.assertIn("'object 1' is still being made again: wait until it is there",
+                          again.export(400, what="surface", object=1, name="a.stl")["error"])
+            again.do("stop")
+            stopped = again.until(lambda s: s["job"] is None and s["volume"])["objects"]
+            self.assertEqual([o["has_surface"] for o in stopped], [False, True])
+            self.assertEqual(stopped[1]["measures"], before[1]["measures"])
+            again.export(what="picture", object=2, name="right.png")  # needs no other
+            for what, name in (("surface", "a.stl"), ("measures", "a.csv"), ("report", "a.html")):
+                for number in (1, 2):  # the second ends where the first begins
+                    self.assertIn("'object 1' has no surface yet, since its making was stopped: G makes it",
+                                  again.export(400, what=what, object=number, name=name)["error"])
+            again.do("evolve", object=1)
+            again.idle()
+            again.export(what="surface", object=1, name="a.stl")
+        with Studio(folder, "balls.nii.gz") as again:
+            again.until(lambda s: s["job"] and s["job"]["what"] == "repeat" and s["job"]["object"] == 2)
+            again.do("stop")
+            again.until(lambda s: s["job"] is None)
+            again.export(what="surface", object=1, name="b.stl")  # what comes after it takes nothing of it
+            self.assertIn("'right' has no surface yet", again.export(400, what="labels", name="b.nii.gz")["error"])
+        shutil.rmtree(folder)
+
+    def test_a_preset_leaves_where_the_object_lies(self):
+        folder = folder_with(BALLS)
+        subprocess.run([os.environ["SURFSEG_PROGRAM"], "segment", "balls.nii.gz", "--seed=-0.5,0,0", "--edge-length", "0.1mm",
+                        "--box=-0.95,-0.6,-0.6,-0.05,0.6,0.6", "--recipe", "boxed.json", "-o", "boxed.stl", "-q"],
+                       cwd=folder, check=True)
+        recipe = json.loads(content(folder, "boxed.json"))
+        first = recipe["objects"][0]["history"][0]
+        first["options"]["samples_mm"] = [[-0.5, 0, 0]]
+        with open(os.path.join(folder, "boxed.json"), "w") as file:
+            json.dump(recipe, file)
+        with Studio(folder, "boxed.json") as studio:
+            studio.until(lambda s: s["volume"] and s["job"] is None)
+            studio.do("preset", object=1, name="kidney-ct")
+            studio.do("stop")
+            state = studio.until(lambda s: s["job"] is None)
+            self.assertNotIn("edge_length_mm", state["objects"][0]["options"])
+        done = [a for a in json.loads(content(folder, "boxed.json"))["objects"][0]["history"] if a["do"] == "options"]
+        self.assertEqual(len(done), 2)
+        for key in ("box_mm", "samples_mm"):
+            self.assertEqual(done[1]["options"][key], first["options"][key])
+        shutil.rmtree(folder)
+
+    def test_errors_of_the_next_program_have_other_numbers(self):
+        folder = folder_with(BALLS)
+        with open(os.path.join(folder, "broken.nii"), "w") as file:
+            file.write("no volume")
+        numbers = []
+        for _ in range(2):
+            with Studio(folder) as studio:
+                for _ in range(2):
+                    before = studio.state()["error"]
+                    studio.do("open", path="broken.nii")
+                    numbers.append(studio.until(lambda s: s["error"] != before and s["job"] is None)["error"]["id"])
+        self.assertEqual(numbers, sorted(set(numbers)))
         shutil.rmtree(folder)
 
     def test_a_recipe_under_another_name_keeps_its_name_and_leaves_the_state_of_the_scan(self):

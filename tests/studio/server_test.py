@@ -138,6 +138,30 @@ class SeveralSeries(WithStudio):
             self.assertEqual((state["objects"][0]["clicks"], state["volume"]["kept_in"]), (clicks, name))
 
 
+class OddSeries(WithStudio):
+    phantoms, words = [], ["."]
+    SERIES = "1/../../surfseg-elsewhere"
+
+    def make_folder(self):
+        self.top = folder_with()
+        self.addCleanup(shutil.rmtree, self.top, ignore_errors=True)
+        self.folder = os.path.join(self.top, "scans")
+        for name in ("patient", "patient.1"):
+            os.makedirs(os.path.join(self.folder, name))
+        for n, series in enumerate((self.SERIES, "1.2.3.5")):
+            for k in range(24):
+                write_dicom(os.path.join(self.folder, "patient", f"{n}-{k}.dcm"), series, k)
+
+    def test_a_series_whose_uid_is_a_path_is_kept_in_the_folder(self):
+        self.studio.do("open", path="patient", series=self.SERIES)
+        state = self.studio.until(lambda s: (s["volume"] or s["error"]) and s["job"] is None)
+        self.assertEqual(state["volume"]["kept_in"], "patient.1_.._.._surfseg-elsewhere.surfseg.json")
+        self.studio.click((-15, -15, 12))
+        self.assertIsNone(self.studio.idle()["error"])
+        self.assertEqual(os.listdir(self.top), ["scans"])
+        self.assertIn(state["volume"]["kept_in"], os.listdir(self.folder))
+
+
 class Dialogue(WithStudio):
     def test_clicks_make_and_mend_a_surface_that_is_exported(self):
         self.studio.click(LEFT)
@@ -321,6 +345,19 @@ class Dialogue(WithStudio):
         self.studio.do("evolve", object=1)
         self.assertEqual(self.studio.idle()["objects"][0]["outcome"], "converged")
 
+    def test_the_state_tells_how_far_the_job_is(self):
+        jobs = []
+
+        def is_done(state):
+            if state["job"]:
+                jobs.append((state["job"]["id"], state["job"]["frame"]))
+            return state["job"] is None and state["objects"][0]["has_surface"]
+
+        self.studio.click(LEFT)
+        self.studio.until(is_done)
+        self.assertGreater(max(frame for _, frame in jobs), 0)
+        self.assertEqual(jobs, sorted(jobs), "a job goes on, never back")
+
     def test_options_presets_and_proposals(self):
         self.studio.click(LEFT)
         fine = self.studio.idle()["objects"][0]
@@ -330,6 +367,12 @@ class Dialogue(WithStudio):
         self.assertEqual(coarse["options"], {"edge_length_mm": 0.2, "fill_cavities": True})
         self.studio.do("set_options", object=1, options={"edge_length_mm": None})
         self.assertEqual(self.studio.idle()["objects"][0]["options"], {"fill_cavities": True})
+        several = {"coarseness": 2.0, "topology": "fixed", "keep": "largest", "max_steps": 9, "fill_cavities": True,
+                   "energies": ["minimal-surface:lambda=2"]}
+        self.studio.do("set_options", object=1, options=several)
+        self.assertEqual(self.studio.state()["objects"][0]["options"].keys(), several.keys())
+        self.studio.do("set_options", object=1, options=dict.fromkeys(several))
+        self.assertEqual(self.studio.idle()["objects"][0]["options"], {})
         for options in ({"no": 1}, {"edge_length_mm": "2"}, {"coarseness": 0}, {"topology": "odd"},
                         {"energies": ["no-such"]}):
             answer = self.studio.do("set_options", 400, object=1, options=options)
@@ -540,6 +583,20 @@ class Dialogue(WithStudio):
             self.assertEqual(without_command(ours), without_command(content(self.folder, name)), name)
             self.assertIn(b"surfseg replay", ours)
 
+    def test_measures_are_of_the_object_that_is_wanted(self):
+        self.studio.click(LEFT)
+        self.studio.idle()
+        self.studio.do("add_object", name="right")
+        self.studio.click(RIGHT, object=2)
+        self.studio.idle()
+        self.studio.export(what="measures", name="both.csv")
+        head, *both = content(self.folder, "both.csv").splitlines()
+        self.assertEqual([row.split(b",")[1] for row in both], [b'"object 1"', b'"right"'])
+        self.studio.export(what="measures", object=2, name="right.csv")
+        self.assertEqual(content(self.folder, "right.csv").splitlines(), [head, both[1]])
+        self.studio.export(400, what="measures", object=7, name="none.csv")
+        self.assertEqual(self.studio.export(what="recipe", object=2)["file"], "balls.json")  # it is of all
+
     def test_surfaces_are_bytes(self):
         self.studio.click(LEFT)
         measures = self.studio.idle()["objects"][0]["measures"]
@@ -579,6 +636,10 @@ class Refusals(WithStudio):
         os.symlink("/tmp/surfseg-elsewhere.stl", os.path.join(self.folder, "link.stl"))
         self.studio.export(400, what="surface", object=1, name="link.stl", overwrite=True)
         self.assertFalse(os.path.exists("/tmp/surfseg-elsewhere.stl"))
+        os.symlink("/tmp/surfseg-elsewhere.mtl", os.path.join(self.folder, "beside.mtl"))
+        for overwrite in (False, True):
+            self.studio.export(400, what="surface", object=1, name="beside.obj", overwrite=overwrite)
+        self.assertFalse(os.path.exists("/tmp/surfseg-elsewhere.mtl"))
         self.studio.export(what="surface", object=1, name="a.stl")
         before = content(self.folder, "a.stl")
         self.assertTrue(self.studio.export(409, what="surface", object=1, name="a.stl", space="ras")["exists"])

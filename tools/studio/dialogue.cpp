@@ -13,6 +13,7 @@
 #include "libsurf/segment/recipe.h"
 #include "tools/common/field_names.h"
 #include "tools/common/heap.h"
+#include "tools/studio/folder.h"
 
 namespace surfseg::studio {
 namespace {
@@ -46,6 +47,15 @@ std::string words_of(const Action<3>& action) {
   return std::visit(Words{}, action);
 }
 
+/// The first one; its errors are counted from its beginning [ms since 1970], so that a page that
+/// outlives a program takes none of the next one for one it has told already.
+std::shared_ptr<const State> first_state() {
+  const auto now = std::chrono::system_clock::now().time_since_epoch();
+  auto out = std::make_shared<State>();
+  out->error_number = std::chrono::duration_cast<std::chrono::milliseconds>(now).count();
+  return out;
+}
+
 }  // namespace
 
 std::string text_of(const std::exception& error) {
@@ -67,7 +77,7 @@ bool is_move(const Action<3>* first, const Action<3>* second) {
 }
 
 Dialogue::Dialogue(std::filesystem::path folder)
-    : folder_(std::move(folder)), state_(std::make_shared<State>()), worker_([this] { work(); }) {}
+    : folder_(std::move(folder)), state_(first_state()), worker_([this] { work(); }) {}
 
 Dialogue::~Dialogue() {
   {
@@ -328,6 +338,8 @@ void Dialogue::end_job() {
       act();
       lock.lock();
     }
+    // It is in the state until the next one is published.
+    if (job_) ended_job_ = present_job();
     job_.reset();
     frame_.reset();
   }
@@ -483,6 +495,9 @@ void Dialogue::save() {
     recipe_ = text;
   }
   try {
+    if (leads_out(folder_, volume_->recipe))
+      throw surf::OutputError(fmt::format("{} is a link that leads out of the folder: remove it",
+                                          volume_->recipe.filename().string()));
     spare_what_others_keep();
     surf::write_bytes(volume_->recipe.string(), text);
     kept_ = text;
@@ -499,6 +514,14 @@ std::shared_ptr<const State> Dialogue::state() const {
 std::optional<Job> Dialogue::job() const {
   std::lock_guard lock(mutex_);
   return present_job();
+}
+
+std::optional<Job> Dialogue::job_of(const State& state) const {
+  if (!state.job) return std::nullopt;
+  std::lock_guard lock(mutex_);
+  for (const auto& job : {present_job(), ended_job_})
+    if (job && job->number == state.job->number) return job;
+  return state.job;
 }
 
 std::shared_ptr<const surf::Triangles> Dialogue::surface(int id, int* frame) const {

@@ -74,8 +74,8 @@ struct State {
   std::vector<ObjectState> objects;
   std::string removed;  ///< the name of what was removed last and undo can bring back; else ""
   std::optional<Job> job;
-  int error_number = 0;  ///< grows with every error
-  std::string error;     ///< the last one: one line
+  std::int64_t error_number = 0;  ///< grows with every error, from one program to the next, too
+  std::string error;              ///< the last one: one line
 };
 
 /// One line for a person.
@@ -122,7 +122,8 @@ class Dialogue {
   /// @param change  of the object's present options
   void set_options(int id, const std::function<void(Options<3>&)>& change);
   void evolve(int id);
-  /// Ends what is being computed; the surface so far stays.
+  /// Ends what is being computed; the surface so far stays. Nothing evolves after it; results that
+  /// wait to be made again are made.
   void stop();
   /// One act of a person: a click, a change of options, a choice, with what it set off; or the
   /// removal of another object, if nothing has been done to this one since. Nothing if there is
@@ -135,6 +136,8 @@ class Dialogue {
   std::shared_ptr<const State> state() const;
   /// The job as it is now, also one that is about to begin; none if nothing is computed.
   std::optional<Job> job() const;
+  /// The job of a state as it is now, or was at its end; none if the state has none.
+  std::optional<Job> job_of(const State& state) const;
   /// The surface of this moment, also while it evolves; null if there is none.
   std::shared_ptr<const surf::Triangles> surface(int id, int* frame = nullptr) const;
   /// What repeats it all: JSON text.
@@ -234,7 +237,7 @@ class Dialogue {
   std::deque<Wanted> wanted_;  ///< the next one first
   std::optional<std::function<void()>> opening_;
   std::shared_ptr<const State> state_;
-  std::optional<Job> job_;
+  std::optional<Job> job_, ended_job_;
   int n_jobs_ = 0;
   std::shared_ptr<const surf::Triangles> frame_;
   std::chrono::steady_clock::time_point job_begin_, last_frame_;

@@ -18,6 +18,12 @@ ObjectState& find(State& state, int id) {
   throw surf::UsageError(fmt::format("there is no object {}", id));
 }
 
+bool is_made(const State& state, int id) {
+  return std::any_of(state.objects.begin(), state.objects.end(), [id](const ObjectState& object) {
+    return object.id == id && object.object.is_made();
+  });
+}
+
 }  // namespace
 
 /// After an act of a person: what was undone before it cannot be done again.
@@ -122,7 +128,9 @@ void Dialogue::stop() {
   {
     std::lock_guard lock(mutex_);
     is_kept_ = true;
-    wanted_.clear();
+    // What waits to be made again is made all the same: nothing else would ask for it.
+    std::erase_if(wanted_, [&](const Wanted& wanted) { return is_made(*state_, wanted.id); });
+    for (Wanted& wanted : wanted_) wanted.evolves = false;
     acts_.push_back({[this] { publish(); }, {}});
     stop_.request_stop();
   }

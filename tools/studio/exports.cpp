@@ -78,12 +78,14 @@ std::string quoted(std::string text) {
   return '"' + text + '"';
 }
 
-void write_measures(const State& state, const std::string& path) {
+void write_measures(const State& state, const Export& wanted, const std::string& path) {
+  if (wanted.object != 0) index_of(state, wanted.object);
   std::string out =
       "volume,object,outcome,verdict,volume_ml,volume_deviation_ml,area_cm2,triangles,components,"
       "centroid_ras_x_mm,centroid_ras_y_mm,centroid_ras_z_mm,share_without_edge\n";
   const auto all = finished(state, ".stl");
   for (std::size_t n = 0; n < state.objects.size(); ++n) {
+    if (wanted.object != 0 && state.objects[n].id != wanted.object) continue;
     const auto& object = state.objects[n].object;
     out += fmt::format("{},{},{},{}", quoted(state.volume->name), quoted(object.name),
                        quoted(to_string(object.result->outcome)),
@@ -124,8 +126,8 @@ std::string shell_word(const std::string& text) {
 surfseg::ReportedObject<3> reported(const State& state, const ObjectState& object,
                                     const surf::segment::FinishedObject<3>& finished) {
   const auto* shape = finished.finished ? &*finished.finished : nullptr;
-  ordered_json entry = ordered_json::parse(
-      surf::segment::summary_json<3>(*object.object.result, shape ? &shape->measures : nullptr));
+  ordered_json entry =
+      ordered_json::parse(surf::segment::summary_json<3>(*object.object.result, shape));
   if (shape) {
     entry["form"] = report::form_json(surf::mesh::form(shape->shape));
     entry["intensities"] = report::intensities_json(
@@ -152,8 +154,9 @@ void write_report(const State& state, const Export& wanted, const std::string& p
 }
 
 std::string default_name(const State& state, const Export& wanted) {
-  std::string stem = wanted.object == 0 ? state.volume->name.substr(0, state.volume->name.find('.'))
-                                        : state.objects[index_of(state, wanted.object)].object.name;
+  const bool is_of_all = wanted.object == 0 || wanted.what == "recipe";
+  std::string stem = is_of_all ? state.volume->name.substr(0, state.volume->name.find('.'))
+                               : state.objects[index_of(state, wanted.object)].object.name;
   std::replace_if(
       stem.begin(), stem.end(),
       [](unsigned char c) { return !(std::isalnum(c) || c == '-' || c == '_' || c >= 128); }, '-');
@@ -196,9 +199,35 @@ void check_ending(const Export& wanted, const std::string& name) {
     throw surf::UsageError(fmt::format("there is no export of '{}'", wanted.what));
 }
 
+/// What is written together with a surface, such as its colours, is a file of its own.
+void check_beside(const std::filesystem::path& folder, const std::string& path,
+                  bool may_overwrite) {
+  const std::string beside = std::filesystem::path(surf::io::file_beside(path)).filename().string();
+  if (beside.empty()) return;
+  if (std::filesystem::exists(output_path(folder, beside)) && !may_overwrite)
+    throw FileExists(
+        fmt::format("'{}', which is written too, is there already: overwrite it?", beside));
+}
+
+/// Objects before the one that is wanted take their part of it; those after it nothing.
+/// @param is_busy  something is computed, so that waiting helps
+void check_made(const State& state, const Export& wanted, bool is_busy) {
+  if (wanted.what == "recipe") return;
+  const char* why = is_busy ? "is still being made again: wait until it is there"
+                            : "has no surface yet, since its making was stopped: G makes it";
+  const bool is_alone = wanted.what == "picture";  // of the first where none is named
+  for (const ObjectState& object : state.objects) {
+    const bool is_it = object.id == wanted.object || (is_alone && wanted.object == 0);
+    if ((is_it || !is_alone) && !object.object.is_made())
+      throw surf::UsageError(fmt::format("'{}' {}", object.object.name, why));
+    if (is_it) return;
+  }
+}
+
 }  // namespace
 
 Exported export_file(const Dialogue& dialogue, const Export& wanted) {
+  const bool is_busy = dialogue.job().has_value();  // before the state: what it makes is in that
   const auto state = dialogue.state();
   if (!state->volume) throw surf::UsageError("no volume is open");
   if (wanted.space != "lps" && wanted.space != "ras")
@@ -212,23 +241,15 @@ Exported export_file(const Dialogue& dialogue, const Export& wanted) {
     if (name == state->volume->name)
       throw surf::UsageError(fmt::format("'{}' is the volume that is open", name));
   }
-  if (wanted.what != "recipe")
-    for (const ObjectState& object : state->objects)
-      if (!object.object.is_made())
-        throw surf::UsageError(fmt::format("'{}' is still being made again: wait until it is there",
-                                           object.object.name));
+  check_made(*state, wanted, is_busy);
   const std::string to = path.string();
-  if (wanted.what == "surface" && !wanted.may_overwrite)
-    if (const std::string beside = surf::io::file_beside(to);
-        !beside.empty() && std::filesystem::exists(beside))
-      throw FileExists(fmt::format("'{}', which is written too, is there already: overwrite it?",
-                                   std::filesystem::path(beside).filename().string()));
+  if (wanted.what == "surface") check_beside(dialogue.folder(), to, wanted.may_overwrite);
   if (wanted.what == "surface")
     write_surface(*state, wanted, to);
   else if (wanted.what == "labels")
     write_labels(*state, wanted, to);
   else if (wanted.what == "measures")
-    write_measures(*state, to);
+    write_measures(*state, wanted, to);
   else if (wanted.what == "picture")
     write_picture(*state, wanted, to);
   else if (wanted.what == "report")

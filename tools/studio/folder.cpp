@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <fstream>
 #include <sstream>
 
@@ -76,7 +77,11 @@ std::vector<FolderEntry> entries_of(const fs::path& folder) {
 
 fs::path recipe_beside(const fs::path& folder, const fs::path& image,
                        const std::optional<std::string>& series_uid) {
-  const std::string series = series_uid ? "." + *series_uid : "";
+  // Whatever a file's header has for a UID, it is part of a name and leads nowhere.
+  std::string series = series_uid ? "." + *series_uid : "";
+  std::replace_if(
+      series.begin(), series.end(),
+      [](unsigned char c) { return !(std::isalnum(c) || c == '.' || c == '-'); }, '_');
   return folder / (image.filename().string() + series + ".surfseg.json");
 }
 
@@ -85,12 +90,22 @@ RecipeImage image_of_recipe(const fs::path& recipe) {
   std::ostringstream text;
   text << in.rdbuf();
   const fs::path named = surf::segment::image_of_recipe(text.str());
-  const fs::path beside = recipe.parent_path() / named.filename();
-  if (named.empty() || !fs::exists(beside))
+  // A folder may be named with a slash at its end.
+  const fs::path name = (named.has_filename() ? named : named.parent_path()).filename();
+  const fs::path beside = recipe.parent_path() / name;
+  if (name.empty() || name == "." || name == ".." || !fs::exists(beside))
     throw surf::InputError(fmt::format("{}: its volume '{}' is not beside it",
-                                       recipe.filename().string(), named.filename().string()));
+                                       recipe.filename().string(), name.string()));
   const std::string series = surf::segment::series_of_recipe(text.str());
   return {beside, series.empty() ? std::nullopt : std::optional(series)};
+}
+
+bool leads_out(const fs::path& folder, const fs::path& path) {
+  std::error_code error;
+  if (!fs::is_symlink(path, error)) return false;
+  const fs::path end = fs::weakly_canonical(surf::end_of_links(path.string()), error);
+  const fs::path within = end.lexically_relative(fs::weakly_canonical(folder, error));
+  return within.empty() || *within.begin() == "..";
 }
 
 constexpr std::size_t kLongestName = 200;

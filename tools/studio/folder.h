@@ -39,6 +39,9 @@ struct RecipeImage {
 /// @throws surf::InputError  not a recipe, or no such file
 RecipeImage image_of_recipe(const std::filesystem::path& recipe);
 
+/// Whether a path in the folder is a link, and what it leads to, be it there or not, lies outside.
+bool leads_out(const std::filesystem::path& folder, const std::filesystem::path& path);
+
 /// The path of a file to write.
 /// @param name  of the file, without a folder
 /// @throws surf::UsageError  a name with a folder in it, hidden, too long or with control

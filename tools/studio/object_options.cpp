@@ -184,6 +184,13 @@ void change_options(Options& options, const ordered_json& changes) {
   if (const std::string error = options.error(); !error.empty()) throw surf::UsageError(error);
 }
 
+Options with_preset(const Options& options, Options preset) {
+  preset.box_mm = options.box_mm;
+  preset.initial = options.initial;
+  preset.samples_mm = options.samples_mm;
+  return preset;
+}
+
 ordered_json describe_options() {
   ordered_json options = ordered_json::array();
   const Options standard;

@@ -30,6 +30,10 @@ nlohmann::ordered_json options_to_json(const surf::segment::Options<3>& options)
 /// @throws surf::UsageError  an unknown key, a value of another type
 void change_options(surf::segment::Options<3>& options, const nlohmann::ordered_json& changes);
 
+/// Those of a preset, on the object that has these: where it lies and what it starts from stay.
+surf::segment::Options<3> with_preset(const surf::segment::Options<3>& options,
+                                      surf::segment::Options<3> preset);
+
 /// All that may be set: options, energies, presets, formats of files; docs/studio-protocol.md.
 nlohmann::ordered_json describe_options();
 

@@ -206,6 +206,13 @@ struct Server::Impl {
     }
   }
 
+  /// With its job as it is now: that of the state is as it was when the state was published.
+  std::string told(const State& state) const {
+    ordered_json out = to_json(state, dialogue.folder(), version);
+    if (const auto job = dialogue.job_of(state)) out["job"] = to_json(*job);
+    return dumped(out);
+  }
+
   /// An event; "" if nothing is computed.
   std::string progress() const {
     const auto job = dialogue.job();
@@ -245,7 +252,7 @@ struct Server::Impl {
     if (state->revision != stream.revision) {
       stream.revision = state->revision;
       stream.tick = dialogue.tick();
-      out = "event: state\ndata: " + dumped(to_json(*state, dialogue.folder(), version)) + "\n\n";
+      out = "event: state\ndata: " + told(*state) + "\n\n";
     } else if (dialogue.tick() != stream.tick) {
       if (now - stream.last_progress < kBetweenProgress) {
         std::this_thread::sleep_for(std::chrono::milliseconds(10));
@@ -318,7 +325,8 @@ struct Server::Impl {
       if (!state->volume) throw Refusal{409, "no volume is open"};
       const Options<3> preset =
           typed_options<3>({"--preset", name}, state->volume->volume.voxel_size());
-      dialogue.set_options(object(), [&](Options<3>& options) { options = preset; });
+      dialogue.set_options(object(),
+                           [&](Options<3>& options) { options = with_preset(options, preset); });
     } else if (action == "evolve") {
       dialogue.evolve(object());
     } else if (action == "stop") {
@@ -429,7 +437,7 @@ struct Server::Impl {
       });
     };
     get("/api/state", [this](const Request&, Response& response) {
-      response.set_content(dumped(to_json(*dialogue.state(), dialogue.folder(), version)), kJson);
+      response.set_content(told(*dialogue.state()), kJson);
     });
     get("/api/options", [](const Request&, Response& response) {
       response.set_content(dumped(describe_options()), kJson);

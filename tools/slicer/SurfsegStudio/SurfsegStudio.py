@@ -181,6 +181,11 @@ class SurfsegStudioLogic(ScriptedLoadableModuleLogic):
         """A studio that runs already, with its volume open."""
         studio = Studio(address)
         studio.state()
+        if self._process is not None and self._process.is_running() and \
+                self._process.studio.port == studio.port:
+            # The one that was started here, whose address the field has: to join it anew would end it.
+            self._has_new_points = True
+            return
         self.end()
         self._join(studio)
 

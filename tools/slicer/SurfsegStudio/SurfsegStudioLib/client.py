@@ -85,8 +85,9 @@ def parse_address(address):
 
 
 def changes(clicks, wanted, tolerance_mm=1e-4):
-    """The actions that make the object's clicks those that are wanted, in their order: points
-    that moved, went and came. Both are lists of (side, (x, y, z))."""
+    """The actions that make the object's clicks those that are wanted: points that moved and went,
+    then those that came. Both are lists of (side, (x, y, z)); the order of the clicks may be
+    another one afterwards."""
     def is_same(a, b):
         return a[0] == b[0] and all(abs(p - q) <= tolerance_mm for p, q in zip(a[1], b[1]))
 
@@ -99,14 +100,16 @@ def changes(clicks, wanted, tolerance_mm=1e-4):
         else:
             new.remove(match)
     actions = []
-    for side, point in list(new):
-        moved = next((entry for entry in old if entry[1] == side), None)
-        if moved:
-            actions.append({"action": "move_click", "index": moved[0], "point": list(point)})
-            old.remove(moved)
-            new.remove((side, point))
-    # From the last, so that the others keep their numbers.
-    actions += [{"action": "delete_click", "index": index} for index, _ in reversed(old)]
+    # The studio takes a click that moves out, too, and puts it at the end: each of these stands
+    # where it was but for those before it. So clicks that move together keep their order.
+    for n_before, (index, side) in enumerate(old):
+        moved = next((w for w in new if w[0] == side), None)
+        if moved is None:
+            actions.append({"action": "delete_click", "index": index - n_before})
+        else:
+            actions.append({"action": "move_click", "index": index - n_before,
+                            "point": list(moved[1])})
+            new.remove(moved)
     # An object has to have something inside before anything is outside of it.
     new.sort(key=lambda click: click[0] != "inside")
     return actions + [{"action": "click", "side": side, "point": list(point)} for side, point in new]
@@ -200,6 +203,7 @@ class SurfaceWatch:
         self.studio = studio
         self.object_id = object_id
         self._seen = None
+        self._had = False
 
     def poll(self, state):
         """The new surface, "gone" if there is none any more, or None if nothing has changed. What a
@@ -208,19 +212,21 @@ class SurfaceWatch:
         job = state["job"]
         is_evolving = job is not None and job["object"] == self.object_id
         has = found is not None and found["has_surface"] and bool(found["clicks"])
-        mark = (has, found["surface"] if has else 0,
-                job["frame"] if is_evolving else 0)
+        frame = job["frame"] if is_evolving else 0
+        mark = (has, found["surface"] if has else 0, job["id"] if frame else 0, frame)
         if mark == self._seen:
             return None
-        had = self._seen is not None and self._seen[0]
-        if not mark[0] and not mark[2]:
-            self._seen = mark
+        if not has and not frame:
+            if is_evolving:
+                return None  # what is seen stays until there is something newer
+            had, self._seen, self._had = self._had, mark, False
             return "gone" if had else None
         try:
             surface = self.studio.surface(self.object_id)
         except StudioRefused:
             return None  # between two states; the next poll sees what came of it
-        self._seen = (True, *mark[1:])
+        # Of a frame that came after the state the next state tells: it need not be fetched again.
+        self._seen, self._had = (*mark[:3], surface.frame), True
         return surface
 
 

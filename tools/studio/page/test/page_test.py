@@ -334,7 +334,6 @@ def a_click_is_moved_by_the_keyboard(browser):
 def a_click_stays_selected_where_it_goes(browser):
     with Server() as server:
         segment_something(browser, server)
-        browser.press("#hint-close")
         for down in (.4, .6):
             browser.click(*place(browser, "axial", .5, down))
             done(browser)
@@ -372,7 +371,6 @@ def objects_and_proposals(browser):
         browser.press(".candidate:nth-child(2)")
         browser.until("studio.state.objects[0].candidates[1]?.chosen")
         check(server.received("choose")[-1]["number"] == 2, "a proposal is taken")
-        done(browser)
         browser.press("#add-object")
         browser.until("studio.state.objects.length === 2")
         check(browser.js("studio.view.active") == 2, "a new object is the active one")
@@ -434,7 +432,6 @@ def proposals_are_drawn_although_they_come_before_the_volume(browser):
 def what_was_hidden_in_one_scan_is_seen_in_the_next(browser):
     with Server() as server:
         segment_something(browser, server)
-        browser.press("#hint-close")
         browser.key("h")
         check(browser.js("studio.view.hidden") == [1], "hidden")
         server.get("mock/cut")
@@ -579,6 +576,9 @@ def errors_and_a_lost_connection_are_told(browser):
         browser.picture("lost")
         server = Server("--port", port)
         browser.until("studio.connected && studio.ready", 20)
+        browser.until("!document.querySelector('.alert')")
+        server.get("mock/error")
+        browser.until("document.querySelector('.alert')", 10)  # the first one of the new program
     finally:
         server.__exit__()
 
