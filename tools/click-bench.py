@@ -108,12 +108,22 @@ def next_click(mask, reference, spacing, draw):
     return option, deep_voxel(piece, spacing, draw)
 
 
+def affine_mm(image):
+    """To mm: nibabel leaves lengths in the unit that a NIfTI header states."""
+    affine = np.array(image.affine, dtype=float)
+    if hasattr(image.header, "get_xyzt_units"):
+        # Not by that function: it fails at codes that NIfTI does not know, here and of the time.
+        unit = int(image.header["xyzt_units"]) & 7
+        affine[:3] *= {1: 1e3, 3: 1e-3}.get(unit, 1)  # metres, micrometres
+    return affine
+
+
 class Case:
     def __init__(self, entry, folder):
         path = lambda name: os.path.join(folder, entry[name])
         image = nibabel.load(path("reference"))
         self.name, self.volume, self.seed = entry["name"], path("volume"), entry["seed"]
-        self.reference, self.affine = np.asarray(image.dataobj) > 0, image.affine
+        self.reference, self.affine = np.asarray(image.dataobj) > 0, affine_mm(image)
         self.spacing = np.sqrt((self.affine[:3, :3] ** 2).sum(axis=0))
 
     def box(self, margin):

@@ -413,6 +413,10 @@ INSTANTIATE_TEST_SUITE_P(
         std::pair{"name\tscan\tclicks\trecipe\na\tv\t1,2,3\tr.json\n", "the recipe says it"},
         std::pair{"name\tscan\trecipe\tframe-index\na\tv\tr.json\tone\n",
                   "list.tsv:2: Could not convert: --frame-index"},
+        std::pair{"name\tscan\tclicks\tframe-index\na\tv\t1,2,3\t0\nb\tv\t1,2,3\t-1\n",
+                  "list.tsv:3: --frame-index: expected 0 or more; got -1"},
+        std::pair{"name\tscan\trecipe\tframe-index\na\tv\tr.json\t-1\n",
+                  "list.tsv:2: --frame-index: expected 0 or more"},
         std::pair{"name\tscan\tclicks\treference-label\na\tv\t1,2,3\t1.5\n", "expected a label"},
         std::pair{"name\tscan\tclicks\tbox\na\tv\t1,2,3\t1,2,3\n", "list.tsv:2: --box"}));
 

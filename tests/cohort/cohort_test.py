@@ -115,6 +115,19 @@ class List(InAFolder):
         self.assertEqual([[str(file) for file in case.files] for case in cohort.read_cases("list.tsv")], [["a.nii", "p.txt"], []])
 
 
+# Header, and what its voxels are in.
+DETACHED = {
+    "a.mhd": (b"NDims = 3\r\nElementDataFile = voxels/a.zraw\r\n", ["voxels/a.zraw"]),
+    "b.nhdr": (b"NRRD0004\ntype: short\ndata file: b of c.raw.gz\nencoding: gzip\n", ["b of c.raw.gz"]),
+    "c.hdr": (b"\x5c\x01", ["c.img.gz"]),
+    "d.img": (b"\n\xff\n", ["d.hdr"]),
+    "e.nhdr": (b"NRRD0004\ndatafile: LIST\ne-1.raw\n./e-2.raw\n", ["e-1.raw", "e-2.raw"]),
+    "f.nrrd": (b"NRRD0004\ndata file: f%03d.raw 1 2 1\n", ["f001.raw", "f002.raw"]),
+    "dicom/1.dcm": (bytes(128) + b"DICM", ["dicom/2.dcm"]),
+    "folder": (None, ["folder/2.dcm"]),
+}
+
+
 class Rules(InAFolder):
     def setUp(self):
         super().setUp()
@@ -195,6 +208,25 @@ class Rules(InAFolder):
         program = FOLDER / "program"
         program.write_text(program.read_text().replace("surfseg of the test", "surfseg of tomorrow"))
         self.assertFalse(self.read("done").jobs[0].is_done())
+
+    def test_a_job_is_done_until_what_is_read_along_with_its_scan_changes(self):
+        for scan, (header, beside) in DETACHED.items():
+            for name in [scan, *beside]:
+                pathlib.Path(name).parent.mkdir(exist_ok=True)
+                if header is not None or name != scan:
+                    pathlib.Path(name).write_bytes(header if name == scan else b"")
+                    os.utime(name, (1, 1))
+            pathlib.Path("list.tsv").write_text(f"name\tscan\nc0\t{scan}\n")
+            one = cohort.Cohort("list.tsv", "out", surfseg=str(FOLDER / "program"))
+            one.folder.mkdir(exist_ok=True)
+            self.assertEqual(self.run_job(one)[0], 0)
+            self.assertTrue(one.jobs[0].is_done(), scan)
+            self.assertLessEqual({scan, *beside}, set(one.jobs[0].files), scan)
+            later = time.time() + 10
+            for name in beside:
+                os.utime(name, (later, later))
+                self.assertFalse(one.jobs[0].is_done(), name)
+                os.utime(name, (1, 1))
 
     def test_numbers_that_cannot_be_are_refused_and_a_failed_sbatch_is_one_line(self):
         self.read("done")

@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """surfseg batch on a cluster: what a case needs, the cases of one job, a job array without Snakemake. Python alone."""
 import argparse
+import glob
 import gzip
 import json
 import math
@@ -22,6 +23,42 @@ AGAIN = 75  # exit code: more memory or time may help
 LARGEST_ARRAY = 1000
 
 
+def newest(folder):
+    """What was written there last: a folder itself has the time when files came or went."""
+    files = [file for file in folder.iterdir() if file.is_file()]
+    return [max(files, key=lambda file: (file.stat().st_mtime, file))] if files else []
+
+
+def data_files(start, folder):
+    """Those that the header of a MetaImage or an NRRD names for its voxels."""
+    found = re.search(r"^(?:ElementDataFile|data ?file)[ \t]*[=:][ \t]*(.+)", start, re.MULTILINE | re.IGNORECASE)
+    if not found:
+        return []
+    names = start[found.end():].split("\n") if found[1].startswith("LIST") else [found[1]]
+    paths = [folder / name.strip() for name in names if name.strip()]
+    if "%" in found[1]:  # such as slice%03d.raw 1 40 1
+        pattern = re.sub(r"( +-?\d+){3,4}$", "", glob.escape(str(paths[0])))
+        paths = [pathlib.Path(name) for name in glob.glob(re.sub(r"%\d*[a-z]", "*", pattern))]
+    return paths
+
+
+def files_beside(path, is_scan):
+    """Of a folder, or a scan that is one file of a DICOM series, the newest; of a header or half of a pair the others."""
+    try:
+        if path.is_dir():
+            return newest(path)
+        with open(path, "rb") as file:
+            start = file.read(2**18)
+        if is_scan and start[128:132] == b"DICM":
+            return newest(path.parent)
+        others = data_files(os.fsdecode(start), path.parent)
+        if half := re.fullmatch(r"(.+)\.(?:hdr|img)(?:\.gz)?", path.name, re.IGNORECASE):
+            others += [path.with_name(half[1] + ending) for ending in (".hdr", ".HDR", ".hdr.gz", ".img", ".IMG", ".img.gz")]
+        return [file for file in others if file.is_file() and file != path]
+    except OSError:  # surfseg says what it is
+        return []
+
+
 class Case:
     """A row of the list; `row` counts from 1, as --shard does."""
 
@@ -30,7 +67,12 @@ class Case:
         self.name = cells.get("name", "").removeprefix("sub-")
         self.scan = folder / cells.get("scan", "")
         named = [part.strip() for column in FILE_COLUMNS for part in cells.get(column, "").split(";")]
-        self.files = [folder / name for name in named if name and (folder / name).exists()]
+        self.named = [folder / name for name in named if name]
+
+    @property
+    def files(self):
+        """Those that are there, and by whose times one sees that what is read along with them has changed."""
+        return [file for path in self.named if path.exists() for file in (path, *files_beside(path, path == self.scan))]
 
     def memory_mb(self):
         return BASE_MB + math.ceil(voxels(self.scan) * BYTES_PER_VOXEL / 1e6)
@@ -105,8 +147,11 @@ class Job:
         self.name, self.cases, self.factor = cases[0].name, cases, cohort.memory
         self.log, self.done, self.failed, self.again = (cohort.folder / f"{self.name}.{ending}"
                                                         for ending in ("log", "done", "failed", "again"))
-        self.files = sorted({str(file) for case in cases for file in case.files})
         self.key = json.dumps([cohort.version, cohort.options, [case.cells for case in cases]], sort_keys=True)
+
+    @property
+    def files(self):
+        return sorted({str(file) for case in self.cases for file in case.files})
 
     def memory_mb(self, attempt=1):
         return math.ceil(max(case.memory_mb() for case in self.cases) * self.factor) * 2 ** (attempt - 1)

@@ -77,6 +77,9 @@ Segments initial_curves(const CurveArguments& a, const Image& image, double edge
     parts.push_back(surf::curve::read_contours(a.contour));
     const auto check = surf::curve::verify(parts.back());
     if (!check.passed()) throw surf::InputError(fmt::format("{}: {}", a.contour, check.message()));
+    // Each slice counts its millimetres from its own first pixel.
+    const auto theirs = surf::curve::pixels_of_contours(a.contour);
+    parts.back() = in_plane(parts.back(), place_of(a.contour, theirs), place_of(image));
   }
   return surf::curve::joined(parts);
 }

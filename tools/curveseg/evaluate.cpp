@@ -3,9 +3,7 @@
 
 #include <CLI/App.hpp>
 #include <algorithm>
-#include <cmath>
 
-#include "libcurve/image/slice.h"
 #include "libcurve/io/contour_file.h"
 #include "libcurve/mesh/distance.h"
 #include "libcurve/mesh/hierarchy.h"
@@ -118,48 +116,6 @@ Image on_pixels_of_contours(const Request& request, const std::optional<ContourP
   return out;
 }
 
-/// The plane of a slice that contours are compared with.
-struct Plane {
-  std::string name;
-  Eigen::Affine3d to_ras;
-  double thickness_mm;  ///< > 0
-};
-
-/// Contours of a slice in the plane of another one.
-/// @throws surf::InputError  it is farther from them than half its thickness, or tilted
-Segments in_plane(const Request& request, const Segments& curves, const ContourPixels& pixels,
-                  const Plane& plane) {
-  constexpr double kRounding = 1e-3;   // of the thickness: matrices of files are 32-bit floats
-  constexpr double kMostTilt_deg = 8;  // lengths shrink by a hundredth
-  const auto offset = surf::curve::plane_offset(curves, *pixels.plane_to_ras, plane.to_ras);
-  if (offset.most_mm > (1 + kRounding) * plane.thickness_mm / 2 || offset.angle_deg > kMostTilt_deg)
-    throw surf::InputError(fmt::format(
-        "{} lies in another plane than {}: up to {:.4g} mm off, {:.1f} degrees tilted; expected at "
-        "most {:.4g} mm, half the slice's thickness, and {} degrees; choose another slice",
-        request.contour, plane.name, offset.most_mm, offset.angle_deg, plane.thickness_mm / 2,
-        kMostTilt_deg));
-  return surf::curve::carried(curves, *pixels.plane_to_ras, plane.to_ras);
-}
-
-Segments in_plane_of_mask(const Request& request, const Segments& curves,
-                          const std::optional<ContourPixels>& pixels, const Image& mask) {
-  if (!pixels || !pixels->plane_to_ras || !mask.plane_to_ras()) return curves;
-  return in_plane(request, curves, *pixels,
-                  {fmt::format("{} ({})", request.reference.path, mask.source().format),
-                   *mask.plane_to_ras(), mask.thickness_mm()});
-}
-
-/// A file that does not say how thick its slice is has one as thick as a pixel is wide.
-Segments in_plane_of_contours(const Request& request, const Segments& curves,
-                              const std::optional<ContourPixels>& pixels) {
-  const auto theirs = surf::curve::pixels_of_contours(request.reference.path);
-  if (!pixels || !pixels->plane_to_ras || !theirs || !theirs->plane_to_ras) return curves;
-  const double pixel_mm = std::sqrt(std::abs(theirs->to_plane.linear().determinant()));
-  return in_plane(request, curves, *pixels,
-                  {request.reference.path, *theirs->plane_to_ras,
-                   theirs->thickness_mm > 0 ? theirs->thickness_mm : pixel_mm});
-}
-
 void check_label(const Request& request, const Image& mask) {
   if (!request.label) return;
   if (std::none_of(mask.values().begin(), mask.values().end(),
@@ -180,6 +136,7 @@ double area_of(const Segments& curves) {
 ordered_json evaluate(const Request& request) {
   const Segments curves = surf::curve::read_contours(request.contour);
   const auto pixels = surf::curve::pixels_of_contours(request.contour);
+  const auto place = place_of(request.contour, pixels);
   const auto verification = surf::curve::verify(curves);
   ordered_json scores = {{"contour", request.contour}, {"reference", request.reference.path}};
   Overlap overlap;
@@ -189,14 +146,15 @@ ordered_json evaluate(const Request& request) {
       throw surf::UsageError(
           fmt::format("--label: {} holds contours and no labels", request.reference.path));
     const Segments reference = surf::curve::read_contours(request.reference.path);
-    const Segments found = in_plane_of_contours(request, curves, pixels);
+    const auto theirs = surf::curve::pixels_of_contours(request.reference.path);
+    const Segments found = in_plane(curves, place, place_of(request.reference.path, theirs));
     overlap = overlap_of(found, reference);
     distance = distances_of(found, reference);
     scores["reference_area_mm2"] = area_of(reference);
   } else {
     const Image mask = on_pixels_of_contours(request, pixels, request.reference.read());
     check_label(request, mask);
-    overlap = overlap_with_mask(request, in_plane_of_mask(request, curves, pixels, mask), mask);
+    overlap = overlap_with_mask(request, in_plane(curves, place, place_of(mask)), mask);
     scores["reference_area_mm2"] = double(overlap.n_second) * overlap.pixel_mm2;
   }
   scores["area_mm2"] = area_of(curves);

@@ -159,4 +159,33 @@ Eigen::Vector2d parse_plane_point(const std::string& option, const std::string& 
   return in_plane.head<2>();
 }
 
+std::optional<SlicePlace> place_of(const surf::curve::Image& image) {
+  if (!image.plane_to_ras()) return std::nullopt;
+  return SlicePlace{fmt::format("{} ({})", image.source().path, image.source().format),
+                    *image.plane_to_ras(), image.thickness_mm()};
+}
+
+std::optional<SlicePlace> place_of(const std::string& contours,
+                                   const std::optional<surf::curve::ContourPixels>& pixels) {
+  if (!pixels || !pixels->plane_to_ras) return std::nullopt;
+  const double pixel_mm = std::sqrt(std::abs(pixels->to_plane.linear().determinant()));
+  return SlicePlace{contours, *pixels->plane_to_ras,
+                    pixels->thickness_mm > 0 ? pixels->thickness_mm : pixel_mm};
+}
+
+surf::Segments in_plane(const surf::Segments& curves, const std::optional<SlicePlace>& from,
+                        const std::optional<SlicePlace>& to) {
+  constexpr double kRounding = 1e-3;   // of the thickness: matrices of files are 32-bit floats
+  constexpr double kMostTilt_deg = 8;  // lengths shrink by a hundredth
+  if (!from || !to) return curves;
+  const auto offset = surf::curve::plane_offset(curves, from->plane_to_ras, to->plane_to_ras);
+  if (offset.most_mm > (1 + kRounding) * to->thickness_mm / 2 || offset.angle_deg > kMostTilt_deg)
+    throw surf::InputError(fmt::format(
+        "{} lies in another plane than {}: up to {:.4g} mm off, {:.1f} degrees tilted; expected at "
+        "most {:.4g} mm, half the slice's thickness, and {} degrees; choose another slice",
+        from->name, to->name, offset.most_mm, offset.angle_deg, to->thickness_mm / 2,
+        kMostTilt_deg));
+  return surf::curve::carried(curves, from->plane_to_ras, to->plane_to_ras);
+}
+
 }  // namespace surfseg::curve_program

@@ -239,6 +239,7 @@ void check_segment(std::vector<std::string> words) {
   apply_files(command, arguments.config, arguments.preset);
   const SegmentSurface segment(command, arguments);
   segment.check_values();
+  arguments.which.check();
   check_objects(command, arguments, {});
 }
 

@@ -356,7 +356,9 @@ def a_click_stays_selected_where_it_goes(browser):
         browser.press("[data-key=delete0]")
         browser.until("studio.state.objects[0].clicks.length === 2")
         check(browser.js("studio.view.click") is None, "a click that was deleted by its cross leaves none selected")
+        done(browser)  # the list is made anew meanwhile
         browser.press("[data-key=click1]")
+        check(browser.js("studio.view.click.index") == 1, "the second of two")
         browser.js("""fetch('/api/do', { method: 'POST', headers: { 'Content-Type': 'application/json' },
             body: JSON.stringify({ action: 'delete_click', object: 1, index: 0 }) })""")  # by another page
         browser.until("studio.view.click?.index === 0")
