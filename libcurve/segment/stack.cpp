@@ -31,9 +31,17 @@ std::vector<segment::EnergyTerm> for_other_slices(const CurveResult& result) {
           {"area", proposal.neck_radius_mm / 2, {}}};
 }
 
-/// Why there is no contour in a slice; empty if there is.
+/// Why there is no object in a slice; empty if there is.
 std::string missing(const CurveResult& result) {
   if (!segment::has_shape(result.outcome)) return result.message;
+  const bool is_empty = result.shape.elements.rows() == 0;
+  return is_empty && result.outcome == segment::Outcome::kStopped
+             ? "interrupted before there was a first contour"
+             : "";
+}
+
+/// What guarantee its contours fail; empty if none.
+std::string failed(const CurveResult& result) {
   const auto verification = verify(result.shape);
   return verification.passed() ? "" : verification.message();
 }
@@ -58,7 +66,12 @@ StackResult segment_stack(const VoxelSlices& slices, int first, int last,
       ++out.n_limited;
       out.notes.push_back(fmt::format("slice {}: {}", k, result.message));
     }
-    if (const std::string why = missing(result); !why.empty()) {
+    std::string why = missing(result);
+    if (why.empty()) {
+      why = failed(result);
+      out.is_invalid = !why.empty();
+    }
+    if (!why.empty()) {
       out.notes.push_back(fmt::format("slice {}: {}; the stack ends before it", k, why));
       break;
     }

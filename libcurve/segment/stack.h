@@ -17,6 +17,7 @@ struct StackResult {
   std::vector<segment::EnergyTerm> energies;  ///< chosen on the first slice, used on all
   std::vector<std::string> notes;             ///< slices at a limit, and why it ends early
   int n_limited = 0;                          ///< slices whose run ended at its limit of steps
+  bool is_invalid = false;  ///< it ends early as contours fail a guarantee, not with the object
 };
 
 /// Called after every step of every slice; false ends the stack with the slice as it is.

@@ -127,6 +127,17 @@ std::string end_of_links(const std::string& link) {
   return path.string();
 }
 
+std::vector<std::string> files_in(const std::string& folder) {
+  namespace fs = std::filesystem;
+  std::vector<std::string> out;
+  std::error_code status, unknown;
+  for (fs::directory_iterator at(folder, status), end; !status && at != end; at.increment(status))
+    if (at->is_regular_file(unknown)) out.push_back(at->path().string());
+  if (status) throw InputError(fmt::format("{}: cannot be read: {}", folder, status.message()));
+  std::sort(out.begin(), out.end());
+  return out;
+}
+
 std::string extension(const std::string& path) {
   std::string name = std::filesystem::path(path).filename().string();
   std::transform(name.begin(), name.end(), name.begin(),

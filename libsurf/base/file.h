@@ -4,6 +4,7 @@
 #include <functional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace surf {
 
@@ -25,6 +26,10 @@ std::string end_of_links(const std::string& path);
 
 /// write_atomically() of bytes that are ready.
 void write_bytes(const std::string& path, std::string_view bytes);
+
+/// The files of a folder, links to files too, by their names; none of what lies in folders in it.
+/// @throws InputError  the folder cannot be read to its end
+std::vector<std::string> files_in(const std::string& folder);
 
 /// Ending of the file's name in lower case with its dot: ".stl", ".nii.gz"; "" if none.
 std::string extension(const std::string& path);

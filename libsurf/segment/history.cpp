@@ -111,14 +111,18 @@ template <int Dim>
 std::shared_ptr<const Result<Dim>> History<Dim>::unfinished() const {
   const Outcome outcome = now().state();
   if (outcome != Outcome::kStopped && outcome != Outcome::kAtLimit) return nullptr;
+  std::shared_ptr<const Result<Dim>> last;
   for (std::size_t n = n_done; n-- > 0;) {
     const Action<Dim>& action = moments[n].action;
     const Object<Dim>& after = moments[n].after;
-    if (std::holds_alternative<Evolve<Dim>>(action))
-      return !after.result->energies.empty() && after.result->shape.elements.rows() > 0 &&
+    if (const auto* evolved = std::get_if<Evolve<Dim>>(&action)) {
+      if (!last) last = after.result;
+      if (evolved->stopped_at == 0) continue;  // it has the result, and the energy, of before
+      return !last->energies.empty() && last->shape.elements.rows() > 0 &&
                      have_same_energy(after.options, now().options)
-                 ? after.result
+                 ? last
                  : nullptr;
+    }
     if (std::holds_alternative<Propose<Dim>>(action) || std::holds_alternative<Choose>(action) ||
         std::holds_alternative<TakeBackClick>(action))
       return nullptr;

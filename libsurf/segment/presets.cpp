@@ -76,9 +76,9 @@ std::vector<Preset> presets() {
   std::map<std::string, Preset> by_name;
   for (const std::string& folder : preset_folders()) {
     std::error_code status;
-    for (const auto& entry : fs::directory_iterator(folder, status))
-      if (entry.path().extension() == ".json")
-        by_name.try_emplace(entry.path().stem().string(), read_preset(entry.path()));
+    for (fs::directory_iterator at(folder, status), end; at != end; at.increment(status))
+      if (at->path().extension() == ".json")
+        by_name.try_emplace(at->path().stem().string(), read_preset(at->path()));
   }
   std::vector<Preset> out;
   for (auto& [name, preset] : by_name) out.push_back(std::move(preset));

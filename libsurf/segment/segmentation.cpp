@@ -344,7 +344,8 @@ Result<Dim> stopped_before_first_step(const Result<Dim>& before, Result<Dim> sto
   Result<Dim> out = before;
   out.outcome = stopped.outcome;
   out.message = std::move(stopped.message);
-  out.stages = std::move(stopped.stages);
+  // Of what it goes on from: how far this one has come before its first step depends on the moment.
+  if (before.stages.empty()) out.stages = std::move(stopped.stages);
   out.notes = std::move(stopped.notes);
   return out;
 }

@@ -129,10 +129,8 @@ std::vector<std::string> volume_files(const std::string& path) {
       out.push_back(named);
       continue;
     }
-    const auto first = std::ptrdiff_t(out.size());
-    for (const auto& entry : std::filesystem::directory_iterator(named, status))
-      if (entry.is_regular_file(status)) out.push_back(entry.path().string());
-    std::sort(out.begin() + first, out.end());
+    const std::vector<std::string> files = files_in(named);
+    out.insert(out.end(), files.begin(), files.end());
   }
   return out;
 }

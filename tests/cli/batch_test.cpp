@@ -351,6 +351,9 @@ TEST_F(Batch, OutliersComeBeforeTheOthers) {
   const std::string table = bytes("out/group.tsv");
   EXPECT_EQ(table.substr(table.find('\n') + 1, 4), "odd\t");
   EXPECT_NE(table.find("volume_ml,area_cm2"), std::string::npos) << table;
+  EXPECT_EQ(json("out/group.json")["z_volume_ml"]["Description"],
+            "Robust z among objects of the same name: (x - median) / max(MAD / 0.6745, distance of "
+            "the quartiles / 1.349); where MAD is 0, (x - median) / (1.2533 mean |x - median|)");
 }
 
 // Five noisy balls and four noisy boxes: neither are outliers of the other.

@@ -295,6 +295,26 @@ TEST_F(Curveseg, EvaluatesSlicesInTheWorld) {
   refused({"evaluate", "a.json", "--reference", "c.json"}, "c.json: up to 1 mm off");
 }
 
+// A label map of the same size that was moved, in the plane or out of it, was taken as it is.
+TEST_F(Curveseg, TakesMarksOfASliceWhereTheyLie) {
+  const Eigen::Affine3d place(Eigen::Translation3d(-14.5, -13.5, -12.5));
+  write_ball_on(file("ball.nii"), place, "edge");
+  write_ball_on(file("marks.nii"), place, "labels");
+  write_ball_on(file("aside.nii"), Eigen::Translation3d(3, 0, 0) * place, "labels");
+  write_ball_on(file("above.nii"), Eigen::Translation3d(0, 0, 3) * place, "labels");
+  const auto with = [](const std::string& marks) {
+    return Words{"segment", "ball.nii", "--slice", "axial:13", "--marks", marks, "-o", "c.json"};
+  };
+  must(with("marks.nii"));
+  const Outcome aside = run(with("aside.nii")), above = run(with("above.nii"));
+  EXPECT_EQ(aside.exit_code, 3);
+  EXPECT_NE(aside.err.find("aside.nii: is on another grid than the image, up to 3 pixels away"),
+            std::string::npos)
+      << aside.err;
+  EXPECT_EQ(above.exit_code, 3);
+  EXPECT_NE(above.err.find("lies in another plane"), std::string::npos) << above.err;
+}
+
 // Slices 0.4 mm apart with pixels of 1 mm, and an older file, which does not say so.
 TEST_F(Curveseg, TellsThinSlicesApart) {
   Eigen::Affine3d thin = Eigen::Affine3d::Identity();
@@ -365,6 +385,29 @@ TEST_F(Curveseg, StackFollowsAnObjectToItsEnd) {
   EXPECT_EQ(labels.value(20, 20, 22), 1);
   EXPECT_EQ(labels.value(20, 20, 12), 0);
   EXPECT_EQ(labels.value(1, 1, 22), 0);
+}
+
+// Nothing is found in the first slice, its contours fail a guarantee, or a signal comes before.
+TEST_F(Curveseg, StackWithoutAFirstContourSaysWhy) {
+  write_ball(file("ball.nii"));
+  const Words stack = {"stack", "ball.nii", "--from", "20",     "--to",   "22",    "-o",
+                       "b.vtp", "--mask",   "m.nii",  "--json", "s.json", "--seed"};
+  const auto expect_none = [&](const Outcome& outcome, int exit_code, const std::string& why) {
+    EXPECT_EQ(outcome.exit_code, exit_code) << outcome.err;
+    EXPECT_NE(outcome.err.find("b.vtp: not written: slice 20: " + why), std::string::npos)
+        << outcome.err;
+    for (const char* name : {"b.vtp", "m.nii"}) EXPECT_FALSE(exists(name)) << name;
+    const auto summary = json("s.json");
+    EXPECT_EQ(summary["exit_code"], exit_code);
+    EXPECT_TRUE(summary["slices"].empty());
+    EXPECT_EQ(summary["notes"].size(), 1u);
+    std::filesystem::remove(file("s.json"));
+  };
+  expect_none(run(joined(stack, {"1,1", "-q"})), 8, "no region");
+  expect_none(run(joined(stack, {"20,20", "-q", "--min-component", "5000"})), 6, "no elements");
+  for (const auto& [signal, exit_code] : {std::pair{SIGINT, 130}, {SIGTERM, 143}})
+    expect_none(interrupted_run(joined(stack, {"20,20", "-v"}), signal, "slice 20 propose"),
+                exit_code, "interrupted before");
 }
 
 Words segment(const Words& wrong) {

@@ -347,6 +347,7 @@ def test_progress_that_asks_its_own_dialogue_is_refused_not_waited_for():
 
 def test_what_progress_raises_passes_through():
     dialogue = surfseg.Segmentation(surfseg.phantom("ball", size=64))
+    dialogue.set_options(edge_length="0.5vox")  # so that it takes longer than from one call to the next
     dialogue.click((0, 0, 0))
     with pytest.raises(ZeroDivisionError):
         dialogue.evolve(progress=lambda p: 1 / 0 if p.triangles else None)

@@ -281,7 +281,8 @@ class WrongInput(WithVolume):
         self.refused(2, "weight: expected a number", inside=[LEFT], energy="chan-vese:weight=x")
         self.refused(2, "'chan-vase'", inside=[LEFT], energy="chan-vase")
         self.refused(2, "--topology: cube not in", inside=[LEFT], topology="cube")
-        self.refused(2, "--surface: s.txt", inside=[LEFT], surface="s.txt")
+        for name in ("s.txt", "s.gii", "s.glb", "s.3mf", "s.dcm"):
+            self.refused(2, f"--surface: {name}: expected a name that ends in .vtp, .stl, .ply or .obj", inside=[LEFT], surface=name)
         self.refused(2, "--labels: l.txt", inside=[LEFT], labels="l.txt")
         self.refused(2, "is the input too", inside=[LEFT], labels=self.path("v.nrrd"))
         self.refused(3, "gone.nrrd", inside=[LEFT], inputVolume="gone.nrrd")

@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 #include <httplib.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cerrno>
 #include <chrono>
@@ -40,13 +41,29 @@ void* operator new(std::size_t n) {
 [[gnu::noinline]] void operator delete(void* memory) noexcept { std::free(memory); }
 [[gnu::noinline]] void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
 
-// Of this program: folders break off after some entries, as on a disk that fails.
-extern "C" dirent* readdir(DIR* folder) {
-  static const auto real = reinterpret_cast<dirent* (*)(DIR*)>(::dlsym(RTLD_NEXT, "readdir"));
+namespace {
+
+template <class Entry>
+Entry* next_entry(Entry* (*real)(DIR*), DIR* folder) {
   if (n_readable-- > 0) return real(folder);
   errno = EIO;
   return nullptr;
 }
+
+}  // namespace
+
+// Of this program: folders break off after some entries, as on a disk that fails. Which of the two
+// the standard library calls depends on how it was built.
+extern "C" dirent* readdir(DIR* folder) {
+  static const auto real = reinterpret_cast<dirent* (*)(DIR*)>(::dlsym(RTLD_NEXT, "readdir"));
+  return next_entry(real, folder);
+}
+#if defined(__GLIBC__) && !defined(__USE_FILE_OFFSET64)  // else the one above has its name
+extern "C" dirent64* readdir64(DIR* folder) {
+  static const auto real = reinterpret_cast<dirent64* (*)(DIR*)>(::dlsym(RTLD_NEXT, "readdir64"));
+  return next_entry(real, folder);
+}
+#endif
 
 namespace surfseg::studio {
 namespace {
@@ -134,14 +151,18 @@ TEST_F(StudioFailures, AnEventThatCannotBeMadeEndsItsStreamAlone) {
 }
 
 TEST_F(StudioFailures, AFolderThatBreaksOffIsListedAsFarAsItCanBeRead) {
-  for (int n = 0; n < 8; ++n) {
-    n_readable = n;
-    std::size_t n_entries = 0;
+  const std::size_t all = entries_of(path("")).size();
+  ASSERT_GE(all, 2u);  // the scan and its state: what is read of n = 0 and 1 is less
+  std::size_t n_entries = 0;
+  for (std::size_t n = 0; n < 8; ++n) {
+    n_readable = int(n);
     EXPECT_NO_THROW(n_entries = entries_of(path("")).size()) << n;
+    n_readable = int(n);
     EXPECT_NO_THROW(is_dicom_folder(path(""))) << n;
     n_readable = std::numeric_limits<int>::max();
-    EXPECT_LE(n_entries, entries_of(path("")).size());
+    EXPECT_LE(n_entries, std::min(n, all));
   }
+  EXPECT_EQ(n_entries, all);
 }
 
 }  // namespace

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
 #include <filesystem>
 #include <fstream>
 #include <string>
@@ -20,12 +22,22 @@ namespace {
 
 namespace fs = std::filesystem;
 
+/// Of a volume whose voxels may be elsewhere.
+bool is_header(const std::string& path) {
+  constexpr std::array kHeaders = {".hdr", ".img", ".hdr.gz", ".img.gz",
+                                   ".mhd", ".mha", ".nhdr",   ".nrrd"};
+  const std::string name = surf::extension(fs::path(path).stem().string());
+  std::string ending = surf::extension(path);
+  if (ending == ".gz") ending = name + ending;
+  return std::find(kHeaders.begin(), kHeaders.end(), ending) != kHeaders.end();
+}
+
 /// Everything that may be read when this file is.
 std::vector<std::string> files_of(const std::string& path, bool is_scan) {
   std::error_code status;
   if (!fs::exists(path, status)) return {};
-  // A surface or a label map; a scan may be one of a series.
-  if (!is_scan && surf::extension(path) == ".dcm") return {path};
+  // A label map may have its voxels in another file; a scan may be one of a series, too.
+  if (!is_scan && !is_header(path)) return {path};
   try {
     return surf::volume::volume_files(path);
   } catch (const surf::InputError&) {

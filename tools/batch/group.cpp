@@ -60,7 +60,9 @@ ordered_json columns() {
   for (const Metric& metric : kMetrics)
     if (metric.is_for_outliers)
       out[fmt::format("z_{}", metric.key)] = {
-          {"Description", "Robust z: 0.6745 (x - median) / MAD, among objects of the same name"}};
+          {"Description",
+           "Robust z among objects of the same name: (x - median) / max(MAD / 0.6745, distance of "
+           "the quartiles / 1.349); where MAD is 0, (x - median) / (1.2533 mean |x - median|)"}};
   out["scan"] = {{"Description", "As the list names it"}};
   out["message"] = {{"Description", "Why it failed, or how the flow ended"}};
   return out;

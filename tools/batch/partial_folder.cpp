@@ -70,10 +70,10 @@ FolderLock::~FolderLock() {
 void remove_left_partial_folders(const fs::path& folder) {
   std::error_code status;
   std::vector<fs::path> left;
-  for (const auto& entry : fs::directory_iterator(folder, status)) {
-    const std::string name = entry.path().filename().string();
-    if (name.starts_with(".sub-") && name.find(kPartial) != std::string::npos && is_left(entry))
-      left.push_back(entry.path());
+  for (fs::directory_iterator at(folder, status), end; at != end; at.increment(status)) {
+    const std::string name = at->path().filename().string();
+    if (name.starts_with(".sub-") && name.find(kPartial) != std::string::npos && is_left(*at))
+      left.push_back(at->path());
   }
   for (const fs::path& path : left) fs::remove_all(path, status);
 }

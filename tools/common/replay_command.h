@@ -52,7 +52,9 @@ class ReplayCommand : public Base {
     const auto& files = this->files();
     const std::string path = image_file(arguments_, recipe_, files.input(), Base::kInputOption);
     check_files(path);
-    return {this->open(path, image_series(arguments_, recipe_, files.input())), {}};
+    const bool is_chosen = !files.series_uid().empty();
+    return {this->open(path, is_chosen ? "" : image_series(arguments_, recipe_, files.input())),
+            {}};
   }
 
   Objects segment(const Input& input) override {

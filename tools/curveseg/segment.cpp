@@ -134,15 +134,33 @@ class SegmentCurves : public CurveCommand {
       return surf::ImageBox<2>{size, image().pixel_to_plane(), image().plane_to_pixel()};
     };
     const bool has_inside = !arguments_.seeds.empty() || arguments_.has_initial();
-    return strokes_of<2>(arguments_.marks, box(image().size()), has_inside,
-                         [&](const std::string& path) {
-                           ImageArguments which = arguments_.image;
-                           which.path = path;
-                           if (surf::curve::is_image_file(path)) which.slice = which.plane = "";
-                           if (!std::filesystem::is_directory(path)) which.which.series_uid = "";
-                           const Image marks = which.read();
-                           return Marks<2>{box(marks.size()), marks.values()};
-                         });
+    return strokes_of<2>(
+        arguments_.marks, box(image().size()), has_inside, [&](const std::string& path) {
+          ImageArguments which = arguments_.image;
+          which.path = path;
+          if (surf::curve::is_image_file(path)) which.slice = which.plane = "";
+          if (!std::filesystem::is_directory(path)) which.which.series_uid = "";
+          const Image marks = which.read();
+          const auto from = place_of(marks), to = place_of(image());
+          return Marks<2>{from && to ? box_in_plane(marks, *from, *to) : box(marks.size()),
+                          marks.values()};
+        });
+  }
+
+  /// The grid of a slice in the plane of another one.
+  static surf::ImageBox<2> box_in_plane(const Image& slice, const SlicePlace& from,
+                                        const SlicePlace& to) {
+    const double width = slice.size()[0], height = slice.size()[1];
+    surf::Segments corners{surf::Points<2>(3, 2), surf::Elements<2>(0, 2)};
+    corners.points.row(0) = slice.pixel_to_plane() * Eigen::Vector2d(0, 0);
+    corners.points.row(1) = slice.pixel_to_plane() * Eigen::Vector2d(width, 0);
+    corners.points.row(2) = slice.pixel_to_plane() * Eigen::Vector2d(0, height);
+    const surf::Points<2> at = in_plane(corners, from, to).points;
+    Eigen::Affine2d pixel_to_plane = Eigen::Affine2d::Identity();
+    pixel_to_plane.translation() = at.row(0).transpose();
+    pixel_to_plane.linear() << (at.row(1) - at.row(0)).transpose() / width,
+        (at.row(2) - at.row(0)).transpose() / height;
+    return {slice.size(), pixel_to_plane, pixel_to_plane.inverse()};
   }
 
   const Arguments& arguments_;

@@ -73,13 +73,9 @@ class StackCommand {
                  : result_.n_limited > 0     ? kStoppedAtLimit
                                              : kDone;
     clock_.begin("write");
-    if (result_.slices.empty())
-      throw surf::InvalidMesh(
-          fmt::format("{}: not written: {}", arguments_.output,
-                      result_.notes.empty() ? "no slice" : result_.notes.back()));
+    if (result_.slices.empty()) fail();
     write(slices);
-    clock_.end();
-    if (!arguments_.json.empty()) write_json(arguments_.json, summarise());
+    summarise();
     for (const std::string& note : result_.notes) progress_.note("note: " + note);
     progress_.note(fmt::format("{}: {} slices, {:.2f} s", arguments_.output, result_.slices.size(),
                                clock_.total_seconds()));
@@ -107,6 +103,19 @@ class StackCommand {
                                 {"--landmarks", arguments_.landmarks}}));
   }
 
+  /// Where the first slice has no contours.
+  [[noreturn]] void fail() {
+    const std::string why =
+        fmt::format("{}: not written: {}", arguments_.output, result_.notes.back());
+    if (result_.is_invalid)
+      exit_code_ = kInvalidResult;
+    else if (!is_of_signal(exit_code_))
+      exit_code_ = kNoObject;
+    summarise();
+    if (result_.is_invalid) throw surf::InvalidMesh(why);
+    throw surf::NoObject(why);
+  }
+
   void write(const VoxelSlices& slices) const {
     surf::curve::write_stack(arguments_.output, result_.slices,
                              file_space(arguments_.output_space));
@@ -129,7 +138,10 @@ class StackCommand {
     return out;
   }
 
-  ordered_json summarise() const {
+  /// The summary, if one was asked for.
+  void summarise() {
+    clock_.end();
+    if (arguments_.json.empty()) return;
     ordered_json out;
     out["curveseg"] = SURFSEG_VERSION;
     out["config"] = dump_config(command_, {"help", "config", "json", "memory"});
@@ -139,7 +151,7 @@ class StackCommand {
     out["stages"] = clock_.to_json();
     out["time_s"] = clock_.total_seconds();
     out["peak_memory_mb"] = peak_memory_mb();
-    return out;
+    write_json(arguments_.json, out);
   }
 
   const CLI::App& command_;

@@ -81,6 +81,15 @@ void answer(Response& response, Work&& work) {
   }
 }
 
+/// Of an answer that the HTTP library gives by itself.
+const char* words_of(int status) {
+  return status == 404   ? "there is no such file or request"
+         : status == 413 ? "the request is too large"
+         : status == 414 ? "the address is too long"
+         : status >= 500 ? "internal error"
+                         : "the request cannot be understood";
+}
+
 Vector<3> point_of(const ordered_json& request) {
   const auto numbers = request.at("point").get<std::vector<double>>();
   if (numbers.size() != 3) throw Refusal{400, "point: expected three numbers"};
@@ -447,7 +456,10 @@ struct Server::Impl {
       response.set_content_provider(
           bytes->size(), "application/gzip",
           [bytes](std::size_t offset, std::size_t length, httplib::DataSink& sink) {
-            return sink.write(bytes->data() + offset, std::min<std::size_t>(length, 1 << 20));
+            if (offset >= bytes->size()) return false;  // the library takes any Range
+            const std::size_t n_left = bytes->size() - offset;
+            return sink.write(bytes->data() + offset,
+                              std::min({length, n_left, std::size_t(1) << 20}));
           });
     });
     get("/api/surface", [this](const Request& q, Response& r) { surface(q, r); });
@@ -494,6 +506,9 @@ Server::Server(Dialogue& dialogue, int port, const std::string& version, bool ha
     setsockopt(socket, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
   });
   http.set_default_headers(kHeaders);
+  http.set_error_handler([](const Request&, Response& response) {
+    if (response.body.empty()) refuse(response, {response.status, words_of(response.status)});
+  });
   impl_->add_routes();
   if (has_itksnap) impl_->add_itksnap_routes();
   if (port == 0)

@@ -37,7 +37,9 @@ class Reader : public vtkXMLPolyDataReader {
                       vtkIdType first, vtkIdType n, FieldType type) override {
     if (Superclass::ReadArrayValues(element, at, array, first, n, type) == 0) return 0;
     auto* offsets = vtkDataArray::SafeDownCast(array);
-    if (offsets == nullptr || n < 1 || !are_offsets(element)) return 1;
+    if (offsets == nullptr || n < 1 || offsets->GetNumberOfComponents() != 1 ||
+        !are_offsets(element))
+      return 1;
     const double n_corners = offsets->GetComponent(at + n - 1, 0);
     if (is_borne_out(n_corners, n_stored)) return 1;
     vtkErrorMacro("its offsets promise " << n_corners << " corners of polygons, the file has "
@@ -46,13 +48,13 @@ class Reader : public vtkXMLPolyDataReader {
   }
 
  private:
-  /// Of cells; values at points or cells may have that name, too.
+  /// Of cells; others may have that name, too.
   static bool are_offsets(vtkXMLDataElement* element) {
     const char* name = element->GetAttribute("Name");
     vtkXMLDataElement* parent = element->GetParent();
     if (name == nullptr || parent == nullptr || std::strcmp(name, "offsets") != 0) return false;
     const std::string_view part = parent->GetName();
-    return part != "PointData" && part != "CellData";
+    return part == "Verts" || part == "Lines" || part == "Strips" || part == "Polys";
   }
 };
 vtkStandardNewMacro(Reader);

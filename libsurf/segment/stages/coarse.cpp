@@ -10,6 +10,7 @@
 namespace surf::segment {
 namespace {
 
+constexpr const char *kContinuedName = "continued", *kLastName = "evolve";
 constexpr double kCoarseEdges = 2;  // times longer in the coarse part, which the thesis leaves
 constexpr double kCoarseShare =
     0.02;  // of the length, exempt from Alg. 3 there: surgery resolves it
@@ -93,10 +94,12 @@ class Continued : public Stage<Dim> {
         : thresholds_{work.options.first_threshold * work.options.flow.rel_tol,
                       work.options.second_threshold * work.options.flow.rel_tol},
           may_return_(work.options.continuation_returns) {
-      for (const StageReport& report : work.unfinished ? work.unfinished->stages : work.reports)
-        if (report.name == kCoarseName || work.unfinished)
-          for (const flow::StepRecord& step : report.flow.steps) see(step);
+      if (work.unfinished) see(work.unfinished->stages);
+      see(work.reports);
       index_ = interval();
+      // What goes on from the last part does not return to those before it, which began there.
+      const StageReport* at = work.unfinished ? work.unfinished->main_stage() : nullptr;
+      if (at && at->name == kLastName) index_ = 0;
     }
 
     int index() const { return index_; }
@@ -123,6 +126,11 @@ class Continued : public Stage<Dim> {
     }
 
    private:
+    void see(const std::vector<StageReport>& reports) {
+      for (const StageReport& report : reports)
+        if (report.name == kCoarseName || report.name == kContinuedName || report.name == kLastName)
+          for (const flow::StepRecord& step : report.flow.steps) see(step);
+    }
     void see(const flow::StepRecord& step) {
       last_ = std::abs(step.shape_derivative);
       largest_ = std::max(largest_, last_);
@@ -142,10 +150,10 @@ class Continued : public Stage<Dim> {
     Minimisation<Dim> out;
     if (level > 0) {
       out = with_fixed_steps(work);
-      out.name = "continued";
+      out.name = kContinuedName;
       out.flow.rel_tol = 0;
     } else {
-      out.name = "evolve";
+      out.name = kLastName;
       out.sigma_mm = work.sigma_mm;
       out.flow = work.options.flow;
     }

@@ -25,9 +25,9 @@ constexpr double kStrength = 0.5;
 // Of int H dS and of the area, by the deviation of the whole blur [mm].
 constexpr double kEdgeWeight = 1, kAreaWeight = 0.02;
 
-// Of the grid of the whole image, with a box, too. By the box's own, finer one 23 structures in boxes
-// have a mean Dice of 0.812, 0.839, 0.849, 0.878, 0.893 after one to five clicks, as it is 0.812,
-// 0.839, 0.848, 0.882, 0.895.
+// Of the grid of the whole image, with a box, too. By the box's own, finer one 23 structures in
+// boxes have a mean Dice of 0.812, 0.839, 0.849, 0.878, 0.893 after one to five clicks, as it is
+// 0.812, 0.839, 0.848, 0.882, 0.895.
 template <int Dim>
 double node_mm(const Work<Dim>& work) {
   return SearchLattice<Dim>(work.setting().extent(), SearchOptions().max_nodes).node_mm;

@@ -39,6 +39,7 @@ class Level : public Stage<Dim> {
       if (work.told) work.told->shape = before;
       work.notes.push_back(
           fmt::format("level {}: {}; the next one starts where it did", level_, report.message));
+      if (work.told) work.told->n_notes = work.notes.size();
     }
     return report.outcome != Outcome::kStopped;
   }

@@ -42,14 +42,17 @@ std::exception_ptr thrown_by(const Call& call) {
   return nullptr;
 }
 
-/// Of a shape that is left with vertices of the one that was amended alone.
+/// That of the shape which was amended, if there is one and no vertex of another is left.
+/// @return  false: edges have to be located
 template <int Dim>
-void keep_certainty(Work<Dim>& work) {
-  if (!work.settled || !work.settled->certainty) return;
+bool keep_certainty(Work<Dim>& work) {
+  if (!work.settled) return false;
   const Simplices<Dim>& known = work.settled->shape;
   const std::vector<char> are_known = are_vertices_of<Dim>(known, work.shape);
-  if (std::find(are_known.begin(), are_known.end(), 0) == are_known.end())
+  if (std::find(are_known.begin(), are_known.end(), 0) != are_known.end()) return false;
+  if (work.settled->certainty)
     work.certainty = certainty_of_part<Dim>(*work.settled->certainty, known, work.shape);
+  return true;
 }
 
 template <int Dim>
@@ -193,7 +196,8 @@ bool minimise(Work<Dim>& work, const Minimisation<Dim>& minimisation) {
   };
   report.flow = flow::evolve<Dim>(*shape, *energy, flow, on_step);
   if (shape->rests()) at_rest = kAllStays;
-  if (!at_rest.empty() && !work.is_stopped()) {
+  // Without a step there is nothing to be told of, and nothing that a stop could cut short.
+  if (!at_rest.empty() && (!work.is_stopped() || report.flow.steps.empty())) {
     report.flow.termination = flow::Termination::kConverged;
     report.flow.message = at_rest;
   }
@@ -206,10 +210,8 @@ bool minimise(Work<Dim>& work, const Minimisation<Dim>& minimisation) {
         "{}: the {} is coarser than asked for: at {} elements nothing is refined any more",
         report.name, work.setting().noun(), options.adaptivity.max_elements));
   work.reports.push_back(std::move(report));
-  if (shape->rests()) {  // as it was before the clicks, and located
-    keep_certainty(work);
-    return false;
-  }
+  if (work.told) work.told->n_notes = work.notes.size();  // this stage is done
+  if (shape->rests() && keep_certainty(work)) return false;
   return work.reports.back().outcome == Outcome::kConverged;
 }
 

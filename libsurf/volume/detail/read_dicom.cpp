@@ -13,6 +13,7 @@
 #include <optional>
 
 #include "libsurf/base/error.h"
+#include "libsurf/base/file.h"
 #include "libsurf/base/memory.h"
 #include "libsurf/volume/detail/dicom_pixels.h"
 #include "libsurf/volume/detail/dicom_structure.h"
@@ -262,12 +263,7 @@ std::optional<FileHeader> read_header(const std::string& file) {
 using Series = std::map<std::string, std::vector<FileHeader>>;  // by SeriesInstanceUID
 
 Series read_folder(const std::string& folder, const std::string& path, int& n_skipped) {
-  std::vector<std::string> files;
-  std::error_code status;
-  for (const auto& entry : fs::directory_iterator(folder, status))
-    if (entry.is_regular_file(status)) files.push_back(entry.path().string());
-  if (status) throw InputError(fmt::format("{}: cannot be read: {}", path, status.message()));
-  std::sort(files.begin(), files.end());
+  const std::vector<std::string> files = files_in(folder);
   Series series;
   for (const std::string& file : files) {
     if (auto header = read_header(file))

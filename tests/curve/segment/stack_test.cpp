@@ -57,6 +57,7 @@ TEST(Stack, EndsBeforeTheSliceThatHasNoObject) {
   EXPECT_LT(stack.slices.back().slice, 36);
   ASSERT_EQ(stack.notes.size(), 1u);
   EXPECT_NE(stack.notes[0].find("the stack ends before it"), std::string::npos);
+  EXPECT_FALSE(stack.is_invalid);
 }
 
 TEST(Stack, IsRefusedAtOnceWhereThereIsNoLastSlice) {

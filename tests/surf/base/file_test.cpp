@@ -154,6 +154,16 @@ TEST_F(Files, ThatWereNeverWrittenAreReported) {
   EXPECT_EQ(n_files(), 0);
 }
 
+TEST_F(Files, OfAFolderAreListedByName) {
+  for (const char* name : {"b", "a", "c"}) std::ofstream(path(name)) << name;
+  fs::create_directory(path("sub"));
+  fs::create_symlink(path("a"), path("link"));
+  EXPECT_EQ(files_in(folder.string()),
+            (std::vector{path("a"), path("b"), path("c"), path("link")}));
+  EXPECT_THROW(files_in(path("missing")), InputError);
+  EXPECT_THROW(files_in(path("a")), InputError);
+}
+
 TEST(Extension, IsTheLastOneInLowerCaseOrBothOfCompressedNifti) {
   EXPECT_EQ(extension("a.STL"), ".stl");
   EXPECT_EQ(extension("/tmp/x.y/scan.Nii.GZ"), ".nii.gz");

@@ -250,6 +250,13 @@ TEST_F(ReadSurface, ValuesMayBeCalledOffsets) {
   const std::string file = write("t.vtp", replaced(kVtp, "<Points>", values + "<Points>"));
   expect_square(read_surface(file));
   EXPECT_EQ(read_point_array(file, "offsets"), Eigen::Vector4d(0, 1, 2, 1e9));
+  const std::string points = replaced(kVtp, "<DataArray type=\"Float64\" Num",
+                                      "<DataArray Name=\"offsets\" type=\"Float64\" Num");
+  expect_square(read_surface(write("t.vtp", points)));
+  const std::string field =
+      "<DataArray type=\"Int64\" Name=\"offsets\" NumberOfTuples=\"1\" "
+      "format=\"ascii\">1000000000000</DataArray></FieldData>";
+  expect_square(read_surface(write("t.vtp", replaced(kVtp, "</FieldData>", field))));
 }
 
 TEST_F(ReadSurface, MissingFilesAndFoldersAreRefused) {

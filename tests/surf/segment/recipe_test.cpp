@@ -151,6 +151,41 @@ TEST(Recipe, RepeatsWhatWasStoppedBeforeItsFirstStep) {
   }
 }
 
+// Whether it had gone on by then or not: what goes on from there is at the level of before.
+TEST(Recipe, GoesOnFromWhatWasStoppedBeforeItsFirstStepAsTheRunDid) {
+  const auto setting = make_setting(phantom());
+  Segmentation<3> s(setting);
+  const int object = s.add_object();
+  Options<3> options;
+  options.energies = {{"minimal-surface", 1, {}}};
+  options.n_levels = 3;
+  s.set_options(object, options);
+  s.add_click(object, inside(0));
+  s.evolve(object,
+           [](const std::string& stage, const auto&, const auto&) { return stage != "level 1"; });
+  std::stop_source source;
+  s.set_checkpointing({[&](const std::string&) { source.request_stop(); }, ""});
+  ASSERT_EQ(s.evolve(object, {}, source.get_token()).outcome, Outcome::kStopped);
+  s.set_checkpointing({});
+  Segmentation<3> again(setting);
+  replay<3>(to_recipe<3>(s), again);
+  EXPECT_EQ(to_recipe<3>(again), to_recipe<3>(s));
+  const Result<3>&first = s.evolve(object), &second = again.evolve(object);
+  EXPECT_EQ(first.stages.at(1).name, "level 1");
+  EXPECT_EQ(second.shape.points, first.shape.points);
+  // With other options it does not go on, though the energy that is there is the one of before.
+  Segmentation<3> other(setting);
+  replay<3>(to_recipe<3>(again), other);
+  ASSERT_TRUE(other.undo(object) && other.undo(object));
+  options.energies = {{"chan-vese", 1, {}}};
+  other.set_options(object, options);
+  std::stop_source now;
+  now.request_stop();
+  other.evolve(object, {}, now.get_token());
+  EXPECT_NE(other.evolve(object).stages.front().name, "go on");
+  EXPECT_EQ(other.object(object).result->energies.front().name, "chan-vese");
+}
+
 TEST(Recipe, IsLoadedWhereANameWasUsedAgain) {
   const auto setting = make_setting(phantom(volume::PhantomKind::kSeparateBalls, 0.05));
   Segmentation<3> s(setting);

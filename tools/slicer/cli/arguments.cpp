@@ -4,18 +4,22 @@
 
 #include <CLI/App.hpp>
 #include <algorithm>
+#include <array>
 #include <cctype>
 #include <sstream>
 
 #include "libsurf/base/error.h"
+#include "libsurf/base/file.h"
 #include "libsurf/io/read_landmarks.h"
-#include "libsurf/io/write_surface.h"
 #include "tools/common/outputs.h"
 
 namespace surfseg::slicer {
 namespace {
 
 using Words = std::vector<std::string>;
+
+/// Of surfaces in LPS, as the description has it; others have frames of their own.
+constexpr std::array kSurfaceEndings = {".vtp", ".stl", ".ply", ".obj"};
 
 void add_parameter(CLI::App& app, const Parameter& parameter, Arguments& arguments) {
   if (is_given_back(parameter)) return;
@@ -47,7 +51,7 @@ Words points_of(const std::string& text) {
   return out;
 }
 
-/// A file that does not say its space has LPS, as the points that are passed.
+/// In LPS, as the points that are passed; so is a text that does not say its space.
 Words points_in(const std::string& path) {
   const surf::io::Landmarks landmarks = surf::io::read_landmarks(path);
   if (landmarks.points.cols() != 3)
@@ -109,7 +113,8 @@ void check(const Arguments& arguments, const std::vector<Parameter>& parameters)
   const std::string surface = arguments.value("surface"), labels = arguments.value("labels");
   if (surface.empty() && labels.empty())
     throw surf::UsageError("--surface, --labels: nothing is to be written; give one of them");
-  if (!surface.empty() && !surf::io::is_writable_surface(surface))
+  if (!surface.empty() && std::find(kSurfaceEndings.begin(), kSurfaceEndings.end(),
+                                    surf::extension(surface)) == kSurfaceEndings.end())
     throw surf::UsageError(fmt::format(
         "--surface: {}: expected a name that ends in .vtp, .stl, .ply or .obj", surface));
   check_volume_name("--labels", labels);

@@ -17,10 +17,11 @@ export function drawOptions(): void {
   shown = key;
   const container = byId('options-panel');
   if (!o || !table) { refill(container, h('p', { class: 'quiet' }, 'Options belong to an object: click into one, or add it.')); return; }
-  const groups = [...new Set(table.options.map((x) => x.group))];
+  const options = table.options.filter((x) => x.type !== 'energies');  // they have a panel of their own
+  const groups = [...new Set(options.map((x) => x.group))];
   refill(container, presets(o),
     ...groups.map((group) => h('fieldset', {}, h('legend', {}, group),
-      ...table.options.filter((x) => x.group === group).map((x) => field(o, x)))),
+      ...options.filter((x) => x.group === group).map((x) => field(o, x)))),
     energies(o), buttons(o));
 }
 
@@ -58,8 +59,8 @@ function field(o: StudioObject, x: Option): Node {
   const standard = x.standard === null || x.standard === undefined ? 'from the image' : String(x.standard);
   let control: HTMLElement;
   if (x.type === 'number' || x.type === 'integer')
-    control = h('input', { id, type: 'number', step: x.type === 'integer' ? '1' : 'any', min: x.minimum ?? undefined,
-      max: x.maximum ?? undefined, value: value === undefined ? '' : String(value), placeholder: standard, 'data-key': id,
+    control = h('input', { id, type: 'number', step: x.type === 'integer' ? '1' : 'any', min: x.minimum,
+      value: value === undefined ? '' : String(value), placeholder: standard, 'data-key': id,
       'aria-describedby': `${id}-help`,
       oninput: (e: Event) => {
         const f = e.target as HTMLInputElement;
@@ -128,7 +129,7 @@ function energy(table: EnergyKind[], e: Energy, index: number,
       return h('div', { class: 'field' },
         h('div', { class: 'line' }, h('label', { for: id }, p.key),
           h('input', { id, type: 'text', inputmode: 'decimal', value: current.get(p.key) ?? '', 'data-key': id,
-            placeholder: p.standard === null || p.standard === undefined ? 'needed' : String(p.standard), 'aria-describedby': `${id}-help`,
+            placeholder: p.standard, 'aria-describedby': `${id}-help`,
             oninput: (event: Event) => {
               current.set(p.key, (event.target as HTMLInputElement).value.trim());
               change(index, { name: e.name, parameters: [...current] }, false);

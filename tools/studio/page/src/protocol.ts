@@ -49,12 +49,12 @@ export interface State {
 }
 
 export interface Option {
-  key: string; label: string; group: string; unit: string; type: 'number' | 'integer' | 'boolean' | 'choice';
-  minimum?: number | null; maximum?: number | null; help: string; standard: OptionValue | null; choices: string[];
+  key: string; label: string; group: string; unit: string; type: 'number' | 'integer' | 'boolean' | 'choice' | 'energies';
+  minimum: number; help: string; standard: OptionValue | null; choices: string[];
 }
-export interface EnergyParameter {
-  key: string; unit: string; help: string; minimum?: number | null; maximum?: number | null; standard?: string | number | null;
-}
+export type ParameterRange = { text: string; values: number[] }
+  | { text: string; lowest: number | null; highest: number | null; excludes_lowest: boolean };
+export interface EnergyParameter { key: string; unit: string; help: string; range: ParameterRange; standard: string }
 export interface EnergyKind { name: string; formula: string; help: string; parameters: EnergyParameter[] }
 export interface OptionTable {
   options: Option[]; energies: EnergyKind[]; presets: { name: string; words: string }[];

@@ -203,6 +203,7 @@ function halt(message) {
   if (o && message) { o.outcome = 'stopped'; o.message = message; tell(); }
 }
 
+const POSITIVE = { text: '> 0', lowest: 0, highest: null, excludes_lowest: true };
 const OPTIONS = {
   options: [
     { key: 'edge_length_mm', label: 'edge length', group: 'surface', unit: 'mm', type: 'number', minimum: 0, help: 'Of the finest triangles; half of it is about the finest detail.', standard: null, choices: [] },
@@ -214,10 +215,10 @@ const OPTIONS = {
     { key: 'keep_largest', label: 'keep largest', group: 'components', unit: '', type: 'boolean', help: 'Only the largest component stays.', standard: false, choices: [] },
   ],
   energies: [
-    { name: 'minimal-surface', formula: 'g(x) dA', help: 'Edges of the image hold the surface.', parameters: [{ key: 'lambda', unit: '', help: 'How sharp an edge must be.', minimum: 0, maximum: null, standard: 'from the image' }] },
+    { name: 'minimal-surface', formula: 'g(x) dA', help: 'Edges of the image hold the surface.', parameters: [{ key: 'lambda', unit: '', help: 'How sharp an edge must be.', range: POSITIVE, standard: 'from the image' }] },
     { name: 'window', formula: '(u-m)^2 - h^2 dx', help: 'Values round a mean are inside.', parameters: [
-      { key: 'mean', unit: 'HU', help: 'The value in the middle.', standard: 'needed' }, { key: 'half-width', unit: 'HU', help: 'How far values may be off.', minimum: 0, standard: 'needed' }] },
-    { name: 'area', formula: 'dA', help: 'Smooths.', parameters: [{ key: 'weight', unit: '1/mm', help: 'Against the other terms.', minimum: 0, standard: '1' }] },
+      { key: 'mean', unit: 'HU', help: 'The value in the middle.', range: { text: 'any number', lowest: null, highest: null, excludes_lowest: false }, standard: 'needed' }, { key: 'half-width', unit: 'HU', help: 'How far values may be off.', range: POSITIVE, standard: 'needed' }] },
+    { name: 'area', formula: 'dA', help: 'Smooths.', parameters: [{ key: 'weight', unit: '1/mm', help: 'Against the other terms.', range: POSITIVE, standard: '1' }] },
   ],
   presets: [{ name: 'ct-bone', words: 'bone in CT' }, { name: 'kidney-ct', words: 'kidneys in CT' }],
   export: { surface: ['stl', 'obj', 'ply', 'vtp'], labels: ['nii.gz', 'nrrd', 'mha'], measures: ['csv'], picture: ['png'], report: ['html'], recipe: ['json'] },
