@@ -27,8 +27,8 @@ class _Shape:
 
     @property
     def report(self) -> dict:
-        """What --json of `surfseg segment` or `curveseg segment` says of the run:
-        docs/file-formats.md."""
+        """What --json of `surfseg segment` or `curveseg segment` says of the segmentation:
+        docs/file-formats.md, docs/python.md."""
         if self._report is None:
             self._report = json.loads(self._shape.summary())
         return self._report
