@@ -239,8 +239,7 @@ TEST_F(LocateStage, IsWrittenWithTheSurfaceAndInTheSummary) {
     EXPECT_LT((deviation - result.certainty->deviation_mm).cwiseAbs().maxCoeff(), 1e-6);
     EXPECT_EQ(io::read_point_array(file, "has_edge").minCoeff(), 1);
     EXPECT_GT(io::read_point_array(file, "edge_strength").minCoeff(), 5);
-    const auto summary =
-        nlohmann::json::parse(summary_json<3>(result, &finished)).at("certainty");
+    const auto summary = nlohmann::json::parse(summary_json<3>(result, &finished)).at("certainty");
     EXPECT_EQ(summary.at("volume_deviation_mm3"), result.certainty->content_deviation);
     EXPECT_EQ(summary.at("share_without_edge"), 0);
     EXPECT_GT(summary.at("deviation_mm").at("median"), 0);
