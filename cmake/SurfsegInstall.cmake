@@ -34,6 +34,8 @@ if(SURFSEG_BUILD_TOOLS)
   include(SurfsegManPages)
   include(SurfsegCompletions)
   install(FILES ${PROJECT_SOURCE_DIR}/packaging/surfseg-studio.desktop DESTINATION share/applications)
+  install(FILES ${PROJECT_SOURCE_DIR}/packaging/surfseg-mime.xml DESTINATION share/mime/packages
+          RENAME surfseg.xml)
   if(BUILD_SHARED_LIBS AND NOT SURFSEG_SANITIZE)
     include(SurfsegPackage)
   endif()

@@ -271,7 +271,9 @@ std::unique_ptr<MumfordShah::State> MumfordShah::made(const fem::Geometry<2>& sh
   double length = 0;
   for (const TraceEdge& edge : mesh.trace)
     length += (mesh.points.row(edge.end) - mesh.points.row(edge.start)).norm();
-  if (is_simple && shape.has_border()) length = energy::charged_measure<2>(shape);
+  // What runs along the border of the image costs nothing.
+  if (shape.has_border())
+    length = energy::charged_measure<2>(shape) + (is_simple ? 0 : length - shape.measure());
   Eigen::VectorXd start;
   if (state_) start = start_from(state_->solution, mesh, unknowns(mesh));
   return std::make_unique<State>(

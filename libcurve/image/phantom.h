@@ -16,7 +16,7 @@ enum class PhantomKind {
   kBlob,     ///< r(t) = 0.5 (1 + 0.15 cos 3t)
   kDiscs12,  ///< twelve separate discs of radius 0.12 to 0.26
   kRing,     ///< radii 0.6 and 0.3 about (0.05, -0.03)
-  kBay       ///< corners, a cusp at (0.8, 0) and a concavity 0.6 deep; see bay_outline()
+  kBay       ///< corners, a cusp at (0.8, 0) and a concavity 0.6 deep
 };
 
 const std::map<std::string, PhantomKind>& phantom_kinds();

@@ -2,6 +2,7 @@
 
 #include <cerrno>
 #include <charconv>
+#include <cmath>
 #include <cstring>
 #include <fstream>
 #include <limits>
@@ -109,14 +110,16 @@ RingMap rings_of_csv(const std::string& path, std::istream& stream) {
     const char* const end = at + line.size();
     for (std::size_t i = 0; i < values.size(); ++i) {
       const auto [next, status] = std::from_chars(at, end, values[i]);
-      if (status != std::errc() || (i < 3 && (next == end || *next != ',')))
+      const bool is_at_end = next == end || (*next == '\r' && next + 1 == end);
+      if (status != std::errc() || (i < 3 ? next == end || *next != ',' : !is_at_end))
         throw InputError(fmt::format("{}:{}: expected four numbers; got '{}'", path, n, line));
       at = next + 1;
     }
     constexpr double kMost = std::numeric_limits<int>::max();
-    if (!(values[0] >= 0 && values[0] <= kMost && values[1] >= 0 && values[1] <= kMost))
-      throw InputError(
-          fmt::format("{}:{}: polygon and ring are counted from 0; got '{}'", path, n, line));
+    for (const double number : {values[0], values[1]})
+      if (!(number >= 0 && number <= kMost && number == std::floor(number)))
+        throw InputError(
+            fmt::format("{}:{}: polygon and ring are counted from 0; got '{}'", path, n, line));
     rings[{int(values[0]), int(values[1])}].emplace_back(values[2], values[3]);
   }
   return rings;

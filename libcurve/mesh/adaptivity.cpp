@@ -94,7 +94,7 @@ AdaptivityReport adapt(CurveMesh& curves, const AdaptivityOptions& options, int 
 }
 
 int remove_short(CurveMesh& curves, double min_length, double max_length, double tolerance,
-                 const NodeTest& is_fixed) {
+                 const NodeTest& is_fixed, const NodeTest& rests) {
   const std::vector<int> component = curves.components();
   std::vector<int> n_left(curves.size(), 0);
   for (const int c : component) ++n_left[c];
@@ -110,7 +110,7 @@ int remove_short(CurveMesh& curves, double min_length, double max_length, double
     double lowest = tolerance;
     const bool is_between = is_held(i) && is_held(curves.next(i));
     for (const int node : {i, curves.next(i)}) {
-      if (is_held(node) && !is_between) continue;
+      if ((is_held(node) && !is_between) || (rests && rests(curves, node))) continue;
       const double merged =
           (curves.point(curves.next(node)) - curves.point(curves.prev(node))).norm();
       const double h = height(curves, node);

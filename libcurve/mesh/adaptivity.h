@@ -30,9 +30,10 @@ AdaptivityReport adapt(CurveMesh& curves, const AdaptivityOptions& options, int 
 /// Joins elements shorter than min_length to a neighbour, where the node that goes lies within
 /// `tolerance` of the new element [mm] and this is no longer than max_length.
 /// @param is_fixed  nodes that only go with an element between two of them; none = all may
+/// @param rests     nodes that stay in any case; none = all may go
 /// @return  number of removed nodes
 int remove_short(CurveMesh& curves, double min_length, double max_length, double tolerance,
-                 const NodeTest& is_fixed = {});
+                 const NodeTest& is_fixed = {}, const NodeTest& rests = {});
 
 struct SmoothingOptions {
   int n_sweeps = 1;

@@ -60,6 +60,7 @@ MovingCurve::MovingCurve(const Segments& initial, const MovingCurveOptions& opti
     surgery.kept_points = obstacles().points();
     if (!operate(mesh_, surgery).is_resolved)
       throw InvalidMesh("the initial curves intersect and could not be rebuilt");
+    note_rebuilt(start);
   }
   if (mesh_.size() == 0) throw InvalidMesh("nothing is left of the initial curves");
   find_obstacles();
@@ -168,6 +169,7 @@ bool MovingCurve::resolve_events() {
   surgery.resolution_mm = topology_resolution();
   surgery.min_area_mm2 = min_content();
   surgery.kept_points = obstacles().points();
+  const Points<2> moved_to = mesh_.points();
   const SurgeryReport report = operate(mesh_, surgery, before);
   has_vanished_ = mesh_.size() == 0;
   if (!report.is_resolved || has_vanished_ || (report.has_changed && has_lost_obstacles())) {
@@ -177,6 +179,7 @@ bool MovingCurve::resolve_events() {
     return true;
   }
   events_.insert(events_.end(), report.events.begin(), report.events.end());
+  if (report.has_changed) note_rebuilt(moved_to);
   return report.has_changed;
 }
 
@@ -199,14 +202,31 @@ NodeTest MovingCurve::border_ends() const {
   };
 }
 
+/// Nodes of elements that are not mended.
+NodeTest MovingCurve::resting_nodes() const {
+  if (!options_.region) return {};
+  return [this](const CurveMesh& curves, int i) {
+    const auto rests = [&](int from) {
+      Eigen::Matrix2d corners;
+      corners << curves.point(from).transpose(), curves.point(curves.next(from)).transpose();
+      return is_unmended(corners);
+    };
+    return rests(i) || rests(curves.prev(i));
+  };
+}
+
 bool MovingCurve::mend_mesh(int max_rounds) {
   const CurveMesh unmended = mesh_;
   AdaptivityOptions sizes = adaptivity();
   const double tolerance = mending_tolerance();
-  const NodeTest is_fixed = border_ends();
+  const NodeTest is_border_end = border_ends(), rests = resting_nodes();
+  const NodeTest is_fixed = [&](const CurveMesh& curves, int i) {
+    return (is_border_end && is_border_end(curves, i)) || (rests && rests(curves, i));
+  };
   int n_removed = 0;
   for (int round = 0; round < max_rounds; ++round) {
-    const int n = remove_short(mesh_, shortest_edge(), sizes.max_length_mm, tolerance, is_fixed);
+    const int n =
+        remove_short(mesh_, shortest_edge(), sizes.max_length_mm, tolerance, is_border_end, rests);
     n_removed += n;
     if (n == 0) break;
   }
@@ -223,7 +243,9 @@ bool MovingCurve::mend_mesh(int max_rounds) {
     SurgeryOptions surgery;
     surgery.min_area_mm2 = min_content();
     surgery.kept_points = obstacles().points();
+    const Points<2> before = mesh_.points();
     const SurgeryReport report = operate(mesh_, surgery);
+    note_rebuilt(before);
     if (report.is_resolved && mesh_.size() > 0 && !has_lost_obstacles()) {
       events_.insert(events_.end(), report.events.begin(), report.events.end());
       has_changed_domain_ = true;

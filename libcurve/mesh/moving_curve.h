@@ -35,6 +35,7 @@ class MovingCurve : public mesh::MovingMesh<2> {
   bool has_lost_obstacles();
   bool resolve_events();
   NodeTest border_ends() const;
+  NodeTest resting_nodes() const;
   bool mend_mesh(int max_rounds);
 
   CurveMesh mesh_;

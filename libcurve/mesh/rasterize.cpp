@@ -20,9 +20,10 @@ std::vector<std::uint8_t> rasterize(const Segments& curves, const std::array<int
     // From the lower to the upper end, so that both elements at a node see it alike.
     const bool is_upwards = points(e[0], 1) < points(e[1], 1);
     const auto low = points.row(e[is_upwards ? 0 : 1]), high = points.row(e[is_upwards ? 1 : 0]);
-    const int first = static_cast<int>(std::max(0.0, std::ceil(low[1])));
+    const double first = std::max(0.0, std::ceil(low[1]));
     const double last = std::min(double(size[1]) - 1, high[1]);
-    for (int j = first; j <= last && j < high[1]; ++j) {
+    if (!(first <= last)) continue;  // no int may hold it
+    for (int j = int(first); j <= last && j < high[1]; ++j) {
       const double share = (j - low[1]) / (high[1] - low[1]);
       crossings[j].emplace_back(low[0] + share * (high[0] - low[0]), is_upwards ? 1 : -1);
     }
@@ -34,8 +35,8 @@ std::vector<std::uint8_t> rasterize(const Segments& curves, const std::array<int
     for (std::size_t k = 0; k + 1 < crossings[j].size(); ++k) {
       winding += crossings[j][k].second;
       if (winding == 0) continue;
-      const double begin = std::max(0.0, std::ceil(crossings[j][k].first));
-      const double end = std::min(double(size[0]), std::ceil(crossings[j][k + 1].first));
+      const auto column = [&](double x) { return std::clamp(std::ceil(x), 0.0, double(size[0])); };
+      const double begin = column(crossings[j][k].first), end = column(crossings[j][k + 1].first);
       for (int i = int(begin); i < end; ++i) out[std::size_t(j) * size[0] + i] = 1;
     }
   }

@@ -18,8 +18,20 @@ struct RegionFilter {
   std::string error() const;  ///< empty if valid
 };
 
-/// @param n_removed  regions and holes that went
+/// Something that went.
+struct RemovedRegion {
+  std::string what;                         ///< "filled hole", "small region", ...
+  int n_curves = 1;                         ///< with the holes that went with a region
+  double area_mm2 = 0;                      ///< of these curves, signed: negative for a hole
+  Vector<2> center_mm = Vector<2>::Zero();  ///< of the outer curve's length
+};
+
+struct FilteredCurves {
+  Segments curves;
+  std::vector<RemovedRegion> removed;
+};
+
 /// @throws UsageError  filter.error() is not empty
-Segments filtered(const Segments& curves, const RegionFilter& filter, int& n_removed);
+FilteredCurves filtered(const Segments& curves, const RegionFilter& filter);
 
 }  // namespace surf::curve

@@ -36,6 +36,7 @@ void DomainFunctional<Dim>::reset(const fem::Geometry<Dim>& shape) {
   for (std::size_t k = 0; k < w.size(); ++k) p_[k] = integral(w[k]);
   value_ = integral(H_->at(p_));
   base_ = value_;
+  drift_ = 0;
 }
 
 /// What changes is H over the current domain, and the domain by what the boundary sweeps.
@@ -62,6 +63,15 @@ template <int Dim>
 void DomainFunctional<Dim>::remesh(const fem::Geometry<Dim>& shape) {
   shape_ = std::make_unique<fem::Geometry<Dim>>(shape);
   base_.reset();
+}
+
+/// What mending and surgery have changed goes into drift().
+template <int Dim>
+void DomainFunctional<Dim>::rebuild(const fem::Geometry<Dim>& shape) {
+  const double before = value_;
+  reset(shape);
+  drift_ = value_ - before;
+  value_ = before;
 }
 
 template <int Dim>

@@ -42,9 +42,11 @@ class DomainFunctional : public ShapeEnergy<Dim> {
   std::string name() const override { return "domain-functional"; }
   void reset(const fem::Geometry<Dim>& shape) override;
   double value() const override { return value_; }
+  double drift() const override { return drift_; }
   double try_move(const fem::Geometry<Dim>& moved) override;
   void accept() override;
   void remesh(const fem::Geometry<Dim>& shape) override;
+  void rebuild(const fem::Geometry<Dim>& shape) override;
   void differentiate(const fem::Curvature&, double, ShapeTerms<Dim>&) const override;
   void differentiate_twice(const fem::Curvature&, double, SecondDerivative<Dim>&) const override;
   void add_density(const Points<Dim>&, double, Eigen::VectorXd&) const override;
@@ -61,7 +63,7 @@ class DomainFunctional : public ShapeEnergy<Dim> {
   DomainIntegrals<Dim> integrals_;
   std::unique_ptr<fem::Geometry<Dim>> shape_, tried_;
   Eigen::VectorXd p_, tried_p_;
-  double value_ = 0, tried_value_ = 0;
+  double value_ = 0, tried_value_ = 0, drift_ = 0;
   std::optional<double> base_;  // the integral of H(., p_) over the current mesh, when it is known
 };
 

@@ -19,6 +19,7 @@ namespace {
 
 constexpr double kAtBound = 0.9;  // of the largest displacement
 constexpr double kAtRest = 0.1;   // likewise: the fastest vertex hardly moves
+constexpr int kLongestWindow = 1'000'000;
 constexpr int kDriftWindows = 5;  // of the energy window: how long mending may take back all gains
 
 /// Has the run come to rest?
@@ -47,13 +48,14 @@ class StoppingRule {
     const double gained = summary.steps[n - 1 - window].energy - last.energy;
     const double total = summary.initial_energy - last.energy;
     const double share = n_at_bound_ >= window ? options_.energy_share_on_the_way : 1;
-    if (gained <= share * options_.energy_tol * total && is_round)
+    const bool is_on = options_.energy_tol > 0;
+    if (is_on && gained <= share * options_.energy_tol * total && is_round)
       return fmt::format("the last round gained {:.1e} of the whole decrease", gained / total);
-    if (gained <= share * options_.energy_tol * total)
+    if (is_on && gained <= share * options_.energy_tol * total)
       return fmt::format("the last {} steps gained {:.1e} of the whole decrease", window,
                          gained / total);
     if (const int longer = kDriftWindows * window;
-        n > longer && drift != 0 &&
+        is_on && n > longer && drift != 0 &&
         with_drift_[n - 1 - longer] - with_drift_[n - 1] <= options_.energy_tol * total)
       return fmt::format("mending took back what the last {} steps gained", longer);
     double furthest = 0;
@@ -94,7 +96,7 @@ class ContentKeeper {
   bool approach() {
     double before = std::numeric_limits<double>::infinity();
     for (int k = 0; k < kMostMoves && shape_.obstacle().empty(); ++k) {
-      if (move() && k > 0) return true;
+      if (move() && k > 0 && !is_far()) return true;
       shape_.mend();
       const double left = std::abs(shape_.geometry().enclosed() - target_);
       if (left >= before && left > kNear * std::abs(target_)) return false;
@@ -129,13 +131,16 @@ std::string FlowOptions::error() const {
            "Newton's method";
   if (method != Method::kGradientFlow && velocity.scheme == Scheme::kSemiImplicit)
     return "FlowOptions::velocity.scheme: only gradient flows are semi-implicit";
+  if (method != Method::kGradientFlow && step.bound == StepBound::kVertex)
+    return "FlowOptions::step.bound: only gradient flows bound each vertex for itself";
   if (max_steps < 0) return fmt::format("FlowOptions::max_steps = {} violates >= 0", max_steps);
   if (!(rel_tol >= 0 && rel_tol < 1))
     return fmt::format("FlowOptions::rel_tol = {} violates 0 <= rel_tol < 1", rel_tol);
   if (!(energy_tol >= 0 && energy_tol < 1))
     return fmt::format("FlowOptions::energy_tol = {} violates 0 <= energy_tol < 1", energy_tol);
-  if (energy_window < 1)
-    return fmt::format("FlowOptions::energy_window = {} violates >= 1", energy_window);
+  if (energy_window < 1 || energy_window > kLongestWindow)
+    return fmt::format("FlowOptions::energy_window = {} violates 1 to {}", energy_window,
+                       kLongestWindow);
   if (!(energy_share_on_the_way >= 0 && energy_share_on_the_way <= 1))
     return fmt::format("FlowOptions::energy_share_on_the_way = {} violates 0 to 1",
                        energy_share_on_the_way);
@@ -255,7 +260,7 @@ class Evolution {
     if (is_rebuilt_ || options_.method == Method::kLbfgs) energy_.reset(shape_.geometry());
     summary_.termination = termination;
     summary_.message = std::move(message);
-    summary_.final_energy = energy_.value() + energy_.drift();
+    summary_.final_energy = energy_.value() + energy_.drift() + left_out_;
     return std::move(summary_);
   }
 

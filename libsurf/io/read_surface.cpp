@@ -18,6 +18,8 @@
 namespace surf::io {
 namespace {
 
+constexpr double kLargest = 1e150;  // of a coordinate: its square and those of a sum are finite
+
 using Reader = FileSurface (*)(const std::string&, const std::string&);
 
 FileSurface read_vtp(const std::string& path, const std::string& content) {
@@ -53,7 +55,7 @@ void check(const std::string& path, const FileSurface& surface) {
     throw InputError(fmt::format("{}: more than 2^31 points or triangles", path));
   for (std::size_t i = 0; i < surface.points.size(); ++i)
     for (const double x : surface.points[i])
-      if (!std::isfinite(x))
+      if (!(std::abs(x) <= kLargest))
         throw InputError(fmt::format("{}: vertex {} has the coordinate {}", path, i + 1, x));
   const auto n = static_cast<std::int64_t>(surface.points.size());
   for (std::size_t i = 0; i < surface.elements.size(); ++i)

@@ -5,8 +5,10 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
+#include <set>
 #include <utility>
 
 #include "libsurf/base/error.h"
@@ -212,6 +214,43 @@ std::vector<char> MovingMesh<Dim>::resting_elements() const {
   for (const auto& t : shape.elements.rowwise())
     out.push_back(std::none_of(t.begin(), t.end(), [&](int i) { return is_vertex_moving[i]; }));
   return out;
+}
+
+template <int Dim>
+std::vector<char> MovingMesh<Dim>::unmended_elements() const {
+  std::vector<char> out = resting_elements();
+  if (out.empty() || !rebuilt_) return out;
+  const Simplices<Dim> shape = simplices();
+  for (Eigen::Index t = 0; t < shape.elements.rows(); ++t)
+    for (const int vertex : shape.elements.row(t))
+      if (out[t] && rebuilt_->contains(shape.points.row(vertex).transpose())) out[t] = 0;
+  return out;
+}
+
+template <int Dim>
+bool MovingMesh<Dim>::is_unmended(const Eigen::Matrix<double, Dim, Dim>& corners) const {
+  if (!options_.region) return false;
+  for (const auto& x : corners.rowwise())
+    if (options_.region->contains(x.transpose()) || (rebuilt_ && rebuilt_->contains(x.transpose())))
+      return false;
+  return true;
+}
+
+template <int Dim>
+void MovingMesh<Dim>::note_rebuilt(const Points<Dim>& before) {
+  if (!options_.region) return;
+  if (!rebuilt_) rebuilt_.emplace(options_.edge_length_mm);
+  using Place = std::array<double, Dim>;
+  const auto place = [](const auto& point) {
+    Place out;
+    std::copy(point.begin(), point.end(), out.begin());
+    return out;
+  };
+  std::set<Place> known;
+  for (const auto& point : before.rowwise()) known.insert(place(point));
+  const Points<Dim> now = simplices().points;
+  for (const auto& point : now.rowwise())
+    if (!known.contains(place(point))) rebuilt_->add(point.transpose());
 }
 
 template <int Dim>

@@ -113,6 +113,13 @@ class MovingMesh : public flow::MovingShape<Dim> {
   double min_content() const;
   /// Flags of the elements without a vertex in the region; empty if there is none.
   std::vector<char> resting_elements() const;
+  /// Those of them that surgery has not made, which is as thin as its grid cuts it: with all of it
+  /// in the region, so that it moves too, a liver's boundary that had come to rest leaked.
+  std::vector<char> unmended_elements() const;
+  /// Whether an element with these corners is one of them.
+  bool is_unmended(const Eigen::Matrix<double, Dim, Dim>& corners) const;
+  /// Where vertices are that were not there before surgery.
+  void note_rebuilt(const Points<Dim>& before);
   void keep_in_box(Points<Dim>& to) const;
   /// Vertices stay in the box and stop at the edges on their way, and elements slide round the
   /// obstacles.
@@ -156,6 +163,7 @@ class MovingMesh : public flow::MovingShape<Dim> {
   std::vector<char> is_left_out_;  ///< elements that geometry() has not; empty = it has all
   std::vector<int> part_;          ///< vertices of geometry(); empty = all
   bool rests_ = false;
+  std::optional<Neighbourhood<Dim>> rebuilt_;  ///< by surgery, if there is a region
 };
 
 /// Share of the length or area that belongs to vertices chosen: of each element the same for each

@@ -6,7 +6,6 @@
 #include <array>
 #include <cmath>
 #include <numbers>
-#include <set>
 #include <utility>
 
 #include "libsurf/base/error.h"
@@ -230,33 +229,6 @@ void MovingSurface::bring_into_box() {
   if (to == from) return;
   hold_intersecting(from, to, elements(mesh_));
   set_points(mesh_, to);
-}
-
-/// Where vertices are that were not there before surgery.
-void MovingSurface::note_rebuilt(const Points<3>& before) {
-  if (!options_.region) return;
-  if (!rebuilt_) rebuilt_.emplace(options_.edge_length_mm);
-  using Place = std::array<double, 3>;
-  const auto place = [](const auto& point) { return Place{point[0], point[1], point[2]}; };
-  std::set<Place> known;
-  for (const auto& point : before.rowwise()) known.insert(place(point));
-  const Points<3> now = points(mesh_);
-  for (const auto& point : now.rowwise())
-    if (!known.contains(place(point))) rebuilt_->add(point.transpose());
-}
-
-/// Those that rest but for what surgery has made of them, which is as thin as its grid cuts it:
-/// with all of it in the region, so that it moves too, a liver's boundary that had come to rest
-/// leaked.
-std::vector<char> MovingSurface::unmended_elements() const {
-  std::vector<char> out = resting_elements();
-  if (out.empty() || !rebuilt_) return out;
-  const Points<3> X = points(mesh_);
-  const Elements<3> T = elements(mesh_);
-  for (Eigen::Index t = 0; t < T.rows(); ++t)
-    for (const int vertex : T.row(t))
-      if (out[t] && rebuilt_->contains(X.row(vertex).transpose())) out[t] = 0;
-  return out;
 }
 
 /// Moves elements that reach into obstacles out of them, where no triangles come to intersect. The

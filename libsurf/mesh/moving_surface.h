@@ -36,15 +36,12 @@ class MovingSurface : public MovingMesh<3> {
   bool holds_a_point(const Triangles& surface, const std::vector<int>& of_triangle,
                      int shell) const;
   void resolve_initial_crossings();
-  void note_rebuilt(const Points<3>& before);
-  std::vector<char> unmended_elements() const;
   void clip_at_start();
   bool resolve_events();
   bool hold_refused(const std::vector<char>& refused);
   bool remove_phantoms_and_crumbs();
 
   TriMesh mesh_;
-  std::optional<Neighbourhood<3>> rebuilt_;               ///< by surgery, if there is a region
   OpenMesh::VPropHandleT<Eigen::Vector3d> displacement_;  ///< of the last move; 0 for new vertices
 };
 

@@ -164,7 +164,7 @@ Triangles box(const Vector3d& lower, const Vector3d& upper, double edge_length) 
     check_length("side of the box", upper[axis] - lower[axis]);
     // Not one part more for a side that is a multiple of the length but for rounding.
     const double parts = std::ceil((upper[axis] - lower[axis]) / edge_length * (1 - 1e-12));
-    check_count(4 * parts * parts, edge_length);
+    check_count(4 * parts, edge_length);  // of a row round it; more than that an int may not hold
     n[axis] = std::max(1, static_cast<int>(parts));
   }
   check_count(4.0 * (1.0 * n[0] * n[1] + 1.0 * n[1] * n[2] + 1.0 * n[2] * n[0]), edge_length);

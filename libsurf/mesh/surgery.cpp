@@ -253,18 +253,28 @@ class Surgery {
     return is_any;
   }
 
-  /// Takes out clusters after which a shell's genus would be larger than allowed, one by one.
+  /// Handles beyond the most that a shell may have, of all shells.
+  int n_excess_handles(const Triangles& surface) const {
+    int n = 0;
+    for (const ComponentMeasures& shell : measure_components(surface))
+      n += std::max(0, shell.genus() - options_.max_genus);
+    return n;
+  }
+
+  /// Takes out clusters that would give a shell more handles than allowed, one by one.
   std::vector<Cluster> refuse_handles(const ConnectedSurface& surface) {
     std::vector<Cluster> all, refused;
     if (options_.max_genus == std::numeric_limits<int>::max()) return refused;
+    int n_before = n_excess_handles(surface.triangles);
     all.swap(clusters_);
     for (Cluster& cluster : all) {
       clusters_.push_back(std::move(cluster));
       const PatchedSurface now = patched(surface, clusters_);
-      int genus = 0;
-      for (const ComponentMeasures& shell : measure_components({now.points, now.elements}))
-        genus = std::max(genus, shell.genus());
-      if (genus <= options_.max_genus) continue;
+      const int n_now = n_excess_handles({now.points, now.elements});
+      if (n_now <= n_before) {
+        n_before = n_now;
+        continue;
+      }
       refused.push_back(std::move(clusters_.back()));
       clusters_.pop_back();
     }

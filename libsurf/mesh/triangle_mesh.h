@@ -12,10 +12,15 @@
 #include "libsurf/base/types.h"
 
 /// @cond
-// New points are zero: the general template copies an uninitialised one, of which g++ warns.
+// New points are zero, and what properties have of new vertices, which are resized: the general
+// template leaves them uninitialised.
 template <>
 inline void OpenMesh::PropertyT<Eigen::Vector3d>::push_back() {
   data_.push_back(Eigen::Vector3d::Zero());
+}
+template <>
+inline void OpenMesh::PropertyT<Eigen::Vector3d>::resize(std::size_t n) {
+  data_.resize(n, Eigen::Vector3d::Zero());
 }
 /// @endcond
 

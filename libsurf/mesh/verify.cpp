@@ -39,6 +39,9 @@ void check_edges(const std::vector<EdgeUse>& uses, Verification& result) {
     } else if (edge.size() > 2 || vertices.first == vertices.second) {
       ++result.n_nonmanifold_edges;
       list(result.nonmanifold_edges, vertices);
+      const auto n_forward = std::count_if(edge.begin(), edge.end(),
+                                           [](const EdgeUse& use) { return use.is_forward; });
+      result.n_unbalanced_edges += 2 * n_forward != std::ssize(edge);
     } else if (edge[0].is_forward == edge[1].is_forward) {
       ++result.n_misoriented_edges;
     }

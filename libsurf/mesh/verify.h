@@ -26,6 +26,7 @@ struct Verification {
   int n_nonmanifold_edges = 0;     ///< of three and more triangles
   int n_nonmanifold_vertices = 0;  ///< where fans touch that no edge joins
   int n_misoriented_edges = 0;     ///< both triangles run along them the same way
+  int n_unbalanced_edges = 0;      ///< non-manifold ones that more triangles run along one way
   int n_inverted_components = 0;   ///< normals point the wrong way
   int n_degenerate = 0;            ///< triangles with collinear corners, exactly
   int n_self_intersections = 0;    ///< pairs, see self_intersections.h
@@ -39,6 +40,9 @@ struct Verification {
   std::vector<int> degenerate;
   std::vector<std::pair<int, int>> self_intersections;  ///< triangles
 
+  /// Encloses a volume, if only piece by piece: closed, and as many triangles run along each edge
+  /// one way as the other.
+  bool is_solid() const { return closed && n_misoriented_edges == 0 && n_unbalanced_edges == 0; }
   /// Every guarantee holds.
   bool passed() const;
   /// One sentence: "closed, manifold, outward, no self-intersection; 1 component, ...", or

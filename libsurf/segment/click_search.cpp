@@ -214,15 +214,17 @@ ClickSearchPointer<Dim> first_stroke(const SearchGrid<Dim>& grid, const Click<Di
   return out;
 }
 
-/// What was found before and what has been found anew together, as one region.
+/// What was found before and what has been found anew together, as one region; edges hold it as
+/// well as the one of the two that they hold less.
 template <int Dim>
-ClickSearchPointer<Dim> joined(const ClickSearch<Dim>& anew, const NodeSet<Dim>& before) {
+ClickSearchPointer<Dim> joined(const ClickSearch<Dim>& anew, const NodeSet<Dim>& before,
+                               double kept_before) {
   auto out = std::make_shared<ClickSearch<Dim>>(anew);
   Rung<Dim> both = anew.found[anew.chosen];
   const NodeSet<Dim> inside = anew.inside() | before;
   both.inside = inside.in(inside.bounds(kMargin));
   both.n_nodes = both.inside.count();
-  both.kept = 1;
+  both.kept = std::min(both.kept, kept_before);
   out->found = {std::move(both)};
   out->chosen = 0;
   out->says_little = false;
@@ -254,7 +256,7 @@ ClickSearchPointer<Dim> search_anew(const SearchGrid<Dim>& grid,
     if (!next) return nullptr;
     if (earlier.side == Side::kInside && !before->found.empty() &&
         answer_of(grid, *next, anew->inside(), stop) == Answer::kNothing)
-      next = joined<Dim>(*next, before->inside());
+      next = joined<Dim>(*next, before->inside(), before->found[before->chosen].kept);
     anew = std::move(next);
   }
   auto out = std::make_shared<ClickSearch<Dim>>(*anew);

@@ -127,9 +127,7 @@ void check_box(const ImageExtent<Dim>& extent, const std::optional<BoxCorners<Di
 
 template <int Dim>
 void check_lengths(const ImageExtent<Dim>& extent, const Options<Dim>& options) {
-  Vector<Dim> size;
-  for (int axis = 0; axis < Dim; ++axis) size[axis] = extent.size[axis];
-  const double widest = (extent.index_to_world.linear().cwiseAbs() * size).norm();
+  const double widest = extent.diagonal_mm();
   for (const auto& [sigma, name] : {std::pair{options.sigma_mm.value_or(0), "sigma_mm"},
                                     {options.selective_sigma_mm, "selective_sigma_mm"}})
     if (sigma > widest)

@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <cmath>
 
 #include "libsurf/base/error.h"
@@ -87,6 +89,13 @@ EnergyKind<Dim> local_means_kind() {
   kind.build = [](const Context& context, const EnergyTerm& term) {
     if (!context.initial || !context.shape || !context.setting)
       throw UsageError("energy local-means: it is fitted to an initial shape, and there is none");
+    const double widest = context.model.extent().diagonal_mm();
+    for (const char* length : {"reach", "edge"})
+      if (parameter(term, length) > widest)
+        throw UsageError(
+            fmt::format("energy local-means: {} = {:.4g} mm is wider than the whole image "
+                        "({:.4g} mm)",
+                        length, parameter(term, length), widest));
     const LocalMeansOptions options{parameter(term, "reach"), parameter(term, "edge"),
                                     parameter(term, "noise")};
     return std::make_unique<energy::DomainIntegral<Dim>>(

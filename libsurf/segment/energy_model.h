@@ -31,6 +31,12 @@ struct ImageExtent : ImageBox<Dim> {
   double cell_mm() const {
     return std::pow(std::abs(this->index_to_world.linear().determinant()), 1.0 / Dim);
   }
+  /// Of its sides along the axes of the world [mm].
+  double diagonal_mm() const {
+    Vector<Dim> cells;
+    for (int axis = 0; axis < Dim; ++axis) cells[axis] = this->size[axis];
+    return (this->index_to_world.linear().cwiseAbs() * cells).norm();
+  }
 };
 
 /// The parameters of (5.4).

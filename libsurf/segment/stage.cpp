@@ -32,12 +32,17 @@ void Work<Dim>::go_back_to_told() {
   certainty.reset();
   notes.resize(told->n_notes);
   reports.resize(told->n_reports + 1);
+  reports.back().flow.steps.resize(told->n_steps);
+  note_stop();
+}
+
+template <int Dim>
+void Work<Dim>::note_stop() {
   StageReport& report = reports.back();
   report.outcome = Outcome::kStopped;
   report.message = "stopped on request";
   report.flow.termination = flow::Termination::kStopped;
   report.flow.message = report.message;
-  report.flow.steps.resize(told->n_steps);
   report.flow.final_energy = report.flow.steps.back().energy;
 }
 

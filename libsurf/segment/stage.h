@@ -114,6 +114,8 @@ struct Work : Lengths {
   /// After a stop by the token the work is what the caller was told last, so that a run that is
   /// stopped in that call is the same.
   void go_back_to_told();
+  /// The last stage ends as one that was stopped in its last call.
+  void note_stop();
 
   bool has_stopped = false;            ///< progress() said so
   std::optional<Told<Dim>> told = {};  ///< only if the token can stop

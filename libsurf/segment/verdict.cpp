@@ -90,6 +90,15 @@ const Click<Dim>* unfound_click(const ClickSearch<Dim>& search) {
   return nullptr;
 }
 
+/// Whether the region, or that which clicks that say little have left as it was, is another than
+/// the best.
+template <int Dim>
+bool has_choice(const ClickSearch<Dim>& search) {
+  const ClickSearch<Dim>* at = &search;
+  while (at->chosen == 0 && at->says_little && at->before) at = at->before.get();
+  return at->chosen != 0;
+}
+
 }  // namespace
 
 std::string to_string(Trust trust) {
@@ -140,7 +149,7 @@ void Verdict<Dim>::heed(const Certainty<Dim>& certainty) {
 
 template <int Dim>
 std::optional<Verdict<Dim>> verdict(const SearchGrid<Dim>& grid, const ClickSearch<Dim>& search) {
-  if (Dim == 2 || search.found.empty() || search.chosen != 0) return std::nullopt;
+  if (Dim == 2 || search.found.empty() || has_choice(search)) return std::nullopt;
   const VerdictFeatures features = verdict_features(grid, search);
   Verdict<Dim> out;
   out.likelihood = likelihood_of_right(features);

@@ -31,7 +31,7 @@ std::string writable_label_maps();
 /// @throws OutputError  the file cannot be written; more than 32767 voxels along an axis (NIfTI)
 void write_volume(const std::string& path, const Volume& volume);
 
-/// The same, as NIfTI-1 whatever the ending; compressed if it is .gz. The affine is in the
+/// The same, as NIfTI-1 whatever the ending; compressed if it is .nii.gz. The affine is in the
 /// sform (code 1); in the qform too when it is a rotation, perhaps mirrored, times the spacing.
 void write_nifti(const std::string& path, const Volume& volume);
 

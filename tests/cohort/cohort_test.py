@@ -71,6 +71,10 @@ class Needs(InAFolder):
         self.assertEqual(cohort.voxels(FOLDER / "dicom"), 1500)
         pathlib.Path("cut.nii.gz").write_bytes(gzip.compress(bytes(range(256)) * 99)[:40])
         self.assertEqual(cohort.voxels(FOLDER / "cut.nii.gz"), 0)
+        damaged = bytearray(gzip.compress(os.urandom(9000)))
+        damaged[10:] = b"\xff" * (len(damaged) - 10)
+        pathlib.Path("damaged.nii.gz").write_bytes(damaged)
+        self.assertEqual(cohort.voxels(FOLDER / "damaged.nii.gz"), 0)
         self.assertEqual(cohort.voxels(FOLDER / "nowhere.nii"), 0)
 
     def test_a_job_needs_what_its_largest_case_does_and_each_attempt_twice_that(self):
@@ -87,6 +91,13 @@ class Needs(InAFolder):
 
 
 class List(InAFolder):
+    def test_names_are_bytes(self):
+        pathlib.Path("list.tsv").write_bytes(b"name\tscan\na\tm\xfcller.nii\n")
+        self.assertEqual(os.fsencode(cohort.read_cases("list.tsv")[0].scan), b"m\xfcller.nii")
+        done = subprocess.run([sys.executable, cohort.__file__, "needs", "list.tsv", "-o", "out", "--surfseg", PROGRAM],
+                              capture_output=True, text=True)
+        self.assertEqual((done.returncode, done.stdout.split()[-4]), (0, "a"), done.stderr)
+
     def test_rows_and_names_are_those_that_surfseg_sees(self):
         pathlib.Path("list.tsv").write_bytes(
             b"\xef\xbb\xbf# a comment\r\n\r\nscan\tname \tclicks\trecipe\r\na.nii\tsub-one\t1,2,3\tn/a\r\n  \r\n#x.nii\tno\t1,2,3\r\n"

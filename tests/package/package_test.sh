@@ -22,7 +22,7 @@ echo "$(stat -c %s "$deb") bytes, $(echo "$depends" | tr ',' '\n' | wc -l) depen
 
 files=$(dpkg-deb -c "$deb" | awk '{ print $6 }')
 for file in bin/surfseg bin/curveseg bin/surfseg-slicer share/man/man1/surfseg-segment.1.gz \
-    share/applications/surfseg-studio.desktop share/bash-completion/completions/surfseg \
+    share/applications/surfseg-studio.desktop share/mime/packages/surfseg.xml share/bash-completion/completions/surfseg \
     share/doc/surfseg/copyright include/surfseg/libsurf/segment/segmentation.h \
     lib/cmake/surfseg/surfsegConfig.cmake; do
   grep -qx "./usr/$file" <<< "$files" || fail "the package lacks /usr/$file"

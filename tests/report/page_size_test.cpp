@@ -4,8 +4,10 @@
 #include <random>
 #include <regex>
 
+#include "libsurf/base/base64.h"
 #include "libsurf/mesh/primitives.h"
 #include "tools/report/report.h"
+#include "tools/report/scene.h"
 
 namespace surfseg::report {
 namespace {
@@ -48,6 +50,26 @@ TEST(ReportPage, StaysBelowFiveMegabytesHoweverMuchThereIsToSay) {
                                            "of ([0-9]+)")));
   EXPECT_GT(std::atol(words[2].str().c_str()), 200'000);
   EXPECT_LT(std::atol(words[1].str().c_str()), 60'000) << "it was too large at first";
+}
+
+// Of its share of so few triangles nothing would be left.
+TEST(ReportPage, ShowsASmallObjectBesideALargeOne) {
+  const surf::volume::Volume volume = noise();
+  std::vector<surf::segment::Object<3>> objects(2);
+  std::vector<surf::segment::Finished<3>> finished(2);
+  finished[0].shape = surf::mesh::ball({0, 0, 0}, 30, 0.4);
+  finished[1].shape = surf::mesh::ball({40, 40, 40}, 0.5, 0.5);
+  ASSERT_GT(finished[0].shape.elements.rows(), 500 * finished[1].shape.elements.rows());
+  std::vector<ReportedObject<3>> reported;
+  for (std::size_t n = 0; n < objects.size(); ++n) {
+    objects[n].result = std::make_shared<const surf::segment::Result<3>>();
+    reported.push_back({&objects[n], &finished[n], nlohmann::ordered_json::object()});
+  }
+  const Scene seen = scene(reported, 500);
+  ASSERT_EQ(seen.json.size(), 2u);
+  EXPECT_EQ(
+      seen.json[1]["triangles"].get<std::string>().size(),
+      surf::base64(std::string(std::size_t(6 * finished[1].shape.elements.rows()), '0')).size());
 }
 
 }  // namespace

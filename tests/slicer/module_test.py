@@ -139,6 +139,33 @@ class Module(unittest.TestCase):
         poly_data.assert_called_once_with(self.studio.surface.return_value)
         self.assertEqual(self.words(), "1.5 ml, 7.25 cm2; check: right in 3 of 5")
 
+    def test_the_scene_keeps_the_volume_where_it_was(self):
+        volume = mock.Mock()
+        util = module.slicer.util
+        util.saveNode.reset_mock()
+        util.exportNode.return_value = True
+        with mock.patch.object(module, "StudioProcess") as process:
+            self.logic.start("surfseg", volume)
+        path = util.exportNode.call_args[0][1]
+        util.exportNode.assert_called_once_with(volume, path, {"useCompression": 0}, world=True)
+        util.saveNode.assert_not_called()
+        self.assertEqual(process.call_args[0][:2], ("surfseg", path))
+        self.assertTrue(os.path.isdir(os.path.dirname(path)))
+        self.logic.end()
+        self.assertFalse(os.path.exists(os.path.dirname(path)))
+
+    def test_another_studio_begins_without_the_surface_of_the_one_before(self):
+        model = self.logic._model = mock.Mock()
+        self.logic._join(mock.Mock())
+        model.SetAndObservePolyData.assert_called_once()
+        module.slicer.mrmlScene.GetNodeByID.return_value = None  # removed from the scene
+        model.reset_mock()
+        self.logic._join(mock.Mock())
+        model.SetAndObservePolyData.assert_not_called()
+        with self.assertRaises(module.StudioError):
+            self.logic.export(None)
+        module.slicer.mrmlScene.GetNodeByID.return_value = mock.MagicMock()
+
     @unittest.skipUnless(HAS_VTK, "Python has no vtk or no numpy")
     def test_makes_meshes_of_vtk(self):
         for name in ("numpy", "vtk", "vtk.util"):

@@ -244,18 +244,22 @@ class KeptState(unittest.TestCase):
             self.assertEqual(done[1]["options"][key], first["options"][key])
         shutil.rmtree(folder)
 
-    def test_errors_of_the_next_program_have_other_numbers(self):
+    def test_errors_and_volumes_of_the_next_program_have_other_numbers(self):
         folder = folder_with(BALLS)
         with open(os.path.join(folder, "broken.nii"), "w") as file:
             file.write("no volume")
-        numbers = []
+        numbers, volumes = [], []
         for _ in range(2):
             with Studio(folder) as studio:
                 for _ in range(2):
                     before = studio.state()["error"]
                     studio.do("open", path="broken.nii")
                     numbers.append(studio.until(lambda s: s["error"] != before and s["job"] is None)["error"]["id"])
+                for _ in range(2):
+                    studio.do("open", path="balls.nii.gz")
+                    volumes.append(studio.until(lambda s: s["volume"] and s["volume"]["revision"] not in volumes)["volume"]["revision"])
         self.assertEqual(numbers, sorted(set(numbers)))
+        self.assertEqual(volumes, sorted(set(volumes)))
         shutil.rmtree(folder)
 
     def test_a_recipe_under_another_name_keeps_its_name_and_leaves_the_state_of_the_scan(self):
@@ -280,7 +284,7 @@ class KeptState(unittest.TestCase):
             self.assertEqual(content(folder, "balls.nii.gz.surfseg.json"), scans)
             self.assertIn(b'"left"', content(folder, "first.json"))
             studio.do("open", path="balls.nii.gz")
-            state = studio.until(lambda s: s["volume"] and s["volume"]["revision"] == 2 and s["job"] is None)
+            state = studio.until(lambda s: s["volume"] and s["volume"]["revision"] > opened["volume"]["revision"] and s["job"] is None)
             self.assertEqual((state["volume"]["kept_in"], state["volume"]["notes"]), ("balls.nii.gz.surfseg.json", []))
             self.assertEqual(len(state["objects"][0]["clicks"]), 2)
         os.remove(os.path.join(folder, "balls.nii.gz.surfseg.json"))
@@ -404,6 +408,13 @@ class Program(unittest.TestCase):
             done = self.run_studio(*words)
             self.assertEqual(done.returncode, code, done.stderr)
             self.assertEqual(done.stderr.count("\n"), 1, done.stderr)
+        shutil.rmtree(folder)
+
+    def test_from_a_menu_it_starts_where_there_is_nothing_to_open(self):
+        folder = folder_with()
+        studio = Studio(folder)
+        self.assertEqual(studio.state()["files"], [])
+        self.assertIn("holds no volume", studio.end())
         shutil.rmtree(folder)
 
     def test_a_port_that_is_taken(self):

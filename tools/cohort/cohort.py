@@ -12,6 +12,7 @@ import shlex
 import shutil
 import subprocess
 import sys
+import zlib
 
 # Cells that may name files; a cell of clicks does if it is no point.
 FILE_COLUMNS = ("scan", "clicks", "recipe", "reference", "marks", "initial", "landmarks")
@@ -84,7 +85,8 @@ class Case:
 def read_cases(path):
     """The rows as surfseg batch reads them; what is wrong with them it says itself."""
     columns, cases = None, []
-    for line in pathlib.Path(path).read_text(encoding="utf-8-sig").split("\n"):
+    text = pathlib.Path(path).read_text(encoding="utf-8-sig", errors="surrogateescape")  # names are bytes
+    for line in text.split("\n"):
         if line.startswith("#") or not line.strip():
             continue
         cells = [cell.strip(" \r") for cell in line.split("\t")]
@@ -136,7 +138,7 @@ def voxels(path):
     try:
         size = None if path.is_dir() else nifti_size(head(path)) or text_size(head(path))
         return math.prod(size) if size else bytes_of(path) // 2
-    except (OSError, EOFError):
+    except (OSError, EOFError, zlib.error):
         return 0
 
 

@@ -13,11 +13,6 @@ using surf::Triangles;
 using surf::mesh::Overlap;
 using surf::mesh::Verification;
 
-/// Encloses a volume: closed, and neighbours agree on the outside.
-bool is_solid(const Verification& verification) {
-  return verification.closed && verification.n_misoriented_edges == 0;
-}
-
 /// Null for all if one of the two encloses no volume.
 ordered_json overlap_json(const Triangles& surface, const Verification& verification,
                           const Reference& reference, const std::optional<int>& label) {
@@ -26,8 +21,8 @@ ordered_json overlap_json(const Triangles& surface, const Verification& verifica
                          {"volume_mm3", nullptr},
                          {"reference_volume_mm3", nullptr},
                          {"volume_difference_percent", nullptr}};
-  if (!is_solid(verification) ||
-      (!reference.labels && !is_solid(surf::mesh::verify(reference.surface))))
+  if (!verification.is_solid() ||
+      (!reference.labels && !surf::mesh::verify(reference.surface).is_solid()))
     return scores;
   const Overlap overlap = reference.labels ? surf::mesh::overlap(surface, *reference.labels, label)
                                            : surf::mesh::overlap(surface, reference.surface);

@@ -45,10 +45,12 @@ Surface::Surface(surf::volume::Volume volume, std::shared_ptr<const Setting> set
 py::array_t<std::uint8_t> Surface::mask() const {
   py::array_t<std::uint8_t, py::array::f_style> out(volume_.size());
   std::uint8_t* data = out.mutable_data();
-  py::gil_scoped_release released;
-  const auto flags =
-      surf::mesh::rasterize(finished().shape, volume_.size(), volume_.index_to_world());
-  std::copy(flags.begin(), flags.end(), data);
+  {
+    py::gil_scoped_release released;  // up to here: what is returned is another handle of the array
+    const auto flags =
+        surf::mesh::rasterize(finished().shape, volume_.size(), volume_.index_to_world());
+    std::copy(flags.begin(), flags.end(), data);
+  }
   return out;
 }
 

@@ -121,7 +121,7 @@ Text text_of(const Case& of) {
   Text out;
   const std::size_t share = kMostPictureBytes / std::max<std::size_t>(1, of.objects.size());
   for (const auto& object : of.objects) {
-    out.verdicts += verdict_section(object, of);
+    out.verdicts += verdict_section(object);
     out.sections += fmt::format("<section><h2>{}</h2>\n{}{}{}</section>\n",
                                 html_text(name_of(object)), pictures_of(object, of, share),
                                 number_sections(object), making_section(object, of));

@@ -22,6 +22,9 @@ void append(std::string& bytes, Integer value) {
 }
 
 /// In [0, 255] from 0 to the largest that is shown.
+// Triangles of an object beside much larger ones: of fewer nothing may be left.
+constexpr Eigen::Index kFewest = 200;
+
 std::string bytes_of(const std::vector<double>& values, double most) {
   std::string out;
   for (const double value : values)
@@ -99,7 +102,7 @@ Scene scene(const std::vector<ReportedObject<3>>& objects, Eigen::Index most_tri
     const Eigen::Index share =
         n_all <= most_triangles
             ? own
-            : Eigen::Index(double(most_triangles) * double(own) / double(n_all));
+            : std::max(kFewest, Eigen::Index(double(most_triangles) * double(own) / double(n_all)));
     const std::string& name = objects[n].object->name;
     out.json.push_back(
         object_json(objects[n], name.empty() ? "surface" : name, colour_of(n), share));

@@ -226,7 +226,7 @@ std::string trust_of(const ReportedObject<3>& object) {
   return verdict ? to_string(verdict->trust) : "none";
 }
 
-std::string verdict_section(const ReportedObject<3>& object, const Case& of) {
+std::string verdict_section(const ReportedObject<3>& object) {
   const auto& result = *object.object->result;
   const bool has_failed = !object.finished;
   std::string words = has_failed ? "no surface: " + result.message
@@ -241,7 +241,8 @@ std::string verdict_section(const ReportedObject<3>& object, const Case& of) {
     out += fmt::format("<li class=\"{}\">{}</li>\n", is_good ? "good" : "bad", html_text(what));
   };
   if (!has_failed) line(object.finished->measures.passed, object.finished->measures.verdict);
-  line(of.exit_code == 0, fmt::format("{}: {}", to_string(result.outcome), result.message));
+  line(surf::segment::exit_code(result.outcome) == 0,
+       fmt::format("{}: {}", to_string(result.outcome), result.message));
   if (!has_failed)
     line(
         result.border_share == 0,

@@ -10,7 +10,7 @@ namespace surfseg::report {
 /// "trusted", "check", "doubtful", "none" or "failed": how far the answer goes.
 std::string trust_of(const ReportedObject<3>& object);
 /// The verdict, the guarantees, whether the volume's border cuts it.
-std::string verdict_section(const ReportedObject<3>& object, const Case& of);
+std::string verdict_section(const ReportedObject<3>& object);
 /// Measures, intensities, distances to a reference, confidence, components, mesh.
 std::string number_sections(const ReportedObject<3>& object);
 /// Clicks, energy, stages, proposals.

@@ -47,12 +47,16 @@ std::string words_of(const Action<3>& action) {
   return std::visit(Words{}, action);
 }
 
-/// The first one; its errors are counted from its beginning [ms since 1970], so that a page that
-/// outlives a program takes none of the next one for one it has told already.
-std::shared_ptr<const State> first_state() {
+/// Milliseconds since 1970. Errors and volumes are counted from there, so that a page that outlives
+/// a program takes none of the next one for one that it knows.
+std::int64_t first_number() {
   const auto now = std::chrono::system_clock::now().time_since_epoch();
+  return std::chrono::duration_cast<std::chrono::milliseconds>(now).count();
+}
+
+std::shared_ptr<const State> first_state(std::int64_t error_number) {
   auto out = std::make_shared<State>();
-  out->error_number = std::chrono::duration_cast<std::chrono::milliseconds>(now).count();
+  out->error_number = error_number;
   return out;
 }
 
@@ -77,7 +81,10 @@ bool is_move(const Action<3>* first, const Action<3>* second) {
 }
 
 Dialogue::Dialogue(std::filesystem::path folder)
-    : folder_(std::move(folder)), state_(first_state()), worker_([this] { work(); }) {}
+    : folder_(std::move(folder)),
+      last_opened_(first_number()),
+      state_(first_state(last_opened_)),
+      worker_([this] { work(); }) {}
 
 Dialogue::~Dialogue() {
   {

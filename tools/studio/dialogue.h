@@ -33,8 +33,8 @@ using surf::segment::Side;
 
 /// A volume that is open.
 struct OpenVolume {
-  int number = 0;                         ///< 1, 2, ... of those opened so far
-  std::string name;                       ///< of its file or folder in the studio's folder
+  std::int64_t number = 0;  ///< grows with every opening, from one program to the next, too
+  std::string name;         ///< of its file or folder in the studio's folder
   std::optional<std::string> series_uid;  ///< of the folder, if one was chosen
   surf::volume::Volume volume;
   std::shared_ptr<const surf::segment::Setting<3>> setting;
@@ -229,7 +229,7 @@ class Dialogue {
   };
   std::vector<Removed> removed_, brought_back_;  ///< what undo and redo take next at the end
   std::map<std::string, std::vector<surf::volume::DicomSeries>> series_of_;
-  int n_opened_ = 0;
+  std::int64_t last_opened_;  ///< its number
 
   mutable std::mutex mutex_;
   mutable std::condition_variable wake_, changed_;

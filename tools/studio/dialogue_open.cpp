@@ -122,7 +122,7 @@ void Dialogue::read_volume(const std::filesystem::path& path,
   const std::filesystem::path recipe = is_opened ? path : beside;
   const surf::volume::Volume volume = volume_of(image.path, image.series_uid);
   auto opened = std::make_shared<OpenVolume>(
-      OpenVolume{++n_opened_, image.path.filename().string(), image.series_uid, volume,
+      OpenVolume{++last_opened_, image.path.filename().string(), image.series_uid, volume,
                  surf::segment::make_setting(volume), recipe, volume.source().notes});
   if (const std::string note = note_on_keeping(recipe, beside); !note.empty())
     opened->notes.push_back(note);

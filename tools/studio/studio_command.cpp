@@ -41,6 +41,7 @@ struct Arguments {
   std::string path = ".";
   int port = 0;
   bool is_closed = false, has_itksnap = false;
+  bool has_path = false;
 };
 
 void tell_without_browser() {
@@ -73,9 +74,12 @@ void run(const Arguments& arguments, ExitCode& exit_code) {
   const bool is_list = fs::is_directory(path) && !studio::is_dicom_folder(path);
   const fs::path clean = path.has_filename() ? path : path.parent_path();
   const fs::path folder = is_list ? clean : clean.parent_path();
-  if (is_list && studio::entries_of(folder).empty())
-    throw surf::InputError(arguments.path +
-                           ": holds no volume, DICOM folder or recipe that could be opened");
+  if (is_list && studio::entries_of(folder).empty()) {
+    const std::string why = "holds no volume, DICOM folder or recipe that could be opened";
+    if (arguments.has_path) throw surf::InputError(arguments.path + ": " + why);
+    // A menu names none.
+    say("surfseg studio: {} {}; give another folder or a file\n", folder.string(), why);
+  }
   studio::Dialogue dialogue(folder);
   studio::Server server(dialogue, arguments.port, SURFSEG_VERSION, arguments.has_itksnap);
   if (!is_list) dialogue.open(clean);
@@ -102,8 +106,10 @@ void add_studio_command(CLI::App& app, ExitCode& exit_code) {
   const auto arguments = std::make_shared<Arguments>();
   CLI::App* command =
       app.add_subcommand("studio", "Click in a browser, see the surface, mend it, take it home.");
-  command->add_option("PATH", arguments->path, "A volume, a DICOM folder, a recipe, or a folder")
-      ->capture_default_str();
+  CLI::Option* path =
+      command
+          ->add_option("PATH", arguments->path, "A volume, a DICOM folder, a recipe, or a folder")
+          ->capture_default_str();
   command->add_option("--port", arguments->port, "Port on 127.0.0.1 [any that is free]")
       ->check(CLI::Range(1, 65535));
   command->add_flag("--no-open", arguments->is_closed, "Print the address, open no browser");
@@ -112,7 +118,10 @@ void add_studio_command(CLI::App& app, ExitCode& exit_code) {
       "Answer ITK-SNAP's deep-learning client too (127.0.0.1 and the port), which has "
       "no token: any program of this machine may ask");
   command->footer(kFooter);
-  command->callback([arguments, &exit_code] { run(*arguments, exit_code); });
+  command->callback([arguments, path, &exit_code] {
+    arguments->has_path = path->count() > 0;
+    run(*arguments, exit_code);
+  });
 }
 
 }  // namespace surfseg

@@ -13,6 +13,7 @@
 #include "libcurve/segment/region_filter.h"
 #include "libsurf/base/content_hash.h"
 #include "libsurf/base/padding.h"
+#include "libsurf/base/products.h"
 #include "libsurf/base/rounding_step.h"
 #include "libsurf/base/usual_range.h"
 #include "libsurf/segment/detail/some_values.h"
@@ -38,6 +39,18 @@ Image without_padding(const Image& image) {
   const Vector<2> first(scanned.lower[0], scanned.lower[1]);
   return {scanned.size, image.pixel_to_plane() * Eigen::Translation2d(first),
           reader_of(image)(scanned.lower, scanned.upper())};
+}
+
+/// Centre of mass of what the curves enclose, by Green's formula.
+Vector<2> centroid(const Segments& curves, double area_mm2) {
+  const Vector<2> base = curves.points.row(0).transpose();
+  Vector<2> moment = Vector<2>::Zero();
+  for (const auto e : curves.elements.rowwise()) {
+    const Vector<2> a = curves.points.row(e[0]).transpose() - base,
+                    b = curves.points.row(e[1]).transpose() - base;
+    moment += cross(a, b) / 6 * (a + b);
+  }
+  return base + moment / area_mm2;
 }
 
 }  // namespace
@@ -125,20 +138,12 @@ segment::Filtered<2> CurveSetting::filtered(const Segments& shape,
                                             const segment::ComponentOptions& options,
                                             const std::vector<Vector<2>>& seeds_mm) const {
   if (shape.elements.rows() == 0) return {shape, {}};
-  int n_removed = 0;
-  Segments rest = curve::filtered(
-      shape, {options.fill_cavities, options.min_content, options.keep, seeds_mm}, n_removed);
-  if (n_removed == 0) return {shape, {}};
-  const auto enclosed = [](const Segments& curves) {
-    return fem::Geometry<2>(curves.points, curves.elements).enclosed();
-  };
-  const double left = rest.elements.rows() > 0 ? enclosed(rest) : 0;
-  segment::Removed<2> removed;
-  removed.what = "curve that the options rule out";
-  removed.n_parts = n_removed;
-  removed.content = enclosed(shape) - left;
-  removed.center_mm = shape.points.colwise().mean().transpose();
-  return {std::move(rest), {removed}};
+  FilteredCurves filtered =
+      curve::filtered(shape, {options.fill_cavities, options.min_content, options.keep, seeds_mm});
+  segment::Filtered<2> out{std::move(filtered.curves), {}};
+  for (const RemovedRegion& removed : filtered.removed)
+    out.removed.push_back({removed.what, removed.n_curves, removed.area_mm2, removed.center_mm});
+  return out;
 }
 
 bool CurveSetting::do_overlap(const Segments& first, const Segments& second) const {
@@ -174,9 +179,8 @@ segment::Measures<2> CurveSetting::measures(const Segments& shape) const {
     for (const int hole : region.holes) out.components.back().cavities.push_back(part_of(hole));
     out.content += region.area_mm2;
     out.measure += region.length_mm;
-    out.centroid_mm += region.length_mm * hierarchy.components[region.outer].centre;
   }
-  out.centroid_mm /= out.measure;
+  out.centroid_mm = centroid(shape, out.content);
   return out;
 }
 

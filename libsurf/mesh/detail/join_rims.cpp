@@ -91,9 +91,15 @@ struct Match {
   const Rim *of_surface, *of_grown;
 };
 
+/// A rim that is closed by itself, as the sides of the triangles that stay run, and its part.
+struct Cap {
+  int part;
+  Rim rim;
+};
+
 struct Matches {
   std::vector<Match> pairs;
-  std::vector<Rim> caps;  // as the sides of the triangles that stay run
+  std::vector<Cap> caps;
 };
 
 class RimJoiner {
@@ -116,7 +122,7 @@ class RimJoiner {
     if (!surface_rims) return {};
     auto matches = match(*surface_rims);
     if (!matches) return {std::nullopt, core_without_event()};
-    if (!removes_shell_with_event(*surface_rims)) leave_alone_what_has_no_event(matches->pairs);
+    if (!removes_shell_with_event(*surface_rims)) leave_alone_what_has_no_event(*matches);
     return {make_patch(*matches), {}};
   }
 
@@ -142,7 +148,7 @@ class RimJoiner {
       if (!partner || is_taken[*partner]) {
         if (has_event_[part] && !is_short(rim)) return std::nullopt;
         if (has_event_[part])
-          out.caps.push_back(rim);
+          out.caps.push_back({part, rim});
         else
           is_free[part] = 1;
         continue;
@@ -179,7 +185,8 @@ class RimJoiner {
       const Rim& rim = grown_.rims[p];
       if (is_taken[p]) continue;
       if (!is_short(rim)) return false;
-      if (stays(parts_.find(rim.front()))) matches.caps.push_back(reversed(rim));
+      const int part = parts_.find(rim.front());
+      if (stays(part)) matches.caps.push_back({part, reversed(rim)});
     }
     std::erase_if(grown_.triangles, [&](const auto& triangle) {
       const int part = parts_.find(triangle[0]);
@@ -241,7 +248,8 @@ class RimJoiner {
   }
 
   /// Sheets that pass through the cells without an event keep their triangles.
-  void leave_alone_what_has_no_event(std::vector<Match>& pairs) {
+  void leave_alone_what_has_no_event(Matches& matches) {
+    std::vector<Match>& pairs = matches.pairs;
     DisjointSets joined(points_.rows());
     for (const Match& m : pairs) joined.join(m.part_of_surface, m.part_of_grown);
     std::vector<char> is_alive(points_.rows(), 0);
@@ -259,6 +267,8 @@ class RimJoiner {
       const int part = parts_.find(triangle[0]);
       return is_matched[part] && is_dead(part);
     });
+    std::erase_if(matches.caps,
+                  [&](const Cap& cap) { return is_matched[cap.part] && is_dead(cap.part); });
     std::erase_if(pairs, [&](const Match& m) { return is_dead(m.part_of_surface); });
   }
 
@@ -272,7 +282,7 @@ class RimJoiner {
       const auto strip = annulus(points_, *m.of_surface, reversed(*m.of_grown));
       out.triangles.insert(out.triangles.end(), strip.begin(), strip.end());
     }
-    for (const Rim& rim : matches.caps) add_cap(rim, points_, out.triangles);
+    for (const Cap& cap : matches.caps) add_cap(cap.rim, points_, out.triangles);
     smooth_loose_vertices(out.triangles, surface_.n_vertices(), grown_.is_loose, points_);
     out.points = drop_unused(points_, surface_.n_vertices(), out.triangles);
     return out;

@@ -1,7 +1,6 @@
 #include "libsurf/mesh/detail/rebuilt_regions.h"
 
 #include <algorithm>
-#include <array>
 #include <set>
 #include <unordered_map>
 
@@ -80,13 +79,6 @@ TopologyChange change(const ConnectedSurface& surface, const Cluster& cluster,
 }
 
 }  // namespace
-
-std::string to_string(TopologyChange change) {
-  constexpr std::array<const char*, 7> kNames = {"untangling",     "merging",   "self-merging",
-                                                 "handle-closing", "splitting", "inside-opening",
-                                                 "vanishing"};
-  return kNames[static_cast<std::size_t>(change)];
-}
 
 std::vector<RebuiltRegion> rebuilt_regions(const ConnectedSurface& surface,
                                            const std::vector<Cluster>& clusters) {

@@ -30,11 +30,9 @@ struct LocalMeansOptions {
 /// it the intensities decide, beyond nothing does. u is about 1 where the means hardly differ:
 /// there the shape is held at the start. This is the local Chan-Vese model (Lankton and
 /// Tannenbaum, Localizing region-based active contours, 2008), bounded, with statistics that stay
-/// while the shape moves: J is one functional. Fitted to what was found, and minimised again, it
-/// comes to the fixed point of both.
+/// while the shape moves: J is one functional.
 ///
-/// Nodes that look more like the other side's mean do not count, twice: the shape may be a few
-/// cells off. I is the field itself; m_1, m_2 and d are C^2 splines on a grid round the start, as
+/// I is the field itself; m_1, m_2 and d are C^2 splines on a grid round the start, as
 /// fine as a cell or as the edges are wide, with at most kMostNodes nodes.
 /// @param start  d is the distance to it
 /// @param shape   m_1 and m_2 are of its sides

@@ -5,7 +5,6 @@
 #include "libsurf/base/content_hash.h"
 #include "libsurf/base/error.h"
 #include "libsurf/base/padding.h"
-#include "libsurf/base/usual_range.h"
 #include "libsurf/io/write_surface.h"
 #include "libsurf/mesh/difference.h"
 #include "libsurf/mesh/distance.h"
@@ -17,7 +16,6 @@
 #include "libsurf/mesh/self_intersections.h"
 #include "libsurf/mesh/sheet_guard.h"
 #include "libsurf/mesh/verify.h"
-#include "libsurf/segment/detail/some_values.h"
 #include "libsurf/segment/detail/volume_model.h"
 
 namespace surf::segment {
@@ -53,16 +51,6 @@ std::vector<Component<3>> components_of(const Triangles& surface) {
   return out;
 }
 
-/// Copies boxes of it.
-auto reader_of(const volume::Volume& volume) {
-  return [&volume](const std::array<int, 3>& lower, const std::array<int, 3>& upper) {
-    const IndexBox<3> box = IndexBox<3>::between(lower, upper);
-    std::vector<float> out(box.n());
-    volume.copy_box(lower, upper, out.data());
-    return out;
-  };
-}
-
 /// The volume itself, or a copy of what was scanned of it.
 volume::Volume without_padding(const volume::Volume& volume) {
   const IndexBox<3> scanned = box_within_padding<3>(volume.size(), reader_of(volume));
@@ -78,7 +66,6 @@ SurfaceSetting::SurfaceSetting(const volume::Volume& volume)
     : volume_(volume.in_ras_order()),
       scanned_(without_padding(volume_)),
       extent_(extent_of(scanned_)) {
-  extent_.usual = usual_range(extent_.range, some_values<3>(extent_.size, reader_of(scanned_)));
   extent_.in_file = {volume.size(), volume.index_to_world(), volume.world_to_index()};
 }
 
@@ -88,7 +75,7 @@ std::vector<float> SurfaceSetting::values(const std::array<int, 3>& lower,
 }
 
 std::unique_ptr<EnergyModel<3>> SurfaceSetting::make_model(const FieldOptions& options) const {
-  return std::make_unique<ImageModel>(scanned_, options.smoothing, options.filter);
+  return std::make_unique<ImageModel>(scanned_, extent_, options.smoothing, options.filter);
 }
 
 std::shared_ptr<const Field<3>> SurfaceSetting::rough_intensity(const FieldOptions& options) const {

@@ -3,8 +3,10 @@
 #include <cmath>
 
 #include "libsurf/base/rounding_step.h"
+#include "libsurf/base/usual_range.h"
 #include "libsurf/energy/mumford_shah.h"
 #include "libsurf/segment/contrast.h"
+#include "libsurf/segment/detail/some_values.h"
 
 namespace surf::segment {
 namespace {
@@ -28,14 +30,16 @@ double rounding_step_of(const volume::Volume& volume) {
 }  // namespace
 
 ImageExtent<3> extent_of(const volume::Volume& volume) {
-  return {{volume.size(), volume.index_to_world(), volume.world_to_index()},
-          volume.range(),
-          rounding_step_of(volume)};
+  ImageExtent<3> out{{volume.size(), volume.index_to_world(), volume.world_to_index()},
+                     volume.range(),
+                     rounding_step_of(volume)};
+  out.usual = usual_range(out.range, some_values<3>(out.size, reader_of(volume)));
+  return out;
 }
 
-ImageModel::ImageModel(const volume::Volume& volume, const volume::SmoothingOptions& smoothing,
-                       volume::DerivativeFilter filter)
-    : EnergyModel<3>(extent_of(volume)),
+ImageModel::ImageModel(const volume::Volume& volume, const ImageExtent<3>& extent,
+                       const volume::SmoothingOptions& smoothing, volume::DerivativeFilter filter)
+    : EnergyModel<3>(extent),
       volume_(volume),
       smoothed_(volume, smoothing),
       filter_(filter),

@@ -1,17 +1,31 @@
 // The energies of one volume; private to segment/*.cpp.
 #pragma once
 
+#include <array>
 #include <vector>
 
+#include "libsurf/base/index_box.h"
 #include "libsurf/segment/energy_model.h"
 #include "libsurf/volume/image_fields.h"
 
 namespace surf::segment {
 
+/// Copies boxes of it, which must outlive what comes back.
+inline auto reader_of(const volume::Volume& volume) {
+  return [&volume](const std::array<int, 3>& lower, const std::array<int, 3>& upper) {
+    std::vector<float> out(IndexBox<3>::between(lower, upper).n());
+    volume.copy_box(lower, upper, out.data());
+    return out;
+  };
+}
+
+ImageExtent<3> extent_of(const volume::Volume& volume);
+
 class ImageModel : public EnergyModel<3> {
  public:
-  ImageModel(const volume::Volume& volume, const volume::SmoothingOptions& smoothing,
-             volume::DerivativeFilter filter);
+  /// @param extent  extent_of(volume)
+  ImageModel(const volume::Volume& volume, const ImageExtent<3>& extent,
+             const volume::SmoothingOptions& smoothing, volume::DerivativeFilter filter);
 
   const volume::Volume& volume() const { return volume_; }
   std::shared_ptr<const Field<3>> intensity() const override { return intensity_; }
@@ -32,7 +46,5 @@ class ImageModel : public EnergyModel<3> {
   std::shared_ptr<const volume::TiledField> intensity_;
   mutable std::vector<std::shared_ptr<const volume::TiledField>> edge_indicators_;
 };
-
-ImageExtent<3> extent_of(const volume::Volume& volume);
 
 }  // namespace surf::segment

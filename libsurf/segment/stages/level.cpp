@@ -32,15 +32,19 @@ class Level : public Stage<Dim> {
     const Simplices<Dim> before = work.shape;
     minimise(work, out);
     const StageReport& report = work.reports.back();
-    if (report.outcome == Outcome::kVanished ||
-        report.flow.termination == flow::Termination::kObstacle) {
+    const bool has_vanished = report.outcome == Outcome::kVanished;
+    if (has_vanished || report.flow.termination == flow::Termination::kObstacle) {
       // What is too small for the level's blur is found on the next one.
       work.shape = before;
-      if (work.told) work.told->shape = before;
       work.notes.push_back(
           fmt::format("level {}: {}; the next one starts where it did", level_, report.message));
-      if (work.told) work.told->n_notes = work.notes.size();
     }
+    // A stop in its last call sees that the shape has vanished, and not that it fills the volume.
+    if (has_vanished && work.told) {
+      work.told->shape = before;
+      work.told->n_notes = work.notes.size();
+    }
+    if (has_vanished && work.has_stopped && !report.flow.steps.empty()) work.note_stop();
     return report.outcome != Outcome::kStopped;
   }
 

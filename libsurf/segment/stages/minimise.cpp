@@ -178,7 +178,7 @@ bool minimise(Work<Dim>& work, const Minimisation<Dim>& minimisation) {
   if (may_rest)
     flow.displacement_tol_mm = std::max(flow.displacement_tol_mm, kAtRest * work.cell_mm());
   if (is_fitted) {
-    flow.step.bound = flow::StepBound::kVertex;
+    if (flow.method == flow::Method::kGradientFlow) flow.step.bound = flow::StepBound::kVertex;
     flow.step.exempt_share = std::max(flow.step.exempt_share, kFittedShare);
     flow.energy_window = std::min(flow.energy_window, kFittedWindow);
   }

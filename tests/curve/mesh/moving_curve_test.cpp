@@ -5,6 +5,7 @@
 
 #include "libcurve/mesh/hierarchy.h"
 #include "libcurve/mesh/primitives.h"
+#include "libsurf/base/arrays.h"
 #include "libsurf/base/error.h"
 #include "libsurf/energy/boundary_integral.h"
 #include "libsurf/energy/domain_integral.h"
@@ -45,6 +46,53 @@ std::map<std::string, int> grow(MovingCurve& curve, double step, int n_steps) {
 
 int n_components(const MovingCurve& curve) {
   return static_cast<int>(curve_hierarchy(curve.simplices()).components.size());
+}
+
+/// A square of side 4 with nodes a `kEdge` apart, but for a much shorter and a much longer element
+/// in its left and in its right side.
+Segments uneven_square() {
+  std::vector<Vector<2>> nodes;
+  const auto side = [&](const Vector<2>& from, const Vector<2>& to) {
+    for (int i = 0; i < 40; ++i) nodes.push_back(from + (to - from) * i / 40.0);
+  };
+  side({0, 0}, {4, 0});
+  side({4, 0}, {4, 4});
+  side({4, 4}, {0, 4});
+  side({0, 4}, {0, 0});
+  nodes[60][1] -= 0.8 * kEdge;   // of the right side: elements of 0.02 and 0.18
+  nodes[140][1] += 0.8 * kEdge;  // of the left one
+  nodes[70][1] += 0.6 * kEdge;
+  nodes[150][1] -= 0.6 * kEdge;
+  Segments out{points_of<2>(nodes), Elements<2>(160, 2)};
+  for (int i = 0; i < 160; ++i) out.elements.row(i) << i, (i + 1) % 160;
+  return out;
+}
+
+TEST(MovingCurve, MendsNothingOutsideOfItsRegion) {
+  const Segments start = uneven_square();
+  MovingCurveOptions options = options_with(kEdge);
+  const auto region = std::make_shared<mesh::Neighbourhood<2>>(kEdge);
+  for (const auto& point : start.points.rowwise())
+    if (point[0] > 3) region->add(point.transpose());
+  options.region = region;
+  MovingCurve curve(start, options);
+  const auto has = [&](double x, double y) {
+    const Points<2> now = curve.simplices().points;
+    return (now.rowwise() - Eigen::RowVector2d(x, y)).rowwise().squaredNorm().minCoeff() == 0;
+  };
+  for (int step = 0; step < 3; ++step) {
+    int n_resting = 0;
+    for (const auto& point : start.points.rowwise())
+      if (point[0] < 2.5) {
+        EXPECT_TRUE(has(point[0], point[1])) << point << " in step " << step;
+        ++n_resting;
+      }
+    EXPECT_GT(n_resting, 80);
+    const bool is_mended = !has(4, start.points(60, 1)) || !has(4, start.points(61, 1));
+    EXPECT_TRUE(is_mended) << "in the region short elements go";
+    curve.move_to(curve.geometry().points());
+    curve.mend();
+  }
 }
 
 TEST(MovingCurve, MergesDiscsThatGrowIntoEachOtherAndClosesTheHoleBetweenFour) {

@@ -25,24 +25,27 @@ RegionFilter keeping(mesh::Keep keep, std::vector<Vector<2>> seeds = {}) {
 /// A ring from 1 to 2 with an island of 0.5 in it, and a disc of 0.4 at x = 5.
 struct RegionFilters : ::testing::Test {
   Segments curves = joined({disc(0, 2), hole(0, 1), disc(0, 0.5), disc(5, 0.4)});
-  int n_removed = -1;
 
   /// Filters and expects the area of a sum of discs with these signed radii.
   void expect_areas(const RegionFilter& filter, std::initializer_list<double> radii) {
-    const Segments out = filtered(curves, filter, n_removed);
+    const auto [out, removed] = filtered(curves, filter);
     double expected = 0;
     for (const double r : radii) expected += std::copysign(enclosed(disc(0, std::abs(r))), r);
     EXPECT_NEAR(enclosed(out), expected, 1e-12);
     if (radii.size() > 0) expect_valid(out);
+    int n_removed = 0;
+    double area = 0;
+    for (const RemovedRegion& part : removed) n_removed += part.n_curves, area += part.area_mm2;
     EXPECT_EQ(n_removed, 4 - int(radii.size()));
+    EXPECT_NEAR(area, enclosed(curves) - expected, 1e-12);
   }
 };
 
 TEST_F(RegionFilters, KeepAllUnlessAsked) {
-  const Segments out = filtered(curves, {}, n_removed);
+  const auto [out, removed] = filtered(curves, {});
   EXPECT_EQ(out.points, curves.points);
   EXPECT_EQ(out.elements, curves.elements);
-  EXPECT_EQ(n_removed, 0);
+  EXPECT_TRUE(removed.empty());
 }
 
 TEST_F(RegionFilters, FillHolesWithAllThatLiesInThem) {
@@ -74,10 +77,25 @@ TEST_F(RegionFilters, FillBeforeTheyLookForSeeds) {
   expect_areas(filter, {2});
 }
 
+TEST_F(RegionFilters, TellWhatWentAndWhere) {
+  RegionFilter filter = of_area(0.6);
+  filter.fill_holes = true;
+  const std::vector<RemovedRegion> removed = filtered(curves, filter).removed;
+  ASSERT_EQ(removed.size(), 3u);
+  EXPECT_EQ(removed[0].what, "filled hole");
+  EXPECT_NEAR(removed[0].area_mm2, -enclosed(disc(0, 1)), 1e-12);
+  EXPECT_EQ(removed[1].what, "region in a filled hole");
+  EXPECT_NEAR(removed[1].area_mm2, enclosed(disc(0, 0.5)), 1e-12);
+  EXPECT_EQ(removed[2].what, "small region");
+  EXPECT_NEAR(removed[2].area_mm2, enclosed(disc(5, 0.4)), 1e-12);
+  EXPECT_NEAR(removed[2].center_mm[0], 5, 1e-9);
+  EXPECT_NEAR(removed[2].center_mm[1], 0, 1e-9);
+}
+
 TEST_F(RegionFilters, RefuseWhatHasNoSense) {
-  EXPECT_THROW(filtered(curves, of_area(-1), n_removed), UsageError);
-  EXPECT_THROW(filtered(curves, of_area(NAN), n_removed), UsageError);
-  EXPECT_THROW(filtered(curves, keeping(mesh::Keep::kSeeded), n_removed), UsageError);
+  EXPECT_THROW(filtered(curves, of_area(-1)), UsageError);
+  EXPECT_THROW(filtered(curves, of_area(NAN)), UsageError);
+  EXPECT_THROW(filtered(curves, keeping(mesh::Keep::kSeeded)), UsageError);
 }
 
 }  // namespace

@@ -88,6 +88,36 @@ TYPED_TEST(Evolution, ConvergesByTheShapeDerivativeAlone) {
   EXPECT_LE(std::abs(summary.steps.back().shape_derivative), 1e-2 * steepest);
 }
 
+/// Mending takes back what every step has gained.
+template <int Dim>
+class Stubborn : public PlainShape<Dim> {
+ public:
+  explicit Stubborn(const test::Arrays<Dim>& arrays)
+      : PlainShape<Dim>(arrays), start_(this->geometry().points()) {}
+  bool mend() override {
+    this->move_to(start_);
+    return true;
+  }
+
+ private:
+  Points<Dim> start_;
+};
+
+TYPED_TEST(Evolution, DoesNotConvergeByEnergyWhereThatIsOff) {
+  constexpr int Dim = TypeParam::value;
+  for (const double tolerance : {0.0, 1e-3}) {
+    Stubborn<Dim> shape(start<Dim>());
+    auto J = valley_energy<Dim>();
+    FlowOptions options;
+    options.rel_tol = 0;
+    options.energy_tol = tolerance;
+    options.max_steps = 60;
+    const FlowSummary summary = evolve<Dim>(shape, J, options);
+    EXPECT_EQ(summary.termination, tolerance > 0 ? Termination::kConverged : Termination::kMaxSteps)
+        << summary.message;
+  }
+}
+
 TYPED_TEST(Evolution, ConvergesWhenNoVertexMovesAnyFurther) {
   FlowOptions options;
   options.rel_tol = options.energy_tol = 0;
@@ -198,7 +228,7 @@ TEST(FlowOptions, NameTheFieldThatIsWrong) {
   EXPECT_EQ(error([](auto& o) { o.energy_tol = -1; }),
             "FlowOptions::energy_tol = -1 violates 0 <= energy_tol < 1");
   EXPECT_EQ(error([](auto& o) { o.energy_window = 0; }),
-            "FlowOptions::energy_window = 0 violates >= 1");
+            "FlowOptions::energy_window = 0 violates 1 to 1000000");
   EXPECT_EQ(error([](auto& o) { o.displacement_tol_mm = -1; }),
             "FlowOptions::displacement_tol_mm = -1 violates >= 0");
   EXPECT_NE(error([](auto& o) { o.step.max_trials = 0; }), "");

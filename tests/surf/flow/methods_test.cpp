@@ -234,11 +234,13 @@ TYPED_TEST(Methods, SayWhenTheContentCannotBeReached) {
   PlainShape<Dim> shape(ellipsoid<Dim>(2));
   shape.is_frozen = true;
   auto J = test::area_energy<Dim>();
-  FlowOptions options;
-  options.content = 100;
-  const FlowSummary summary = evolve<Dim>(shape, J, options);
-  EXPECT_EQ(summary.termination, Termination::kObstacle);
-  EXPECT_NE(summary.message.find("cannot be reached"), std::string::npos) << summary.message;
+  for (const double content : {100.0, 1.01 * shape.geometry().enclosed()}) {  // one move away
+    FlowOptions options;
+    options.content = content;
+    const FlowSummary summary = evolve<Dim>(shape, J, options);
+    EXPECT_EQ(summary.termination, Termination::kObstacle);
+    EXPECT_NE(summary.message.find("cannot be reached"), std::string::npos) << summary.message;
+  }
 }
 
 TEST(FlowOptions, NameWhatDoesNotGoTogether) {
@@ -251,6 +253,10 @@ TEST(FlowOptions, NameWhatDoesNotGoTogether) {
   options.keep_content = false;
   options.velocity.scheme = Scheme::kSemiImplicit;
   EXPECT_EQ(options.error(), "FlowOptions::velocity.scheme: only gradient flows are semi-implicit");
+  options = {.method = Method::kNewton};
+  options.step.bound = StepBound::kVertex;
+  EXPECT_EQ(options.error(),
+            "FlowOptions::step.bound: only gradient flows bound each vertex for itself");
   options = {};
   options.content = -1;
   EXPECT_EQ(options.error(), "FlowOptions::content = -1 violates > 0");

@@ -167,6 +167,7 @@ std::vector<Broken> broken_files() {
       {"missing.stl", replaced(kAsciiStl, "0 1e0 0", "0 1e0"), "missing.stl:5: expected three"},
       {"edge.stl", replaced(kAsciiStl, "   vertex 0 0 0\n", ""), "edge.stl:7: a facet with 2"},
       {"inf.stl", replaced(kAsciiStl, "1e0", "inf"), "has the coordinate inf"},
+      {"far.obj", replaced(kObj, "v 1 1 0", "v 1 1e200 0"), "vertex 3 has the coordinate 1e+200"},
       {"space.stl", replaced(kAsciiStl, "RAS", "LAS"), "states SPACE=LAS; expected LPS or RAS"},
       {"faceless.obj", "v 0 0 0\n", "holds no faces"},
       {"binary.obj", std::string("\0\1\2\3 not text", 13), "holds no faces"},

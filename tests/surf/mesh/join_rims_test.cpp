@@ -119,6 +119,24 @@ TEST(JoinRims, LeavesAloneWhatHasNoEvent) {
   EXPECT_NO_THROW(check_mesh(to_mesh(with(t.surface, *joined.patch))));
 }
 
+// What grew beside it has a small hole, too, that would be capped if it stayed.
+TEST(JoinRims, CapsNothingOfWhatIsLeftAlone) {
+  TorusWithTube t(5, 12);
+  const TriangleFlags more = t.rings(20, 27);
+  for (int f = 0; f < t.surface.n_triangles(); ++f)
+    if (more[f]) t.removal.is_removed[f] = 1;
+  const std::size_t n_of_tube = t.part.triangles.size();
+  t.grow(21, 26);
+  t.part.triangles.erase(t.part.triangles.begin() +
+                         std::ptrdiff_t(n_of_tube + t.part.triangles.size()) / 2);
+  t.part.rims = rims(free_sides(t.part.triangles)).value();
+  ASSERT_EQ(t.part.rims.size(), 5u);
+  const JoinedRims joined = join_rims(t.surface, {t.a_removed_triangle()}, t.removal, t.part, 0.1);
+  ASSERT_TRUE(joined.patch);
+  EXPECT_EQ(joined.patch->triangles.size(), n_of_tube + 2 * 2 * kAcross);
+  EXPECT_NO_THROW(check_mesh(to_mesh(with(t.surface, *joined.patch))));
+}
+
 /// Appends the triangles of a surface, some of them left out, to the grown part.
 void grow_copy(const ConnectedSurface& surface, const Triangles& copy,
                const std::vector<int>& left_out, GrownPart& part) {

@@ -75,6 +75,9 @@ TEST(Primitives, NonsenseIsAUsageError) {
   EXPECT_THROW(ball(Vector3d::Zero(), 1, 1e-9), UsageError);
   EXPECT_THROW(ellipsoid(Vector3d::Zero(), Eigen::Matrix3d::Zero(), 1), UsageError);
   EXPECT_THROW(box(Vector3d::Zero(), Vector3d(1, 1, 0), 0.1), UsageError);
+  EXPECT_THROW(box(Vector3d::Zero(), Vector3d(1, 1e12, 1), 0.1), UsageError);
+  EXPECT_EQ(box(Vector3d::Zero(), Vector3d(200, 0.1, 0.1), 0.05).elements.rows(),
+            4 * (2 * 4000 * 2 + 2 * 2));
 }
 
 }  // namespace

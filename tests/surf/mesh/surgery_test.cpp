@@ -125,6 +125,23 @@ TEST(Surgery, GivesARingOfBallsAHandle) {
   EXPECT_EQ(out.parts[0].genus(), 1);
 }
 
+// The handle that is there already is no reason to refuse what adds none.
+TEST(Surgery, RefusesHandlesThatItWouldAddAlone) {
+  const Triangles balls = joined({ball({4, 0, 0}, 0.5, kEdge), ball({4.8, 0, 0}, 0.5, kEdge)});
+  const Triangles surface = joined({torus(1, 0.3, 60, 20), balls});
+  TriMesh mesh = to_mesh(surface);
+  mark_longest_edges(mesh);
+  SurgeryOptions options;
+  options.resolution_mm = kResolution;
+  options.max_genus = 0;
+  const SurgeryReport report = operate(mesh, intersecting(surface), options);
+  EXPECT_EQ(report.n_unresolved, 0);
+  EXPECT_TRUE(report.refused.empty());
+  ASSERT_EQ(report.regions.size(), 1u);
+  EXPECT_EQ(report.regions[0].change, TopologyChange::kMerging);
+  EXPECT_EQ(measure_components(to_triangles(mesh)).size(), 2u);
+}
+
 TEST(Surgery, ClosesTheHoleOfATorusThatIsThinnerThanTheResolution) {
   // Through the axis of a neck or hole a surface passes without being inverted: it is the distance
   // of its sheets that tells.

@@ -39,6 +39,20 @@ TEST(TriangleMesh, SetPointsMovesEveryVertex) {
   EXPECT_EQ(points(mesh), moved);
 }
 
+TEST(TriangleMesh, PropertiesOfNewVerticesAreZero) {
+  TriMesh mesh = to_mesh(tetrahedron());
+  OpenMesh::VPropHandleT<Eigen::Vector3d> displacement;
+  mesh.add_property(displacement);
+  for (int n = 0; n < 100; ++n) {
+    for (const auto vertex : mesh.vertices()) mesh.property(displacement, vertex).setOnes();
+    const auto added = mesh.add_vertex({1, 2, 3});
+    EXPECT_EQ(mesh.property(displacement, added), Eigen::Vector3d::Zero());
+    if (n % 2 == 0) continue;
+    mesh.delete_vertex(added);
+    mesh.garbage_collection();
+  }
+}
+
 TEST(TriangleMesh, VolumeAndAreaOfATetrahedronAreExact) {
   const TriMesh mesh = to_mesh(tetrahedron());
   EXPECT_NEAR(enclosed_volume(mesh), 1.0 / 6, 1e-15);

@@ -108,6 +108,25 @@ TEST(Verify, TwoCubesThatShareAnEdgeAreNotManifold) {
   EXPECT_EQ(found.n_nonmanifold_vertices, 0);  // the fans hang together by the edge
 }
 
+TEST(Verify, ChambersThatShareAWallEncloseNoVolume) {
+  const Triangles cubes = welded(joined(cube(), moved(cube(), {1, 0, 0})));  // the wall twice
+  Triangles chambers{cubes.points, Elements<3>(cubes.elements.rows() - 2, 3)};
+  int n = 0, n_of_wall = 0;
+  for (const auto t : cubes.elements.rowwise()) {
+    const bool is_wall = (cubes.points(t, 0).array() == 1).all();
+    if (!is_wall || ++n_of_wall <= 2) chambers.elements.row(n++) = t;
+  }
+  ASSERT_EQ(n, chambers.elements.rows());
+  const Verification found = verify(chambers);
+  EXPECT_TRUE(found.closed);
+  EXPECT_EQ(found.n_misoriented_edges, 0);
+  EXPECT_EQ(found.n_unbalanced_edges, 4);
+  EXPECT_FALSE(found.is_solid());
+  const Verification twice = verify(welded(joined(cube(), moved(cube(), {1, 1, 0}))));
+  EXPECT_EQ(twice.n_unbalanced_edges, 0);
+  EXPECT_TRUE(twice.is_solid()) << "each of the cubes does";
+}
+
 TEST(Verify, TwoCubesThatShareAVertexAreNotManifold) {
   const Triangles cubes = welded(joined(cube(), moved(cube(), {1, 1, 1})));
   const Verification found = verify(cubes);

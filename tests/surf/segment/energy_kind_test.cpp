@@ -42,7 +42,8 @@ std::string message(const EnergyTerm& term) {
 struct Scene {
   volume::Volume image = noisy_ball();
   double voxel = image.voxel_size();
-  ImageModel model{image, {.sigma_mm = voxel}, volume::DerivativeFilter::kBSpline};
+  ImageModel model{
+      image, extent_of(image), {.sigma_mm = voxel}, volume::DerivativeFilter::kBSpline};
   KindContext<3> context{.model = model,
                          .seeds_mm = {{0, 0, 0}},
                          .seed = {.mean = 1, .deviation = 0.1, .noise = 0.05, .radius_mm = 0.3},

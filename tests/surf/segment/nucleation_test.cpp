@@ -26,7 +26,7 @@ volume::Volume shell() {
 
 struct Scene {
   volume::Volume image = shell();
-  ImageModel model{image, {.sigma_mm = 0.03}, volume::DerivativeFilter::kBSpline};
+  ImageModel model{image, extent_of(image), {.sigma_mm = 0.03}, volume::DerivativeFilter::kBSpline};
   SurfaceSetting setting{image};
   Triangles surface = mesh::ball({0, 0, 0}, 0.6, 0.08);
 

@@ -186,6 +186,34 @@ TEST(Recipe, GoesOnFromWhatWasStoppedBeforeItsFirstStepAsTheRunDid) {
   EXPECT_EQ(other.object(object).result->energies.front().name, "chan-vese");
 }
 
+TEST(Recipe, RepeatsAStopAfterALevelThatFilledTheVolume) {
+  const auto setting = make_setting(phantom());
+  Segmentation<3> s(setting);
+  const int object = s.add_object();
+  Options<3> options;
+  options.energies = {{"area", 1, {}}, {"volume", -100, {}}};  // a balloon
+  options.n_levels = 2;
+  s.set_options(object, options);
+  s.add_click(object, inside(0));
+  std::stop_source source;
+  s.set_checkpointing({[&](const std::string& state) {
+                         if (state.find("fills") != std::string::npos) source.request_stop();
+                       },
+                       ""});
+  const Result<3>& result = s.evolve(object, {}, source.get_token());
+  ASSERT_EQ(result.outcome, Outcome::kStopped);
+  ASSERT_TRUE(source.stop_requested());
+  EXPECT_EQ(result.main_stage()->name, "level 1");
+  s.set_checkpointing({});
+  Segmentation<3> again(setting);
+  replay<3>(to_recipe<3>(s), again);
+  const Result<3>& second = *again.object(again.objects()[0]).result;
+  EXPECT_EQ(second.main_stage()->name, "level 1");
+  EXPECT_EQ(second.notes, result.notes);
+  ASSERT_EQ(second.shape.points.rows(), result.shape.points.rows());
+  EXPECT_EQ(second.shape.points, result.shape.points);
+}
+
 TEST(Recipe, IsLoadedWhereANameWasUsedAgain) {
   const auto setting = make_setting(phantom(volume::PhantomKind::kSeparateBalls, 0.05));
   Segmentation<3> s(setting);

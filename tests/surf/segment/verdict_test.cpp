@@ -74,6 +74,22 @@ struct FoundBall {
   ClickSearchPointer<3> search;
 };
 
+TEST(Verdict, IsNotGivenWhereAnotherThanTheBestWasChosenBefore) {
+  const ClickImage<3> image(test::is_in_dumbbell<3>);
+  const auto found = search_clicks<3>(image.grid, std::vector{inside<3>(14), inside<3>(34)});
+  ASSERT_GT(found->found.size(), 1u);
+  EXPECT_TRUE(verdict(image.grid, *found));
+  const auto other = with_choice(*found, 1);
+  EXPECT_FALSE(verdict(image.grid, *other));
+  ClickSearch<3> further = *other;  // a click that says little of it
+  further.before = other;
+  further.chosen = 0;
+  further.says_little = true;
+  EXPECT_FALSE(verdict(image.grid, further));
+  further.says_little = false;  // and one that says much
+  EXPECT_TRUE(verdict(image.grid, further));
+}
+
 // A leak that fills the image has its deepest place anywhere.
 TEST(Verdict, LooksNearTheRegionWhereAnotherGoesOnBeyond) {
   const FoundBall ball(16, 6, 16);

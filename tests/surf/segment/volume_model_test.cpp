@@ -7,6 +7,7 @@
 #include "libsurf/base/error.h"
 #include "libsurf/mesh/primitives.h"
 #include "libsurf/segment/energy_assembly.h"
+#include "libsurf/segment/seed_model.h"
 #include "libsurf/volume/phantom.h"
 
 namespace surf::segment {
@@ -15,7 +16,8 @@ namespace {
 ImageModel some_model() {
   volume::PhantomOptions options;
   options.size = {48, 48, 48};
-  return {volume::make_phantom(options), {}, volume::DerivativeFilter::kBSpline};
+  const volume::Volume volume = volume::make_phantom(options);
+  return {volume, extent_of(volume), {}, volume::DerivativeFilter::kBSpline};
 }
 
 double value(ImageModel& model, const std::vector<EnergyTerm>& terms) {
@@ -59,6 +61,22 @@ TEST(ImageModel, MakesTheEnergiesOfNormalsCurvaturesAndStatistics) {
   EXPECT_NEAR(value(model, {{"average-edge", 3, {{"lambda", 1}}}}), 3, 1e-6);
   EXPECT_NEAR(value(model, {{"average-alignment", 1, {{"sign", 0}, {"scale", 1}}}}), -0.1, 1e-6);
   EXPECT_LT(value(model, {{"region-competition", 1, {}}}), 0);
+}
+
+TEST(ImageModel, MeasuresEdgesByWhereNearlyAllValuesLie) {
+  volume::PhantomOptions options;
+  options.size = {48, 48, 48};
+  const volume::Volume plain = volume::make_phantom(options);
+  std::vector<float> values(plain.n_voxels());
+  plain.copy_box({0, 0, 0}, plain.size(), values.data());
+  values.front() += 100;  // of a contrast of 1, in a corner
+  const volume::Volume with_metal(plain.size(), plain.index_to_world(), values);
+  const auto strength = [](const volume::Volume& volume) {
+    const ImageModel model(volume, extent_of(volume), {}, volume::DerivativeFilter::kBSpline);
+    const std::vector<Vector<3>> seeds = {{0, 0, 0}};
+    return estimate_edge_strength<3>(*model.intensity(), seeds, model.extent());
+  };
+  EXPECT_NEAR(strength(with_metal), strength(plain), 0.05 * strength(plain));
 }
 
 TEST(ImageModel, SharesTheEdgeIndicatorOfEachLambda) {

@@ -172,7 +172,9 @@ class SurfsegStudioLogic(ScriptedLoadableModuleLogic):
         self.end()
         self._folder = tempfile.mkdtemp(prefix="surfseg-slicer-")
         path = os.path.join(self._folder, "volume.nrrd")
-        if not slicer.util.saveNode(volume, path, {"useCompression": 0}):
+        # Not saveNode(), which would have the scene keep the volume in this folder; as it lies in the
+        # world, where points and surfaces are.
+        if not slicer.util.exportNode(volume, path, {"useCompression": 0}, world=True):
             raise StudioError(f"{path}: the volume cannot be written")
         self._process = StudioProcess(program, path, environment_without_slicer(os.environ))
         self._join(self._process.studio)
@@ -192,6 +194,8 @@ class SurfsegStudioLogic(ScriptedLoadableModuleLogic):
     def _join(self, studio):
         self.studio = studio
         self._watch = self._object = None
+        if self._is_model_there():
+            self._show_surface(None)  # that of another studio
         self._has_new_points = True
 
     def observe(self, inside, outside):
@@ -261,8 +265,12 @@ class SurfsegStudioLogic(ScriptedLoadableModuleLogic):
         else:
             self.show("Place a point inside the object")
 
+    def _is_model_there(self):
+        return self._model is not None and \
+            slicer.mrmlScene.GetNodeByID(self._model.GetID()) is not None
+
     def _show_surface(self, surface):
-        if self._model is None or slicer.mrmlScene.GetNodeByID(self._model.GetID()) is None:
+        if not self._is_model_there():
             self._model = slicer.mrmlScene.AddNewNodeByClass("vtkMRMLModelNode", "surfseg")
             self._model.CreateDefaultDisplayNodes()
             self._model.GetDisplayNode().SetVisibility2D(True)
@@ -274,7 +282,7 @@ class SurfsegStudioLogic(ScriptedLoadableModuleLogic):
             self.studio.do("stop")
 
     def export(self, volume):
-        if self._model is None or not self._model.GetPolyData().GetNumberOfPoints():
+        if not self._is_model_there() or not self._model.GetPolyData().GetNumberOfPoints():
             raise StudioError("There is no surface yet.")
         segmentation = slicer.mrmlScene.AddNewNodeByClass("vtkMRMLSegmentationNode", "surfseg")
         if volume is not None:

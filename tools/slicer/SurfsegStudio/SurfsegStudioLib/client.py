@@ -150,7 +150,10 @@ class Studio:
             return f"the studio answered {status}"
 
     def state(self):
-        return json.loads(self.request("GET", "/api/state"))
+        try:
+            return json.loads(self.request("GET", "/api/state"))
+        except ValueError as error:
+            raise StudioError(f"what answers at {self.host}:{self.port} is no studio") from error
 
     def wait(self, timeout_s=600):
         """Until the volume is read and nothing is computed; the state, whose "error" is that of the

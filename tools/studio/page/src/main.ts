@@ -24,17 +24,21 @@ import type { SliceName } from './geometry';
 import type { Point } from './protocol';
 
 let wantedVolume = -1;
+let hasFailed = false, wasLost = false;  // the wanted volume; the connection
 let errorSeen = Number(sessionStorage.getItem('error-seen') ?? -1);
 
-/** Fetches the volume when another one has been opened; a newer one wins. */
+/** Fetches the volume when another one has been opened; a newer one wins. One that failed is fetched again after a lost connection, not before. */
 async function followVolume(): Promise<void> {
   const v = volume();
+  if (wasLost && page.connected && hasFailed) wantedVolume = -2;
+  wasLost = !page.connected;
   if (!v) {
     if (wantedVolume !== -1) { wantedVolume = -1; dropVolume(); forgetSurfaces(); draw({ volume: true }); }
     return;
   }
   if (v.revision === wantedVolume) return;
   wantedVolume = v.revision;
+  hasFailed = false;
   dropVolume();
   forgetSurfaces();
   resetSolid();
@@ -51,12 +55,11 @@ async function followVolume(): Promise<void> {
     progress(`Showing ${v.path}`, 0.95);
     // Lets the bar be seen before the upload to the graphics blocks the page.
     await new Promise((resolve) => setTimeout(resolve, 30));
-    await showVolume(buffer, v);
-    if (!mine()) return;
+    if (!mine() || !(await showVolume(buffer, v, mine))) return;
     windowChanged(false);
     followState();
   } catch (error) {
-    if (mine()) { wantedVolume = -2; showError(`The volume cannot be shown: ${(error as Error).message}`); }
+    if (mine()) { hasFailed = true; showError(`The volume cannot be shown: ${(error as Error).message}`); }
   } finally {
     if (wantedVolume === v.revision || wantedVolume < 0) byId('loading').hidden = true;
     changed();

@@ -68,9 +68,10 @@ export async function startSlices(l: SliceListener): Promise<void> {
   top.addEventListener('mousedown', (event) => { if (event.button === 1) event.preventDefault(); });
 }
 
-/** Shows a volume that has come, in the window the program proposes. */
-export async function showVolume(buffer: ArrayBuffer, about: Volume): Promise<void> {
+/** Shows a volume that has come, in the window the program proposes, if it is still wanted once it is read; whether it was. */
+export async function showVolume(buffer: ArrayBuffer, about: Volume, isWanted: () => boolean): Promise<boolean> {
   const next = await readVolume(buffer, about);
+  if (!isWanted()) return false;
   for (const old of [...nv.volumes]) nv.removeVolume(old);
   loaded = null;
   const proposed = about.window;
@@ -83,6 +84,7 @@ export async function showVolume(buffer: ArrayBuffer, about: Volume): Promise<vo
   crosshair = next.snapped([0.5, 0.5, 0.5]);
   resetView();
   draw({ volume: true });
+  return true;
 }
 
 export function dropVolume(): void {

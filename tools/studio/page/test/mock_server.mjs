@@ -1,9 +1,9 @@
 // A stand-in for `surfseg studio` that speaks docs/studio-protocol.md, for work on the page: a bright ellipsoid in noise, and a surface that
 // grows for a second round the inside clicks. No dependencies.
 //
-//   node test/mock_server.mjs [--port 0] [--affine plain|oblique|sheared|mirrored|anisotropic] [--size 64] [--closed] [--ct] [--fail] [--slow]
+//   node test/mock_server.mjs [--port 0] [--affine plain|oblique|sheared|mirrored|anisotropic] [--size 64] [--closed] [--ct] [--fail] [--slow] [--broken]
 //
-// --closed: no volume is open at first; --fail: evolving ends with an error; --slow: the volume comes a second late.
+// --closed: no volume is open at first; --fail: evolving ends with an error; --slow: the volume comes a second late; --broken: it does not come until /mock/mend.
 import { createServer } from 'node:http';
 import { readFileSync } from 'node:fs';
 import { dirname, join } from 'node:path';
@@ -110,7 +110,7 @@ function encode({ points, triangles, unit }, frame, arrays) {
 const clone = (x) => JSON.parse(JSON.stringify(x));
 const volumeState = () => ({ revision: ++volumes, path: isCt ? 'abdomen/ct.nii.gz' : 'phantom.nii.gz', size, spacing_mm: spacing, index_to_world: affine,
   minimum: Math.min(...data.slice(0, 10000), -1040), maximum: 220, window: isCt ? [-160, 240] : [-20, 240], is_ct: isCt, coarser_by: 1, notes: [] });
-let volumes = 0;
+let volumes = Date.now(), volumesAsked = 0, isBroken = has('broken');
 const state = {
   revision: 1, program: { name: 'surfseg', version: '1.0.0' }, folder: 'scans',
   files: [
@@ -338,6 +338,8 @@ const server = createServer(async (request, response) => {
         return;
       }
       case '/mock/error': fail('phantom.nii.gz: cannot be written: no space left on device'); json({}); return;
+      case '/mock/asked': json(volumesAsked); return;
+      case '/mock/mend': isBroken = false; json({}); return;
       case '/mock/cut': for (const s of streams) s.destroy(); json({}); return;
       case '/api/events':
         response.writeHead(200, { 'Content-Type': 'text/event-stream', 'Cache-Control': 'no-store' });
@@ -346,6 +348,8 @@ const server = createServer(async (request, response) => {
         response.write(`retry: 500\nevent: state\ndata: ${JSON.stringify(state)}\n\n`);
         return;
       case '/api/volume.nii.gz': {
+        volumesAsked++;
+        if (isBroken) throw new Refused(500, 'no memory is left');
         compressed ??= nifti();
         response.writeHead(200, { 'Content-Type': 'application/gzip', 'Content-Length': compressed.length });
         setTimeout(() => response.end(compressed), has('slow') ? 1000 : 0);

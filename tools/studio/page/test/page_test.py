@@ -441,9 +441,10 @@ def what_was_hidden_in_one_scan_is_seen_in_the_next(browser):
         browser.until("studio.connected", 10)
         browser.frame()
         check(browser.js("studio.view.hidden") == [1], "still, after the connection was lost")
+        first = browser.js("studio.state.volume.revision")
         browser.press("#open-files")
         browser.press("#files-list button.file")
-        browser.until("studio.state.volume.revision === 2 && studio.ready", 20)
+        browser.until(f"studio.state.volume.revision > {first} && studio.ready", 20)
         browser.press("#add-object")
         browser.until("studio.state.objects[0]?.id === 1")
         check(browser.js("studio.view.hidden") == [], "the first object of the next scan is seen")
@@ -585,6 +586,35 @@ def errors_and_a_lost_connection_are_told(browser):
         server.__exit__()
 
 
+def the_volume_of_a_program_that_was_started_anew_is_shown(browser):
+    first = Server("--size", "48")
+    try:
+        segment_something(browser, first)
+    finally:
+        first.__exit__()
+    browser.until("!studio.connected")
+    with Server("--affine", "mirrored", "--size", "40", "--port", first.address.split(":")[2].strip("/")) as server:
+        browser.until("studio.connected && studio.ready", 20)
+        check(browser.js("studio.surfaces.length") == 0, "no surface of the other one")
+        affine = server.get("api/state")["volume"]["index_to_world"]
+        for index in ((20, 18, 16), (3, 5, 7), (30, 20, 9)):
+            point = [sum(a * b for a, b in zip(row, (*index, 1))) for row in affine[:3]]
+            seen, value = browser.js(f"studio.valueAt({point})"), server.get("mock/value?voxel=" + ",".join(map(str, index)))
+            check(seen == value, f"{seen} at {index}, where the volume has {value}")
+
+
+def a_volume_that_does_not_come_is_asked_for_again_after_a_lost_connection_alone(browser):
+    with Server("--broken") as server:
+        open_page(browser, server, "document.querySelector('.alert')")
+        check("no memory is left" in browser.js("document.querySelector('.alert').textContent"), "the reason")
+        time.sleep(1)
+        check(server.get("mock/asked") == 1, f"asked {server.get('mock/asked')} times")
+        server.get("mock/mend")
+        server.get("mock/cut")
+        browser.until("studio.ready", 20)
+        check(server.get("mock/asked") == 2, "once more")
+
+
 def dark_light_help_and_no_foreign_requests(browser):
     with Server() as server:
         browser.colour_scheme("dark")
@@ -617,7 +647,9 @@ TESTS = [clicks_land_in_the_voxel_that_is_seen, clicking_dragging_deleting_and_u
          objects_and_proposals, proposals_are_drawn_although_they_come_before_the_volume,
          what_was_hidden_in_one_scan_is_seen_in_the_next, options_are_applied_together, an_option_that_was_set_is_reset,
          files_are_exported_and_overwritten_after_a_question,
-         files_are_listed_where_no_volume_is_open, errors_and_a_lost_connection_are_told, dark_light_help_and_no_foreign_requests]
+         files_are_listed_where_no_volume_is_open, errors_and_a_lost_connection_are_told,
+         the_volume_of_a_program_that_was_started_anew_is_shown,
+         a_volume_that_does_not_come_is_asked_for_again_after_a_lost_connection_alone, dark_light_help_and_no_foreign_requests]
 
 
 if __name__ == "__main__":
