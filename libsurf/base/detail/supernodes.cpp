@@ -2,12 +2,16 @@
 
 #include <cblas-openblas.h>
 #include <tbb/enumerable_thread_specific.h>
+#include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
 #include <tbb/task_group.h>
 
 #include <Eigen/Dense>
 #include <algorithm>
 #include <atomic>
+#include <optional>
 #include <stdexcept>
+#include <utility>
 
 #include "libsurf/base/detail/one_blas_thread.h"
 
@@ -19,11 +23,95 @@ namespace {
 // A branch has at most this share of the operations, or so many of them.
 constexpr double kBranchShare = 1.0 / 32, kBranchLeast = 1e6;
 constexpr double kPerNode = 2e3;  // operations that a block costs besides its own
+constexpr double kLarge = 2e7;    // operations of a block that is dealt out
+constexpr int kTile = 128;        // its rows and columns, in one task
 
 /// Of a block of so many columns with so many rows below them, about.
 double operations(double n_columns, double n_below) {
   return n_columns * (n_columns * n_columns / 3 + n_columns * n_below + n_below * n_below) +
          kPerNode;
+}
+
+/// Calls f(0), ..., f(n - 1) on all cores, each as one that calls BLAS, and nothing else meanwhile.
+template <class Function>
+void on_all_cores(int n, const Function& f) {
+  tbb::this_task_arena::isolate([&] {
+    tbb::parallel_for(0, n, [&](int task) {
+      const OneBlasThread one;
+      f(task);
+    });
+  });
+}
+
+/// Calls f(first, n) for so many rows or columns at once.
+template <class Function>
+void for_tiles(int n, const Function& f) {
+  on_all_cores((n + kTile - 1) / kTile,
+               [&](int tile) { f(tile * kTile, std::min(kTile, n - tile * kTile)); });
+}
+
+/// Likewise f(row, n_rows, column, n_columns) for what is on and below the diagonal of the first so
+/// many columns.
+template <class Function>
+void for_lower_tiles(int n_rows, int n_columns, const Function& f) {
+  std::vector<std::pair<int, int>> tiles;
+  for (int column = 0; column < n_columns; column += kTile)
+    for (int row = column; row < n_rows; row += kTile) tiles.emplace_back(row, column);
+  on_all_cores(int(tiles.size()), [&](int tile) {
+    const auto [row, column] = tiles[std::size_t(tile)];
+    f(row, std::min(kTile, n_rows - row), column, std::min(kTile, n_columns - column));
+  });
+}
+
+/// C -= A B^T of a tile, (n_rows, n_columns) with k columns of A and B; only what is on and below
+/// the diagonal where the tile is on it.
+void subtract(bool is_on_diagonal, int n_rows, int n_columns, int k, const double* A,
+              const double* B, int stride, double* C, int stride_of_C) {
+  if (is_on_diagonal) {
+    cblas_dsyrk(CblasColMajor, CblasLower, CblasNoTrans, n_columns, k, -1, A, stride, 1, C,
+                stride_of_C);
+    // A tile on the diagonal has as many rows, or more than the last columns are.
+    if (n_rows == n_columns) return;
+    A += n_columns, C += n_columns, n_rows -= n_columns;
+  }
+  cblas_dgemm(CblasColMajor, CblasNoTrans, CblasTrans, n_rows, n_columns, k, -1, A, stride, B,
+              stride, 1, C, stride_of_C);
+}
+
+/// L of a block's columns, in place; whether it is positive definite.
+bool factor_block(int m, int n_rows, double* block) {
+  int info = 0;
+  dpotrf_("L", &m, block, &n_rows, &info);
+  if (info != 0) return false;
+  cblas_dtrsm(CblasColMajor, CblasRight, CblasLower, CblasTrans, CblasNonUnit, n_rows - m, m, 1,
+              block, n_rows, block + m, n_rows);
+  return true;
+}
+
+/// The same on all cores, kTile columns at a time.
+bool factor_large_block(int m, int n_rows, double* block) {
+  for (int first = 0; first < m; first += kTile) {
+    const int n = std::min(kTile, m - first), n_below = n_rows - first - n;
+    double* const corner = block + std::size_t(first) * n_rows + first;
+    int info = 0;
+    {
+      const OneBlasThread one;
+      dpotrf_("L", &n, corner, &n_rows, &info);
+    }
+    if (info != 0) return false;
+    double* const panel = corner + n;
+    for_tiles(n_below, [&](int row, int n_in_tile) {
+      cblas_dtrsm(CblasColMajor, CblasRight, CblasLower, CblasTrans, CblasNonUnit, n_in_tile, n, 1,
+                  corner, n_rows, panel + row, n_rows);
+    });
+    double* const rest = panel + std::size_t(n) * n_rows;
+    for_lower_tiles(
+        n_below, m - first - n, [&](int row, int n_in_rows, int column, int n_in_columns) {
+          subtract(row == column, n_in_rows, n_in_columns, n, panel + row, panel + column, n_rows,
+                   rest + std::size_t(column) * n_rows + row, n_rows);
+        });
+  }
+  return true;
 }
 
 /// Where what runs this was cancelled by an error elsewhere, some have not been done.
@@ -106,9 +194,11 @@ void SupernodeTree::find_branches() {
     of_branch[k] += own;
     if (node.parent >= 0) of_branch[node.parent] += of_branch[k];
   }
-  for (int k = 0; k < int(nodes_.size()); ++k)
-    nodes_[k].is_branch =
-        nodes_[k].children.empty() || of_branch[k] <= std::max(kBranchShare * all, kBranchLeast);
+  for (Node& node : nodes_) {
+    const double of_it = of_branch[std::size_t(&node - nodes_.data())];
+    node.is_branch = node.children.empty() || of_it <= std::max(kBranchShare * all, kBranchLeast);
+    node.is_large = !node.is_branch && operations(node.n_columns, node.n_below()) > kLarge;
+  }
 }
 
 /// Each node after those below it.
@@ -120,8 +210,10 @@ void SupernodeTree::up(const std::function<void(int)>& visit) const {
     const int parent = nodes_[k].parent;
     if (!nodes_[k].is_branch || (parent >= 0 && nodes_[parent].is_branch)) continue;
     tasks.run([&, k] {
-      const OneBlasThread one;
-      for (int each = nodes_[k].first; each <= k; ++each) visit(each);
+      {
+        const OneBlasThread one;
+        for (int each = nodes_[k].first; each <= k; ++each) visit(each);
+      }
       for (int above = nodes_[k].parent; above >= 0 && --awaited[above] == 0;
            above = nodes_[above].parent)
         visit(above);
@@ -135,8 +227,8 @@ void SupernodeTree::down(const std::function<void(int)>& visit) const {
   tbb::task_group tasks;
   const std::function<void(int)> start = [&](int k) {
     tasks.run([&, k] {
-      const OneBlasThread one;
       if (nodes_[k].is_branch) {
+        const OneBlasThread one;
         for (int each = k; each >= nodes_[k].first; --each) visit(each);
         return;
       }
@@ -158,6 +250,8 @@ bool SupernodeTree::factor(const Eigen::SparseMatrix<double>& A, double* L) cons
   std::atomic<bool> is_definite = true;
   up([&](int k) {
     const Node& node = nodes_[k];
+    std::optional<OneBlasThread> one;
+    if (node.is_by_itself()) one.emplace();
     const int m = node.n_columns, n_rows = node.n_rows, n_below = node.n_below();
     double* const block = L + node.values;
     std::fill_n(block, std::size_t(m) * n_rows, 0.0);
@@ -167,27 +261,44 @@ bool SupernodeTree::factor(const Eigen::SparseMatrix<double>& A, double* L) cons
     std::vector<double>& update = updates[k];
     update.assign(std::size_t(n_below) * n_below, 0.0);
     for (const int child : node.children) {
-      const int n = nodes_[child].n_below();
-      const int* to_row = in_parent_.data() + nodes_[child].rows + nodes_[child].n_columns;
-      for (int j = 0; j < n; ++j) {
-        const double* from = updates[child].data() + std::size_t(j) * n;
-        const int column = to_row[j];
-        double* const to = column < m ? block + std::size_t(column) * n_rows
-                                      : update.data() + std::size_t(column - m) * n_below - m;
-        for (int i = j; i < n; ++i) to[to_row[i]] += from[i];
-      }
+      take_up(nodes_[child], updates[child], node, block, update.data());
       std::vector<double>().swap(updates[child]);
     }
-    int info = 0;
-    dpotrf_("L", &m, block, &n_rows, &info);
-    if (info != 0) is_definite = false;
+    const bool is_factored =
+        node.is_large ? factor_large_block(m, n_rows, block) : factor_block(m, n_rows, block);
+    if (!is_factored) is_definite = false;
     if (n_below == 0 || !is_definite) return;
-    cblas_dtrsm(CblasColMajor, CblasRight, CblasLower, CblasTrans, CblasNonUnit, n_below, m, 1,
-                block, n_rows, block + m, n_rows);
-    cblas_dsyrk(CblasColMajor, CblasLower, CblasNoTrans, n_below, m, -1, block + m, n_rows, 1,
-                update.data(), n_below);
+    if (node.is_large) {
+      for_lower_tiles(n_below, n_below, [&](int row, int n_in_rows, int column, int n_in_columns) {
+        subtract(row == column, n_in_rows, n_in_columns, m, block + m + row, block + m + column,
+                 n_rows, update.data() + std::size_t(column) * n_below + row, n_below);
+      });
+    } else {
+      subtract(true, n_below, n_below, m, block + m, block + m, n_rows, update.data(), n_below);
+    }
   });
   return is_definite;
+}
+
+/// Adds a child's update matrix to the block of its parent and what that leaves itself. No two of
+/// its columns go to the same one.
+void SupernodeTree::take_up(const Node& child, const std::vector<double>& update, const Node& node,
+                            double* block, double* own_update) const {
+  const int m = node.n_columns, n = child.n_below();
+  const int* to_row = in_parent_.data() + child.rows + child.n_columns;
+  const auto take_columns = [&](int first, int n_columns) {
+    for (int j = first; j < first + n_columns; ++j) {
+      const double* from = update.data() + std::size_t(j) * n;
+      const int column = to_row[j];
+      double* const to = column < m ? block + std::size_t(column) * node.n_rows
+                                    : own_update + std::size_t(column - m) * node.n_below() - m;
+      for (int i = j; i < n; ++i) to[to_row[i]] += from[i];
+    }
+  };
+  if (node.is_large)
+    for_tiles(n, take_columns);
+  else
+    take_columns(0, n);
 }
 
 /// Block by block from the last: with L = (L_JJ, 0; L_RJ, .) and Y = L_RJ L_JJ^-1,
@@ -222,17 +333,39 @@ Eigen::VectorXd SupernodeTree::inverse_diagonal(const double* L) const {
   };
   down([&](int k) {
     const Node& node = nodes_[k];
+    std::optional<OneBlasThread> one;
+    if (node.is_by_itself()) one.emplace();
     const int m = node.n_columns, n_below = node.n_below();
+    const auto for_columns = [&](const auto& f) {
+      if (node.is_large)
+        for_tiles(m, f);
+      else
+        f(0, m);
+    };
     const Eigen::Map<const Eigen::MatrixXd> block(L + node.values, node.n_rows, m);
     Eigen::Map<Eigen::MatrixXd> found(Z.data() + node.values, node.n_rows, m);
-    const Eigen::MatrixXd inverse =
-        block.topRows(m).triangularView<Eigen::Lower>().solve(Eigen::MatrixXd::Identity(m, m));
-    found.topRows(m).noalias() = inverse.transpose() * inverse;
+    Eigen::MatrixXd inverse = Eigen::MatrixXd::Zero(m, m);
+    for_columns([&](int first, int n) {
+      const int left = m - first;  // rows that are not 0
+      inverse.block(first, first, left, n) = block.block(first, first, left, left)
+                                                 .triangularView<Eigen::Lower>()
+                                                 .solve(Eigen::MatrixXd::Identity(left, n));
+    });
+    for_columns([&](int first, int n) {
+      found.block(0, first, m, n).noalias() = inverse.transpose() * inverse.middleCols(first, n);
+    });
     if (n_below > 0) {
-      const Eigen::MatrixXd Y = block.bottomRows(n_below) * inverse, Z_RR = below(node);
-      cblas_dsymm(CblasColMajor, CblasLeft, CblasLower, n_below, m, -1, Z_RR.data(), n_below,
-                  Y.data(), n_below, 0, found.data() + m, node.n_rows);
-      found.topRows(m).noalias() -= Y.transpose() * found.bottomRows(n_below);
+      Eigen::MatrixXd Y(n_below, m);
+      for_columns([&](int first, int n) {
+        Y.middleCols(first, n).noalias() = block.bottomRows(n_below) * inverse.middleCols(first, n);
+      });
+      const Eigen::MatrixXd Z_RR = below(node);
+      for_columns([&](int first, int n) {
+        cblas_dsymm(CblasColMajor, CblasLeft, CblasLower, n_below, n, -1, Z_RR.data(), n_below,
+                    Y.data() + std::size_t(first) * n_below, n_below, 0,
+                    found.data() + std::size_t(first) * node.n_rows + m, node.n_rows);
+        found.block(0, first, m, n).noalias() -= Y.transpose() * found.block(m, first, n_below, n);
+      });
     }
     for (int j = 0; j < m; ++j) out[node.first_column + j] = found(j, j);
   });

@@ -41,9 +41,12 @@ class SupernodeTree {
     int parent;           ///< -1: none
     int first;            ///< of its branch, which ends with it
     bool is_branch;       ///< one task has all of it
+    bool is_large;        ///< and none of them: its rows and columns are dealt out to all cores
     std::vector<int> children;
 
     int n_below() const { return n_rows - n_columns; }
+    /// Neither a branch nor the tasks that it is dealt out to keep BLAS to their thread.
+    bool is_by_itself() const { return !is_branch && !is_large; }
   };
   /// An entry of A: where it is in its values, and where in the block.
   struct Entry {
@@ -53,6 +56,8 @@ class SupernodeTree {
   void find_branches();
   void up(const std::function<void(int)>& visit) const;
   void down(const std::function<void(int)>& visit) const;
+  void take_up(const Node& child, const std::vector<double>& update, const Node& node,
+               double* block, double* own_update) const;
 
   std::size_t n_, n_values_;
   std::vector<int> begins_, nonzeros_;  ///< of A: columns, and the rows in them

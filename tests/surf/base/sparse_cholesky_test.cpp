@@ -78,10 +78,14 @@ TEST(SparseCholesky, SeveralThreadsHaveTheirOwn) {
   for (const bool is_same : are_same) EXPECT_TRUE(is_same);
 }
 
-// Large enough for many branches of the tree, and for blocks above them.
-TEST(SparseCholesky, IsTheSameForAnyNumberOfThreads) {
-  const Sparse A = squared_laplacian(70, 3, 0.01);
-  const Eigen::MatrixXd rhs = Eigen::MatrixXd::Identity(A.rows(), 40);
+// Large enough for many branches of the tree, for blocks above them, and for some that are dealt
+// out to all cores.
+class SparseCholeskyOfSize : public ::testing::TestWithParam<int> {};
+INSTANTIATE_TEST_SUITE_P(Sizes, SparseCholeskyOfSize, ::testing::Values(70, 190));
+
+TEST_P(SparseCholeskyOfSize, IsTheSameForAnyNumberOfThreads) {
+  const Sparse A = squared_laplacian(GetParam(), 3, 0.01);
+  const Eigen::MatrixXd rhs = Eigen::MatrixXd::Identity(A.rows(), 12);
   const auto solved = [&](int n_threads) {
     const tbb::global_control threads(tbb::global_control::max_allowed_parallelism,
                                       std::size_t(n_threads));
