@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cctype>
 #include <cerrno>
 #include <cstdio>
@@ -13,6 +14,7 @@
 #include <filesystem>
 #include <fstream>
 #include <functional>
+#include <random>
 #include <utility>
 #include <vector>
 
@@ -114,6 +116,14 @@ void write_into_stream(const std::string& path,
   copy_into(std::move(written), path);
 }
 
+/// Of one file that is being written: processes in containers have the same numbers, and threads of
+/// one may write the same name at once.
+std::string own_word() {
+  static const unsigned of_this_process = std::random_device()();
+  static std::atomic<unsigned> n_written = 0;
+  return fmt::format("{}-{:08x}-{}", ::getpid(), of_this_process, ++n_written);
+}
+
 }  // namespace
 
 std::string end_of_links(const std::string& link) {
@@ -167,7 +177,7 @@ void write_atomically(const std::string& path,
   if (name.size() > kMostOfTheName)
     name = fmt::format("{:x}-{}", std::hash<std::string>()(name),
                        name.substr(name.size() - kMostOfTheName));
-  const fs::path temporary = folder / fmt::format(".surfseg-{}-{}", ::getpid(), name);
+  const fs::path temporary = folder / fmt::format(".surfseg-{}-{}", own_word(), name);
   try {
     write(temporary.string());
     if (!sync(temporary))

@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "libsurf/base/error.h"
+#include "libsurf/base/escaped.h"
 #include "libsurf/base/memory.h"
 
 namespace surf {
@@ -33,12 +34,31 @@ std::vector<double> numbers(std::string_view text) {
   std::vector<double> out;
   for (text = without_blanks(text); !text.empty(); text = without_blanks(text)) {
     double value = 0;
+    if (text[0] == '+') text.remove_prefix(1);  // as VTK takes it
     const auto [end, status] = std::from_chars(text.data(), text.data() + text.size(), value);
     if (status != std::errc()) break;
     out.push_back(value);
     text.remove_prefix(std::size_t(end - text.data()));
   }
   return out;
+}
+
+/// Where the tag ends that begins there: its '>' that is in no attribute.
+std::size_t end_of_tag(std::string_view content, std::size_t begin) {
+  if (content.substr(begin).starts_with("<!--")) {
+    const std::size_t end = content.find("-->", begin);
+    return end == std::string_view::npos ? end : end + 2;
+  }
+  char quote = 0;
+  for (std::size_t at = begin; at < content.size(); ++at) {
+    if (quote != 0)
+      quote = content[at] == quote ? 0 : quote;
+    else if (content[at] == '"' || content[at] == '\'')
+      quote = content[at];
+    else if (content[at] == '>')
+      return at;
+  }
+  return std::string_view::npos;
 }
 
 /// The first bytes of base64.
@@ -66,7 +86,7 @@ class Checker {
 
   void check() {
     for (std::size_t at = 0; (at = content_.find('<', at)) != std::string_view::npos;) {
-      const std::size_t end = content_.find('>', at);
+      const std::size_t end = end_of_tag(content_, at);
       if (end == std::string_view::npos) return;
       const std::string_view tag = content_.substr(at + 1, end - at - 1);
       if (tag.starts_with("AppendedData")) return check_appended(tag, end + 1);
@@ -103,6 +123,19 @@ class Checker {
     return {};
   }
 
+  /// All of an attribute: VTK reads on, in its own way, where this one does not.
+  std::vector<double> counts(std::string_view tag, std::string_view name) const {
+    const std::string_view text = attribute(tag, name);
+    for (std::string_view rest = without_blanks(text); !rest.empty();) {
+      const std::string_view word = rest.substr(0, rest.find_first_of(kBlank));
+      if (numbers(word).size() != 1)
+        throw InputError(fmt::format("{}: damaged: {}=\"{}\" is no number; get the file again",
+                                     path_, name, one_line(std::string(text))));
+      rest = without_blanks(rest.substr(word.size()));
+    }
+    return numbers(text);
+  }
+
   void read_kind(std::string_view tag) {
     n_word_ = attribute(tag, "header_type") == "UInt64" ? 8 : 4;
     is_big_ = attribute(tag, "byte_order") == "BigEndian";
@@ -113,12 +146,12 @@ class Checker {
     for (const std::string_view name :
          {"NumberOfPoints", "NumberOfVerts", "NumberOfLines", "NumberOfStrips", "NumberOfPolys",
           "NumberOfCells", "NumberOfTuples"})
-      for (const double n : numbers(attribute(tag, name))) {
+      for (const double n : counts(tag, name)) {
         check_number(name, n);
         n_most_ = std::max(n_most_, n);
       }
     for (const std::string_view name : {"WholeExtent", "Extent"}) {
-      const auto extent = numbers(attribute(tag, name));
+      const auto extent = counts(tag, name);
       if (extent.size() != 6) continue;
       double n = 1;
       for (int axis = 0; axis < 3; ++axis)
@@ -126,7 +159,7 @@ class Checker {
       check_number(name, n);
       n_most_ = std::max(n_most_, n);
     }
-    for (const double n : numbers(attribute(tag, "NumberOfComponents")))
+    for (const double n : counts(tag, "NumberOfComponents"))
       check_number("components", n * std::max(1.0, n_most_));
   }
 
@@ -155,7 +188,7 @@ class Checker {
   void check_array(std::string_view tag, std::size_t end) {
     const std::string_view format = attribute(tag, "format");
     if (format == "appended") {
-      for (const double offset : numbers(attribute(tag, "offset"))) offsets_.push_back(offset);
+      for (const double offset : counts(tag, "offset")) offsets_.push_back(offset);
     } else if (format == "binary" && is_compressed_) {
       check_blocks(without_blanks(content_.substr(end)), /*is_raw=*/false);
     }

@@ -39,7 +39,7 @@ void write_nifti(const std::string& path, const Volume& volume);
 struct LabelName {
   std::uint8_t label = 1;
   std::string name;
-  std::array<std::uint8_t, 3> colour = {};  ///< sRGB
+  std::array<std::uint8_t, 3> colour = {227, 218, 201};  ///< sRGB; of bone
 };
 
 /// Writes labels (size[0] * size[1] * size[2] values, i fastest) as unsigned bytes, in the

@@ -268,7 +268,52 @@ def pydicom(folder):
     said = f"pydicom {reader.__version__}"
     print(f"| .seg.dcm | {said} | every voxel of two segments, tilted gantry too | | frame of "
           "reference, position of each frame, names, colours, source images |")
+    check_flaws(reader, folder)
     check_refusals(folder)
+
+
+def check_flaws(reader, folder):
+    """What many scans have and DICOM does not allow stays as it is; an object that is not found takes
+    none of the others with it."""
+    series = folder / "flawed"
+    affine = scans.write_dicom(str(series))
+    reader.config.settings.writing_validation_mode = reader.config.IGNORE
+    reader.config.settings.reading_validation_mode = reader.config.IGNORE
+    flaws = {"PatientAge": "45", "PatientWeight": "70kg", "PatientBirthDate": "anonymous", "PatientSex": "m",
+             "StudyTime": "12:00:00", "StudyInstanceUID": "1.2.02.3", "FrameOfReferenceUID": "1.2.03.4",
+             "StudyDescription": "head\\neck"}
+    sources = {}
+    for k, path in enumerate(sorted(series.iterdir())):
+        data = reader.dcmread(path)
+        for name, value in flaws.items():
+            tag = reader.datadict.tag_for_keyword(name)
+            data[tag] = reader.dataelem.RawDataElement(
+                reader.tag.Tag(tag), reader.datadict.dictionary_VR(tag), len(value) + len(value) % 2,
+                value.encode() + b" " * (len(value) % 2), 0, False, True)
+        uid = f"1.2.03.5.{k}".encode()
+        data[0x00080018] = reader.dataelem.RawDataElement(
+            reader.tag.Tag(0x00080018), "UI", len(uid) + len(uid) % 2, uid + bytes(len(uid) % 2), 0, False, True)
+        del data.SpecificCharacterSet  # beside a name that is not ASCII
+        data.save_as(path)
+        sources[uid.decode()] = data
+    nothing = [f"{x:.6f}" for x in affine[:3, :3] @ (3, 3, 3) + affine[:3, 3]]
+    words = [word for name in list(scans.BALLS)[:1] for word in
+             ("--object", name, "--seed=" + ",".join(f"{x:.6f}" for x in scans.centre(name, affine)))]
+    done = scans.run("segment", series, *words, "--object", "nothing", "--seed=" + ",".join(nothing), "-o",
+                     folder / "{object}.stl", "--mask", folder / "flawed.seg.dcm", "--json", folder / "flawed.json",
+                     check=False)
+    assert done.returncode == 7, (done.returncode, done.stderr)
+    assert (folder / "flawed.json").exists()
+    made = reader.dcmread(folder / "flawed.seg.dcm")
+    assert [s.SegmentLabel for s in made.SegmentSequence] == ["liver"]
+    for name, value in flaws.items():
+        found = reader.dcmread(folder / "flawed.seg.dcm").get_item(reader.datadict.tag_for_keyword(name)).value
+        assert found.rstrip(b"\0 ").decode() == value, (name, found)
+    for item in made.ReferencedSeriesSequence[0].ReferencedInstanceSequence:
+        assert item.ReferencedSOPInstanceUID in sources
+    for groups in made.PerFrameFunctionalGroupsSequence:
+        item, = groups.DerivationImageSequence[0].SourceImageSequence
+        assert item.ReferencedSOPInstanceUID in sources
 
 
 def check_references(data, sources):
@@ -348,8 +393,16 @@ def check_refusals(folder):
 
 def dciodvfy(folder):
     """dicom3tools' check of every attribute; it says "Error" of each fault."""
+    import pydicom as reader
+
     series = folder / "series"
     scans.write_dicom(str(series))
+    for path in series.iterdir():  # attributes that every object has, if only empty
+        data = reader.dcmread(path)
+        for name in ("PatientName", "PatientBirthDate", "PatientSex", "ReferringPhysicianName", "StudyID",
+                     "AccessionNumber", "PositionReferenceIndicator", "StudyTime"):
+            delattr(data, name)
+        data.save_as(path)
     scans.segment(series, "-o", folder / "{object}.stl.dcm", "--mask", folder / "all.seg.dcm")
     for name in ("all.seg.dcm", "liver.stl.dcm"):
         done = subprocess.run(["dciodvfy", folder / name], capture_output=True, text=True)

@@ -87,7 +87,7 @@ class Board {
   }
 
   void show() {
-    if (!is_terminal_) return;
+    if (!is_terminal_ || n_cases_ == 0) return;  // a part of a list may have none
     constexpr int kWidth = 24;
     const int n_full = kWidth * n_ended() / n_cases_;
     line_.step(fmt::format(

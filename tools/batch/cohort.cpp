@@ -98,6 +98,7 @@ std::vector<Entry> entries_of(const Case& row, const std::filesystem::path& fold
   std::vector<Entry> out;
   if (!std::filesystem::exists(path)) return out;
   const ordered_json summary = read_json(path.string());
+  if (!summary.is_object()) throw surf::InputError(path.string() + ": holds no summary");
   if (!is_of(row, summary)) {
     out.push_back(not_run(row));
     out.back().message = "its row has changed since it was run";

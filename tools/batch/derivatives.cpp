@@ -21,6 +21,21 @@ nlohmann::ordered_json description() {
 
 constexpr const char* kBeyondBids = "*.stl\n*_recipe.json\n*_surfseg.json\ngroup.*\n**/figures/\n";
 
+/// A folder that another program made, or the scans' own, keeps what describes it.
+void check_is_ours(const std::string& description) {
+  if (!std::filesystem::exists(description)) return;
+  bool is_ours = false;
+  try {
+    const nlohmann::ordered_json found = read_json(description);
+    for (const auto& program : found.at("GeneratedBy")) is_ours |= program.at("Name") == "surfseg";
+  } catch (const nlohmann::ordered_json::exception&) {  // it says nothing of the kind
+  } catch (const surf::InputError&) {                   // it is broken
+  }
+  if (!is_ours)
+    throw surf::OutputError(
+        fmt::format("-o: {} is there and not of surfseg: give a folder of its own", description));
+}
+
 }  // namespace
 
 CaseFiles::CaseFiles(const std::string& name, bool has_objects) {
@@ -49,6 +64,7 @@ void prepare_derivatives(const std::string& folder) {
   std::filesystem::create_directories(folder, status);
   if (status)
     throw surf::OutputError(fmt::format("-o: {}: cannot be made: {}", folder, status.message()));
+  check_is_ours(folder + "/dataset_description.json");
   write_json(folder + "/dataset_description.json", description());
   surf::write_bytes(folder + "/.bidsignore", kBeyondBids);
 }

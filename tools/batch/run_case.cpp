@@ -5,6 +5,7 @@
 
 #include <CLI/App.hpp>
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <cstring>
 #include <exception>
@@ -32,6 +33,10 @@
 
 namespace surfseg::batch {
 namespace {
+
+// Where they are is in the row's space.
+constexpr std::array kColumnsInSpace = {"box", "initial-box", "initial-ball", "initial-ellipsoid",
+                                        "landmarks"};
 
 namespace fs = std::filesystem;
 using nlohmann::ordered_json;
@@ -193,11 +198,15 @@ class CaseRun {
     std::vector<std::string> out;
     if (!row_.clicks.file.empty()) {
       out = landmark_words(row_.clicks.file, space);
-      if (space != row_.space && (!row_.clicks.words.empty() || row_.settings.contains("box")))
+      const bool has_others =
+          !row_.clicks.words.empty() ||
+          std::any_of(kColumnsInSpace.begin(), kColumnsInSpace.end(),
+                      [&](const char* column) { return row_.settings.contains(column); });
+      if (space != row_.space && has_others)
         throw surf::UsageError(
-            fmt::format("clicks: {}: states its space; 'box' and 'outside' beside it need 'space' "
-                        "to be ras",
-                        row_.clicks.file));
+            fmt::format("clicks: {}: states its space; 'outside', '{}' beside it need 'space' to "
+                        "be ras",
+                        row_.clicks.file, fmt::join(kColumnsInSpace, "', '")));
     }
     out.push_back("--space=" + space);
     out.insert(out.end(), row_.clicks.words.begin(), row_.clicks.words.end());

@@ -62,6 +62,8 @@ void apply_config(CLI::App& command, const std::string& path) {
     if (is_another_run && is_beside_output(key)) continue;
     CLI::Option* option = find_option(command, path, key);
     if (option->count() > 0 || value.is_null()) continue;
+    // What a run was not told it has by itself; to be told it may not go together with the rest.
+    if (is_summary && value.is_string() && value == option->get_default_str()) continue;
     if (value.is_array())
       for (const auto& item : value) option->add_result(to_argument(path, key, item));
     else

@@ -11,6 +11,7 @@
 #include <cstdio>
 #include <cstring>
 #include <exception>
+#include <filesystem>
 #include <iostream>
 #include <string>
 #include <system_error>
@@ -118,6 +119,8 @@ Failure failure_of(const std::exception_ptr& error, const std::string& program) 
       if (none.code() == std::error_code(of_writing, std::generic_category()) ||
           none.code() == std::error_code(of_writing, std::system_category()))
         return failure(kOutput, none.what());
+    if (const auto* file = dynamic_cast<const std::filesystem::filesystem_error*>(&none))
+      return failure(kInput, fmt::format("{}: {}", file->path1().string(), file->code().message()));
     if (none.code() != std::errc::resource_unavailable_try_again)
       return failure(kInternal, none.what());
     return failure(

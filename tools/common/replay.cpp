@@ -188,19 +188,27 @@ std::vector<SegmentedObject<Dim>> replayed(
   for (const int id : segmentation.objects()) {
     out.push_back({segmentation.object(id), {}, is_wanted[out.size()]});
     if (!segmentation.is_outdated(id)) continue;
-    auto noted = std::make_shared<surf::segment::Result<Dim>>(*out.back().object.result);
-    noted->notes.push_back(kOutdated);
-    noted->verdict.reset();
-    out.back().object.result = std::move(noted);
+    out.back().object.result = outdated<Dim>(*out.back().object.result);
   }
   return out;
 }
 
-#define SURFSEG_INSTANTIATE(Dim)                                      \
-  template std::vector<SegmentedObject<Dim>> replayed<Dim>(           \
-      const ReplayArguments&, const std::string&, const std::string&, \
-      const std::shared_ptr<const surf::segment::Setting<Dim>>&,      \
-      const std::function<void(const std::vector<std::string>&)>&,    \
+template <int Dim>
+std::shared_ptr<const surf::segment::Result<Dim>> outdated(
+    const surf::segment::Result<Dim>& result) {
+  auto out = std::make_shared<surf::segment::Result<Dim>>(result);
+  out->notes.push_back(kOutdated);
+  out->verdict.reset();
+  return out;
+}
+
+#define SURFSEG_INSTANTIATE(Dim)                                            \
+  template std::shared_ptr<const surf::segment::Result<Dim>> outdated<Dim>( \
+      const surf::segment::Result<Dim>&);                                   \
+  template std::vector<SegmentedObject<Dim>> replayed<Dim>(                 \
+      const ReplayArguments&, const std::string&, const std::string&,       \
+      const std::shared_ptr<const surf::segment::Setting<Dim>>&,            \
+      const std::function<void(const std::vector<std::string>&)>&,          \
       const surf::segment::ProgressOf<Dim>&);
 SURFSEG_INSTANTIATE(2)
 SURFSEG_INSTANTIATE(3)

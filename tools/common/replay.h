@@ -41,6 +41,12 @@ std::string image_file(const ReplayArguments& a, const std::string& recipe,
 std::string image_series(const ReplayArguments& a, const std::string& recipe,
                          const std::string& chosen);
 
+/// The result of an object that does not heed what was done last: with a note that says so, and
+/// without a verdict.
+template <int Dim>
+std::shared_ptr<const surf::segment::Result<Dim>> outdated(
+    const surf::segment::Result<Dim>& result);
+
 /// Does all that the recipe says.
 /// @param setting  the image
 /// @param output  with {object} all objects are wanted if none is asked for

@@ -10,6 +10,7 @@
 #include "libcurve/image/write_image.h"
 #include "libcurve/io/contour_file.h"
 #include "libsurf/base/error.h"
+#include "libsurf/base/file.h"
 #include "libsurf/segment/energy_assembly.h"
 #include "tools/common/option_group.h"
 #include "tools/common/strokes.h"
@@ -138,6 +139,10 @@ class SegmentCurves : public CurveCommand {
         arguments_.marks, box(image().size()), has_inside, [&](const std::string& path) {
           ImageArguments which = arguments_.image;
           which.path = path;
+          which.which.frame_index = 0;
+          if (const std::string ending = surf::extension(path);
+              ending != ".tif" && ending != ".tiff")
+            which.page = 0;
           if (surf::curve::is_image_file(path)) which.slice = which.plane = "";
           if (!std::filesystem::is_directory(path)) which.which.series_uid = "";
           const Image marks = which.read();

@@ -61,7 +61,10 @@ class StackCommand {
     clock_.begin("segment");
     const surf::curve::Image first = slices.slice(arguments_.from);
     surf::curve::CurveOptions options = curve_options(command_, arguments_, first);
-    if (const auto boxes = boxes_mm(arguments_, first); !boxes.empty()) options.box_mm = boxes[0];
+    const auto boxes = boxes_mm(arguments_, first);
+    if (boxes.size() > 1)
+      throw surf::UsageError(fmt::format("--box: {} boxes; a stack has one", boxes.size()));
+    if (!boxes.empty()) options.box_mm = boxes[0];
     result_ = surf::curve::segment_stack(
         slices, arguments_.from, arguments_.to, options,
         [&](int k, const std::string& stage, const surf::flow::StepRecord& record) {

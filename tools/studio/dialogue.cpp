@@ -288,7 +288,7 @@ void Dialogue::run(const Wanted& wanted) {
     std::lock_guard lock(mutex_);
     if (!is_done && !is_kept_)
       wanted_.push_back(wanted);
-    else if (is_done && !is_made && wanted.evolves && error.empty())
+    else if (is_done && !is_made && wanted.evolves && error.empty() && !is_kept_)
       wanted_.push_front(wanted);
   }
   end_job();
@@ -334,11 +334,15 @@ void Dialogue::begin_job(int object, const std::string& what, const std::string&
   publish();
 }
 
-/// What waited for its end is done first, so that without a job nothing waits.
+/// What waited for its end is done first, so that without a job nothing waits; but for an evolution
+/// that is next again, whose end it waits for, see is_act_next().
 void Dialogue::end_job() {
   {
     std::unique_lock lock(mutex_);
-    while (!acts_.empty() && acts_.front().show) {
+    const bool is_next_again =
+        job_ && std::any_of(wanted_.begin(), wanted_.end(),
+                            [&](const auto& w) { return w.id == job_->object && w.evolves; });
+    while (!is_next_again && !acts_.empty() && acts_.front().show) {
       const Act act = std::move(acts_.front().act);
       acts_.pop_front();
       lock.unlock();

@@ -197,6 +197,7 @@ class Dialogue {
   void want_made(int id);
   void unwant(int id);
   std::size_t n_acts(int id) const;
+  void drop_evolutions();
   bool undo_brings_back(int id) const;
   bool redo_removes(int id) const;
   void bring_back();

@@ -124,14 +124,25 @@ void Dialogue::evolve(int id) {
   });
 }
 
+/// Under the lock. What waits to be made again is made all the same: nothing else would ask for it.
+void Dialogue::drop_evolutions() {
+  std::erase_if(wanted_, [&](const Wanted& wanted) { return is_made(*state_, wanted.id); });
+  for (Wanted& wanted : wanted_) wanted.evolves = false;
+}
+
 void Dialogue::stop() {
   {
     std::lock_guard lock(mutex_);
     is_kept_ = true;
-    // What waits to be made again is made all the same: nothing else would ask for it.
-    std::erase_if(wanted_, [&](const Wanted& wanted) { return is_made(*state_, wanted.id); });
-    for (Wanted& wanted : wanted_) wanted.evolves = false;
-    acts_.push_back({[this] { publish(); }, {}});
+    drop_evolutions();
+    acts_.push_back({[this] {
+                       {
+                         std::lock_guard its(mutex_);
+                         drop_evolutions();  // that acts before this one have asked for
+                       }
+                       publish();
+                     },
+                     {}});
     stop_.request_stop();
   }
   wake_.notify_all();

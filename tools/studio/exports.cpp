@@ -11,7 +11,9 @@
 #include "libsurf/mesh/region_intensities.h"
 #include "libsurf/segment/finish_objects.h"
 #include "libsurf/volume/write_volume.h"
+#include "tools/common/exit_codes.h"
 #include "tools/common/outputs.h"
+#include "tools/common/replay.h"
 #include "tools/report/report.h"
 #include "tools/studio/folder.h"
 
@@ -136,21 +138,44 @@ surfseg::ReportedObject<3> reported(const State& state, const ObjectState& objec
   return {&object.object, shape, entry};
 }
 
+/// As `surfseg replay` ends for these objects.
+int replay_exit_code(const std::vector<surfseg::ReportedObject<3>>& objects,
+                     const std::vector<std::exception_ptr>& failures) {
+  const auto code_of = [&](std::size_t n) {
+    try {
+      if (failures[n]) std::rethrow_exception(failures[n]);
+    } catch (const surf::InvalidMesh&) {
+      return int(kInvalidResult);
+    } catch (const std::exception&) {
+      return int(kNoObject);
+    }
+    return surf::segment::exit_code(objects[n].object->result->outcome);
+  };
+  if (objects.size() == 1) return code_of(0);
+  bool is_at_limit = false;
+  for (std::size_t n = 0; n < objects.size(); ++n) {
+    if (failures[n]) return kBatchFailed;
+    is_at_limit |= code_of(n) == kStoppedAtLimit;
+  }
+  return is_at_limit ? kStoppedAtLimit : kDone;
+}
+
 /// The page that `surfseg replay --report` makes.
 void write_report(const State& state, const Export& wanted, const std::string& path) {
   const auto all = finished(state, ".stl");
   std::vector<surfseg::ReportedObject<3>> objects;
-  int exit_code = 0;
+  std::vector<std::exception_ptr> failures;
   for (std::size_t n = 0; n < state.objects.size(); ++n) {
     const ObjectState& object = state.objects[n];
     if (wanted.object != 0 && object.id != wanted.object) continue;
     objects.push_back(reported(state, object, all[n]));
-    exit_code = std::max(exit_code, surf::segment::exit_code(object.object.state()));
+    failures.push_back(all[n].failure);
   }
   const std::string command =
       fmt::format("{} --report {}", replay_command(state, wanted.object), shell_word(wanted.name));
-  surf::write_bytes(path, report::page({command, exit_code, state.volume->volume,
-                                        state.volume->setting->content_hash(), objects}));
+  surf::write_bytes(
+      path, report::page({command, replay_exit_code(objects, failures), state.volume->volume,
+                          state.volume->setting->content_hash(), objects}));
 }
 
 std::string default_name(const State& state, const Export& wanted) {
@@ -224,36 +249,43 @@ void check_made(const State& state, const Export& wanted, bool is_busy) {
   }
 }
 
+/// With what `surfseg replay` says of objects that do not heed what was done last.
+State as_replayed(State state) {
+  for (ObjectState& object : state.objects)
+    if (object.is_outdated) object.object.result = outdated<3>(*object.object.result);
+  return state;
+}
+
 }  // namespace
 
 Exported export_file(const Dialogue& dialogue, const Export& wanted) {
   const bool is_busy = dialogue.job().has_value();  // before the state: what it makes is in that
-  const auto state = dialogue.state();
-  if (!state->volume) throw surf::UsageError("no volume is open");
+  const State state = as_replayed(*dialogue.state());
+  if (!state.volume) throw surf::UsageError("no volume is open");
   if (wanted.space != "lps" && wanted.space != "ras")
     throw surf::UsageError(fmt::format("space: expected lps or ras; got '{}'", wanted.space));
-  const std::string name = wanted.name.empty() ? default_name(*state, wanted) : wanted.name;
+  const std::string name = wanted.name.empty() ? default_name(state, wanted) : wanted.name;
   check_ending(wanted, name);
   const std::filesystem::path path = output_path(dialogue.folder(), name);
   if (std::filesystem::exists(path)) {
     if (!wanted.may_overwrite)
       throw FileExists(fmt::format("'{}' is there already: overwrite it?", name));
-    if (name == state->volume->name)
+    if (name == state.volume->name)
       throw surf::UsageError(fmt::format("'{}' is the volume that is open", name));
   }
-  check_made(*state, wanted, is_busy);
+  check_made(state, wanted, is_busy);
   const std::string to = path.string();
   if (wanted.what == "surface") check_beside(dialogue.folder(), to, wanted.may_overwrite);
   if (wanted.what == "surface")
-    write_surface(*state, wanted, to);
+    write_surface(state, wanted, to);
   else if (wanted.what == "labels")
-    write_labels(*state, wanted, to);
+    write_labels(state, wanted, to);
   else if (wanted.what == "measures")
-    write_measures(*state, wanted, to);
+    write_measures(state, wanted, to);
   else if (wanted.what == "picture")
-    write_picture(*state, wanted, to);
+    write_picture(state, wanted, to);
   else if (wanted.what == "report")
-    write_report(*state, wanted, to);
+    write_report(state, wanted, to);
   else
     surf::write_bytes(to, dialogue.recipe());
   return {name, std::filesystem::file_size(path)};

@@ -133,7 +133,7 @@ struct Server::Impl {
   int port = 0;
 
   std::mutex mutex;
-  int volume_number = 0;  ///< that `volume_bytes` is of
+  std::int64_t volume_number = 0;  ///< that `volume_bytes` is of
   std::shared_ptr<const std::string> volume_bytes;
   std::atomic<std::uint64_t> last_stream = 0;
   std::atomic<bool> is_ending = false;

@@ -137,7 +137,9 @@ void SurfaceCommand::write_report(ExitCode exit_code,
   if (files().report.empty()) return;
   surf::write_bytes(
       files().report,
-      report::page({command_line("surfseg", command(), {"threads", "quiet", "verbose", "progress"}),
+      report::page({command_line("surfseg", command(),
+                                 {"threads", "quiet", "verbose", "progress", "profile", "json",
+                                  "checkpoint", "resume", "memory"}),
                     int(exit_code), image(), Files::setting(image())->content_hash(), objects}));
 }
 

@@ -25,6 +25,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <cstring>
+#include <iterator>
 #include <memory>
 #include <thread>
 #include <vector>
@@ -107,7 +108,10 @@ Points<3> vertex_normals(const Triangles& surface) {
 std::array<double, 2> range_of(const RenderOptions& options) {
   if (options.range) return *options.range;
   const Eigen::VectorXd& values = options.colors->values;
-  std::vector<double> sorted(values.begin(), values.end());
+  std::vector<double> sorted;
+  std::copy_if(values.begin(), values.end(), std::back_inserter(sorted),
+               [](double value) { return std::isfinite(value); });
+  if (sorted.empty()) return {0, 1};
   std::sort(sorted.begin(), sorted.end());
   const double low = std::min(0.0, sorted.front()),
                high = sorted[std::size_t(kShown * double(sorted.size() - 1))];

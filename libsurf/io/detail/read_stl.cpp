@@ -1,6 +1,8 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <bit>
+#include <cmath>
 #include <cstring>
 #include <unordered_map>
 
@@ -18,6 +20,10 @@ class Weld {
 
   std::int64_t index_of(std::array<double, 3> point) {
     for (double& x : point) x += 0.0;  // -0 becomes 0
+    if (std::any_of(point.begin(), point.end(), [](double x) { return std::isnan(x); })) {
+      surface_.points.push_back(point);  // is none like it; the reader refuses it
+      return static_cast<std::int64_t>(surface_.points.size()) - 1;
+    }
     const auto [at, is_new] =
         indices_.try_emplace(point, static_cast<std::int64_t>(surface_.points.size()));
     if (is_new) surface_.points.push_back(point);

@@ -80,6 +80,12 @@ void insert_origin(DcmDataset& data, const DicomOrigin& origin, const std::strin
     check_dcmtk(data.putAndInsertString(DcmTag(attribute.group, attribute.element),
                                         attribute.value.c_str()),
                 path, "the scan's patient and study");
+  for (const DcmTagKey& tag :  // that every object has, if only empty (type 2)
+       {DCM_PatientName, DCM_PatientID, DCM_PatientBirthDate, DCM_PatientSex, DCM_StudyDate,
+        DCM_StudyTime, DCM_ReferringPhysicianName, DCM_StudyID, DCM_AccessionNumber,
+        DCM_PositionReferenceIndicator})
+    if (!data.tagExists(tag))
+      check_dcmtk(data.insertEmptyElement(tag), path, "the patient and study");
   if (is_ascii(text)) return;
   const std::string charset = origin.value(0x0008, 0x0005);
   if (!charset.empty() && charset != kUtf8)

@@ -13,7 +13,9 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <map>
 #include <memory>
@@ -37,7 +39,7 @@ class Writer {
  public:
   Writer(const std::string& path, const std::array<int, 3>& size, const DicomOrigin& origin,
          std::span<const std::uint8_t> labels, std::span<const LabelName> names)
-      : path_(path), size_(size), origin_(origin), labels_(labels), names_(names) {}
+      : path_(path), size_(size), origin_(origin), labels_(labels), names_(used(names, labels)) {}
 
   std::string bytes() {
     prepare_dcmtk(path_);
@@ -53,11 +55,23 @@ class Writer {
     segmentation_->setCheckDimensionsOnWrite(OFFalse);
     check(segmentation_->writeDataset(data), "the segmentation");
     name_segments(data);
+    put_in_as_they_are(data);
     insert_series(data, origin_, {"SEG", "surfseg", hash()}, images_);
     return dicom_bytes(data, path_);
   }
 
  private:
+  /// Those that some voxel has: a segment has a frame at least.
+  static std::vector<LabelName> used(std::span<const LabelName> names,
+                                     std::span<const std::uint8_t> labels) {
+    std::array<bool, 256> is_there{};
+    for (const std::uint8_t label : labels) is_there[label] = true;
+    std::vector<LabelName> out;
+    std::copy_if(names.begin(), names.end(), std::back_inserter(out),
+                 [&](const LabelName& name) { return is_there[name.label]; });
+    return out;
+  }
+
   void check(const OFCondition& status, const std::string& what) const {
     check_dcmtk(status, path_, what);
   }
@@ -104,10 +118,50 @@ class Writer {
   void import_origin() {
     std::string all_names;
     for (const LabelName& name : names_) all_names += name.name;
+    insert_origin(own_, origin_, all_names, path_);
     DcmDataset data;
-    insert_origin(data, origin_, all_names, path_);
+    for (unsigned long n = 0; n < own_.card(); ++n) {
+      DcmElement* const element = own_.getElement(n);
+      std::unique_ptr<DcmElement> copy(OFstatic_cast(DcmElement*, element->clone()));
+      check(data.insert(copy.get(), OFTrue), "the scan's patient and study");
+      DcmElement* const here = copy.release();     // insert() has taken it
+      if (here->checkValue("1").good()) continue;  // in the character set, which comes first
+      OFString value;
+      here->getOFStringArray(value);
+      check(here->putString(here->ident() == EVR_UI ? sound_uid(value.c_str()).c_str() : ""),
+            "the scan's patient and study");
+    }
     check(segmentation_->importFromSourceImage(data), "the scan's patient and study");
     check(segmentation_->getSeries().setSeriesNumber("1"), "a number");  // insert_series() has it
+  }
+
+  /// DCMTK makes no segmentation of values that DICOM does not allow, which many scans have:
+  /// another UID stands for such a one meanwhile.
+  std::string sound_uid(const std::string& uid) {
+    DcmUniqueIdentifier element(DCM_StudyInstanceUID);
+    element.putString(uid.c_str());
+    if (element.checkValue("1").good()) return uid;
+    const std::string out = uid_of("stands for " + uid);
+    stand_ins_[out] = uid;
+    return out;
+  }
+
+  /// Patient, study and UIDs of the scan, whether DICOM allows them or not.
+  void put_in_as_they_are(DcmDataset& data) {
+    DcmStack stack;
+    while (!stand_ins_.empty() && data.nextObject(stack, OFTrue).good()) {
+      if (stack.top()->ident() != EVR_UI) continue;
+      auto* const element = OFstatic_cast(DcmElement*, stack.top());
+      OFString uid;
+      element->getOFStringArray(uid);
+      if (const auto found = stand_ins_.find(uid.c_str()); found != stand_ins_.end())
+        check(element->putString(found->second.c_str()), "a UID");
+    }
+    for (unsigned long n = 0; n < own_.card(); ++n) {
+      std::unique_ptr<DcmElement> copy(OFstatic_cast(DcmElement*, own_.getElement(n)->clone()));
+      check(data.insert(copy.get(), OFTrue), "the scan's patient and study");
+      static_cast<void>(copy.release());
+    }
   }
 
   void add_shared_groups() {
@@ -212,8 +266,9 @@ class Writer {
                                                   "Source image for image processing operation"),
           "a frame's derivation");
     auto& reference = source->getImageSOPInstanceReference();
-    check(reference.setReferencedSOPClassUID(image.sop_class_uid.c_str()), "a SOPClassUID");
-    check(reference.setReferencedSOPInstanceUID(image.sop_instance_uid.c_str()),
+    check(reference.setReferencedSOPClassUID(sound_uid(image.sop_class_uid).c_str()),
+          "a SOPClassUID");
+    check(reference.setReferencedSOPInstanceUID(sound_uid(image.sop_instance_uid).c_str()),
           "a SOPInstanceUID");
     if (image.frame > 0) {
       OFVector<Uint16> frames;
@@ -236,8 +291,10 @@ class Writer {
   const std::array<int, 3> size_;
   const DicomOrigin& origin_;
   std::span<const std::uint8_t> labels_;
-  std::span<const LabelName> names_;
-  std::map<int, int> place_;  ///< among the slices that are used, by k
+  const std::vector<LabelName> names_;
+  DcmDataset own_;                                ///< the scan's patient and study, as they are
+  std::map<std::string, std::string> stand_ins_;  ///< for UIDs that DICOM does not allow, and these
+  std::map<int, int> place_;                      ///< among the slices that are used, by k
   std::vector<DicomImage> images_;
   std::unique_ptr<DcmSegmentation> segmentation_;
 };

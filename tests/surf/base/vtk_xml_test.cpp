@@ -24,7 +24,13 @@ TEST(VtkXml, FieldDataAreArraysOfATypeThatVtkKnows) {
 }
 
 TEST(VtkXml, CountsAreBelievedAsFarAsTheFileGoes) {
-  EXPECT_THROW(check_vtk_xml("a.vtp", "<Piece NumberOfPoints=\"1000000000\">"), InputError);
+  EXPECT_NO_THROW(check_vtk_xml("a.vtp", "<!-- don't > --><Piece NumberOfPoints=\" +4 \">"));
+  for (const char* piece :
+       {"NumberOfPoints=\"1000000000\"", "NumberOfPolys=\"+9223372036854775807\"",
+        "Name=\">\" NumberOfPolys=\"9223372036854775807\"",
+        "NumberOfPolys=\"&#57;223372036854775807\"", "NumberOfComponents='+2000000000'",
+        "NumberOfPoints=\"4x\"", "NumberOfPoints=\"4 nan\"", "NumberOfPoints=\"++4\""})
+    EXPECT_THROW(check_vtk_xml("a.vtp", "<Piece " + std::string(piece) + ">"), InputError) << piece;
 }
 
 TEST(VtkXml, AppendedDataBeginWithTheirMark) {
