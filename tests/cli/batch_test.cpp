@@ -248,9 +248,47 @@ TEST_F(Batch, ShardsTogetherDoAllAndCollectShowsThem) {
   EXPECT_EQ(all.exit_code, 0);
   EXPECT_EQ(bytes("out/group.tsv"), table);
   EXPECT_EQ(table.find("not run"), std::string::npos);
+  EXPECT_EQ(batch({"--shard", "7/8"}).exit_code, 0) << "a part without a case";
   EXPECT_EQ(batch({"--shard", "3/2"}).exit_code, 2);
   EXPECT_EQ(batch({"--shard", "0/2"}).exit_code, 2);
   EXPECT_EQ(batch({"--jobs", "0"}).exit_code, 2);
+}
+
+TEST_F(Batch, LeavesADataSetOfOthersAsItIs) {
+  make_list();
+  std::filesystem::create_directory(file("out"));
+  const std::string theirs = R"({"Name": "scans", "BIDSVersion": "1.8.0"})";
+  put("out/dataset_description.json", theirs);
+  const Outcome outcome = batch();
+  EXPECT_EQ(outcome.exit_code, 4) << outcome.err;
+  EXPECT_TRUE(has(outcome, "not of surfseg")) << outcome.err;
+  EXPECT_EQ(bytes("out/dataset_description.json"), theirs);
+}
+
+TEST_F(Batch, ASummaryThatIsNoneIsDamaged) {
+  make_list();
+  batch();
+  put(anat("a", "surfseg.json"), "[]");
+  const Outcome outcome = batch({"--collect"});
+  EXPECT_NE(outcome.exit_code, 1) << outcome.err;
+  EXPECT_TRUE(exists("out/group.tsv"));
+  EXPECT_EQ(batch().exit_code, 0);
+  EXPECT_EQ(json(anat("a", "surfseg.json"))["exit_code"], 0);
+}
+
+// Landmarks of Slicer state their space; a ball beside them would be read in it, too.
+TEST_F(Batch, RefusesTwoSpacesInARow) {
+  make_list();
+  put("a.fcsv",
+      "# Markups fiducial file version = 4.11\n# CoordinateSystem = RAS\n"
+      "# columns = id,x,y,z,ow,ox,oy,oz,vis,sel,lock,label,desc,associatedNodeID\n"
+      "1,0,0,0,0,0,0,1,1,1,0,a,,\n");
+  put("list.tsv",
+      "name\tscan\tclicks\tspace\tinitial-ball\tenergy\n"
+      "a\t1.nii.gz\ta.fcsv\tlps\t0,0,0,5mm\tchan-vese\n");
+  const Outcome outcome = batch();
+  EXPECT_EQ(outcome.exit_code, 2) << outcome.err;
+  EXPECT_TRUE(has(outcome, "states its space")) << outcome.err;
 }
 
 TEST_F(Batch, InterruptLeavesWholeCasesAndTheNextRunGoesOn) {

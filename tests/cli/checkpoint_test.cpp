@@ -51,16 +51,18 @@ TEST_F(Checkpoints, AKillAtAnyMomentCostsNothingButTime) {
   make_volume();
   const Words words = {"segment", "v.nii", "--seed", "1,0,0",  "--levels", "2",
                        "-v",      "-o",    "a.stl",  "--mask", "a.nii"};
-  const Outcome whole = must(with(words, {"--recipe", "a.json", "--json", "a.summary.json"}));
-  const std::string surface = bytes("a.stl"), mask = bytes("a.nii"), recipe = bytes("a.json");
+  const Outcome whole =
+      must(with(words, {"--recipe", "a.json", "--json", "a.summary.json", "--report", "a.html"}));
+  const std::string surface = bytes("a.stl"), mask = bytes("a.nii"), recipe = bytes("a.json"),
+                    page = bytes("a.html");
   const auto summary = json("a.summary.json");
   const Words moments = steps(whole.err);
   ASSERT_GT(moments.size(), 10u);
-  const Words kept = with(words, {"--recipe", "a.json", "--json", "a.summary.json", "--checkpoint",
-                                  "c.json", "--resume"});
+  const Words kept = with(words, {"--recipe", "a.json", "--json", "a.summary.json", "--report",
+                                  "a.html", "--checkpoint", "c.json", "--resume"});
   std::mt19937 random(5);  // NOLINT: the same in every run
   for (int n = 0; n < 6; ++n) {
-    for (const char* name : {"a.stl", "a.nii", "a.json", "a.summary.json"})
+    for (const char* name : {"a.stl", "a.nii", "a.json", "a.summary.json", "a.html"})
       std::filesystem::remove(file(name));
     // Of two kills the second meets the run that goes on, if it gets as far.
     Words last;
@@ -74,6 +76,7 @@ TEST_F(Checkpoints, AKillAtAnyMomentCostsNothingButTime) {
     EXPECT_EQ(bytes("a.stl"), surface) << last[0] << ", " << last[1];
     EXPECT_EQ(bytes("a.nii"), mask) << last[0] << ", " << last[1];
     EXPECT_EQ(bytes("a.json"), recipe) << last[0] << ", " << last[1];
+    EXPECT_EQ(bytes("a.html"), page) << last[0] << ", " << last[1];
     expect_same_summary(json("a.summary.json"), summary);
     EXPECT_FALSE(exists("c.json")) << "the checkpoint of a run that is done";
   }

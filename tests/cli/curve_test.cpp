@@ -526,6 +526,8 @@ const std::vector<Row> kRows = {
     {"StackRecipe", stack({"--seed", "8,8", "-o", "o.vtp", "--recipe", "r.json"}), 2, "--recipe"},
     {"StackCheckpoint", stack({"--seed", "8,8", "-o", "o.vtp", "--checkpoint", "c"}), 2,
      "--checkpoint"},
+    {"StackBoxes", stack({"--seed", "8,8", "-o", "o.vtp", "--box", "1,1,9,9", "--box", "2,2,9,9"}),
+     2, "2 boxes"},
     {"StackResume", stack({"--seed", "8,8", "-o", "o.vtp", "--resume"}), 2, "--resume"},
     {"StackProfile", stack({"--seed", "8,8", "-o", "o.vtp", "--profile"}), 2, "--profile"},
     {"StackMemory", stack({"--seed", "8,8", "-o", "o.vtp", "--memory", "9MB"}), 2,

@@ -112,6 +112,10 @@ TEST_F(Replay, RefusesAnotherVolumeAndRecipesThatItCannotRead) {
   expect_refused(3, {"r.json", "not a surfseg recipe"});
   std::filesystem::remove(file("r.json"));
   expect_refused(3, {"r.json", "cannot be read: No such file"});
+  std::filesystem::create_symlink("r.json", file("r.json"));  // leads nowhere
+  EXPECT_EQ(run({"replay", "r.json", "-o", "a.stl"}).exit_code, 3);
+  const Outcome name = run({"replay", std::string(300, 'r'), "-o", "a.stl"});
+  EXPECT_EQ(name.exit_code, 3) << name.err;
 }
 
 // A reference that is overwritten would be compared with itself, a Dice of 1.

@@ -243,6 +243,19 @@ TEST_F(Segment, SummaryIsAConfigThatTheCommandLineOverrides) {
   EXPECT_EQ(json("c.json")["config"]["edge-length"], "3mm");
 }
 
+// What a run was not told is in its summary, too, and need not go together with what it was told.
+TEST_F(Segment, SummaryIsAConfigWhateverTheRunWasTold) {
+  make_ball();
+  for (const Words& more : {Words{"--gamma=-0.1"}, Words{"--energy", "chan-vese", "--energy",
+                                                         "area:weight=0.1", "--flow", "lbfgs"}}) {
+    must(segment(joined({"-o", "a.stl", "--json", "a.json", "--max-iterations", "5"}, more)));
+    must({"segment", "--config", "a.json", "-o", "b.stl", "-q"});
+    EXPECT_EQ(bytes("a.stl"), bytes("b.stl"));
+  }
+  must(segment({"-o", "a.stl", "--json", "a.json"}));
+  must({"segment", "--config", "a.json", "-o", "b.stl", "--gamma=-0.1", "--max-iterations", "5"});
+}
+
 TEST_F(Segment, ConfigTakesEveryOption) {
   make_ball();
   const nlohmann::json config = {{"VOLUME", "ball.nii.gz"},
