@@ -31,11 +31,10 @@ struct KindContext {
   /// Deviation of the blur of the edges round the seeds, smoothing included; 0 = unknown.
   double edge_blur_mm = 0;
   /// The shape that the run begins with in place of such balls, the same one in all its stages and
-  /// on all levels, so that what is fitted to it stays as it is; null if there is none.
+  /// on all levels, so that what is fitted to it (EnergyKind::is_fitted) stays as it is; null if
+  /// there is none.
   const Simplices<Dim>* initial = nullptr;
-  /// The shape as it is when the energy is made, and the image that it lies in: for statistics that
-  /// are fitted to it (EnergyKind::is_fitted). Null where nothing is there to be fitted to.
-  const Simplices<Dim>* shape = nullptr;
+  /// The image that it lies in.
   const Setting<Dim>* setting = nullptr;
   /// Where the shape moves; null = everywhere.
   const mesh::Neighbourhood<Dim>* region = nullptr;
@@ -118,8 +117,7 @@ struct EnergyKind {
   /// Whether a run ends on the edges that it finds: the minimisers of the others are what was
   /// asked for.
   bool settles_on_edges = false;
-  /// Whether the energy depends on the shape that it is made for: once it is at rest it is made
-  /// again, and minimised again, until both agree.
+  /// Whether the energy depends on the shape that a run begins with.
   bool is_fitted = false;
   /// Whether nodes may go several widths of the blur in a step.
   bool takes_long_steps = true;

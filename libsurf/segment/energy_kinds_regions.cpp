@@ -87,7 +87,7 @@ EnergyKind<Dim> local_means_kind() {
           },
           "that round the seeds")};
   kind.build = [](const Context& context, const EnergyTerm& term) {
-    if (!context.initial || !context.shape || !context.setting)
+    if (!context.initial || !context.setting)
       throw UsageError("energy local-means: it is fitted to an initial shape, and there is none");
     const double widest = context.model.extent().diagonal_mm();
     for (const char* length : {"reach", "edge"})
@@ -99,8 +99,8 @@ EnergyKind<Dim> local_means_kind() {
     const LocalMeansOptions options{parameter(term, "reach"), parameter(term, "edge"),
                                     parameter(term, "noise")};
     return std::make_unique<energy::DomainIntegral<Dim>>(
-        local_means<Dim>(*context.setting, context.model.intensity(), *context.initial,
-                         *context.shape, options, context.region),
+        local_means<Dim>(*context.setting, context.model.intensity(), *context.initial, options,
+                         context.region),
         energy::DomainIntegralOptions{.quadrature_order = 2, .counts_from_start = true});
   };
   kind.settles_on_edges = true;

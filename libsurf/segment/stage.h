@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "libsurf/base/resources.h"
+#include "libsurf/energy/energy_sum.h"
 #include "libsurf/flow/evolution.h"
 #include "libsurf/mesh/neighbourhood.h"
 #include "libsurf/segment/certainty.h"
@@ -97,6 +98,8 @@ struct Work : Lengths {
   std::shared_ptr<const mesh::Neighbourhood<Dim>> region = {};
   std::vector<EnergyTerm> energies = {};  ///< of the result, every parameter filled in
   SeedModel seed = {};
+  /// Of the stage that minimised one last, for a correction that follows; null: to be made again.
+  std::shared_ptr<energy::EnergySum<Dim>> energy = {};
   double border_share = 0;                       ///< of the length or area on the image's border
   std::optional<Verdict<Dim>> verdict = {};      ///< of the chosen proposal
   std::optional<Certainty<Dim>> certainty = {};  ///< of the vertices of `shape`; none = unknown

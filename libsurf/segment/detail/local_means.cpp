@@ -268,7 +268,6 @@ template <int Dim>
 std::shared_ptr<const Field<Dim>> local_means(const Setting<Dim>& setting,
                                               std::shared_ptr<const Field<Dim>> I,
                                               const Simplices<Dim>& start,
-                                              const Simplices<Dim>& shape,
                                               const LocalMeansOptions& options,
                                               const mesh::Neighbourhood<Dim>* region) {
   const double clear_mm = kClear * options.edge_mm;
@@ -277,15 +276,14 @@ std::shared_ptr<const Field<Dim>> local_means(const Setting<Dim>& setting,
   const double node_mm = std::pow(std::abs(grid.node_to_world.linear().determinant()), 1.0 / Dim);
   const double clear = std::max(1.0, clear_mm / node_mm),
                deviation = kMeansPerReach * options.reach_mm / node_mm;
-  const std::vector<std::uint8_t> inside = setting.rasterized(shape, grid.size, grid.node_to_world);
+  const std::vector<std::uint8_t> inside = setting.rasterized(start, grid.size, grid.node_to_world);
   if (std::none_of(inside.begin(), inside.end(), [](std::uint8_t flag) { return flag; }))
     throw UsageError("local-means: the start is too thin to hold a cell of the image");
   const Intensities intensities{grid.size_in_space(), at_nodes(*I, grid)};
   std::vector<float> distance, inner, outer;
   tbb::parallel_invoke(
       [&] {
-        distance = signed_distances(grid.size_in_space(),
-                                    setting.rasterized(start, grid.size, grid.node_to_world),
+        distance = signed_distances(grid.size_in_space(), inside,
                                     int(std::ceil(kFarthest * options.reach_mm / node_mm + 0.5)));
       },
       [&] { inner = means_of_side(intensities, inside, clear, deviation); },
@@ -300,13 +298,11 @@ std::shared_ptr<const Field<Dim>> local_means(const Setting<Dim>& setting,
 
 template std::shared_ptr<const Field<2>> local_means<2>(const Setting<2>&,
                                                         std::shared_ptr<const Field<2>>,
-                                                        const Segments&, const Segments&,
-                                                        const LocalMeansOptions&,
+                                                        const Segments&, const LocalMeansOptions&,
                                                         const mesh::Neighbourhood<2>*);
 template std::shared_ptr<const Field<3>> local_means<3>(const Setting<3>&,
                                                         std::shared_ptr<const Field<3>>,
-                                                        const Triangles&, const Triangles&,
-                                                        const LocalMeansOptions&,
+                                                        const Triangles&, const LocalMeansOptions&,
                                                         const mesh::Neighbourhood<3>*);
 
 }  // namespace surf::segment

@@ -90,7 +90,6 @@ KindContext<Dim> context(const Work<Dim>& work, EnergyModel<Dim>& model) {
   out.seed_radius_mm = work.seed_radius_mm;
   out.edge_blur_mm = work.whole_blur_mm;
   out.initial = work.start_is_given ? &work.start : nullptr;
-  out.shape = work.shape.points.rows() > 0 ? &work.shape : nullptr;
   out.region = work.region.get();
   return out;
 }
@@ -154,7 +153,7 @@ bool minimise(Work<Dim>& work, const Minimisation<Dim>& minimisation) {
   // The first mending has one thread for much of its time; the fields need not wait for it. What
   // either throws must not cancel the other, whose fields are kept, and the mending's comes first.
   std::unique_ptr<mesh::MovingMesh<Dim>> shape;
-  std::unique_ptr<energy::EnergySum<Dim>> energy;
+  std::shared_ptr<energy::EnergySum<Dim>> energy;
   std::exception_ptr no_shape, no_energy;
   tbb::parallel_invoke(
       [&] {
@@ -210,6 +209,7 @@ bool minimise(Work<Dim>& work, const Minimisation<Dim>& minimisation) {
         "{}: the {} is coarser than asked for: at {} elements nothing is refined any more",
         report.name, work.setting().noun(), options.adaptivity.max_elements));
   work.reports.push_back(std::move(report));
+  work.energy = std::move(energy);
   if (work.told) work.told->n_notes = work.notes.size();  // this stage is done
   if (shape->rests() && keep_certainty(work)) return false;
   return work.reports.back().outcome == Outcome::kConverged;

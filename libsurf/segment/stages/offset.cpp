@@ -13,8 +13,11 @@ class Offset : public CorrectingStage<Dim> {
 
   std::string correct(Work<Dim>& work) const override {
     const StageReport& last = work.reports.back();
+    const bool is_at_hand = work.energy && last.kind == StageKind::kMinimises;
     const auto model = work.fields.model(field_options(work.options, last.sigma_mm));
-    const auto energy = make_energy<Dim>(last.energies, context(work, *model));
+    const std::shared_ptr<energy::EnergySum<Dim>> energy =
+        is_at_hand ? work.energy : make_energy<Dim>(last.energies, context(work, *model));
+    work.energy.reset();
     work.shape = moved_past_clicks(
         work, moved_to_edge<Dim>(work.shape, *energy, blur_mm(last.sigma_mm, work.cell_mm()),
                                  kFurthest * work.cell_mm()));

@@ -31,7 +31,7 @@ struct Scene {
 TEST(EveryCurveKind, BuildsAndItsDerivativeIsTheDifferenceQuotient) {
   Scene scene;
   const Segments start = circle(scene.context.seeds_mm[0] + Vector<2>(0.3, -0.2), 14, 2);
-  scene.context.initial = scene.context.shape = &start;  // for what is fitted to a shape
+  scene.context.initial = &start;  // for what is fitted to a shape
   scene.context.setting = &scene.setting;
   test::expect_derivatives_of_every_kind<2>(scene.context, start, 1e-4, 1e-3);
 }

@@ -54,7 +54,7 @@ TEST(EveryKind, BuildsInVolumesAndItsDerivativeIsTheDifferenceQuotient) {
   Scene scene;
   const Triangles start = mesh::ball({0.02, -0.01, 0.03}, 0.55, 0.1);
   const SurfaceSetting setting{scene.image};  // for what is fitted to a shape
-  scene.context.initial = scene.context.shape = &start;
+  scene.context.initial = &start;
   scene.context.setting = &setting;
   test::expect_derivatives_of_every_kind<3>(scene.context, start, 1e-4, 1e-3);
 }

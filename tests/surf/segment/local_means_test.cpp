@@ -25,7 +25,7 @@ struct Scene {
     setting = make_setting(volume::make_phantom(options));
     I = setting->make_model({.smoothing = {.sigma_mm = 0.4 * kVoxel}})->intensity();
     const Triangles start = mesh::ball(Vector<3>::Zero(), radius, kVoxel);
-    f = local_means<3>(*setting, I, start, start, {3 * kVoxel, kVoxel, noise});
+    f = local_means<3>(*setting, I, start, {3 * kVoxel, kVoxel, noise});
   }
 
   double at(double r) const {
@@ -56,7 +56,7 @@ TEST(LocalMeans, KeepTheShapeWithinReachOfItsStart) {
 TEST(LocalMeans, KeepTheShapeNearItsStartAtTheBorderToo) {
   const Scene scene(kRadius);
   const Triangles start = mesh::ball(Vector<3>(0, 0, -0.98), 0.4, kVoxel);
-  const auto f = local_means<3>(*scene.setting, scene.I, start, start, {3 * kVoxel, kVoxel, 0.01});
+  const auto f = local_means<3>(*scene.setting, scene.I, start, {3 * kVoxel, kVoxel, 0.01});
   Points<3> x(2, 3);
   x << 0.4 + 4 * kVoxel, 0, -1, 0, 0.4 + 4 * kVoxel, -1;
   Samples<3> samples;
@@ -80,7 +80,7 @@ TEST(LocalMeans, LeaveAThinLayerBeforeSomethingElseByFarOutside) {
   const auto setting = make_setting(volume::Volume({kSize, kSize, kSize}, affine, values));
   const auto I = setting->make_model({.smoothing = {.sigma_mm = 0.4 * kVoxel}})->intensity();
   const Triangles start = mesh::ball(Vector<3>::Zero(), kRadius, kVoxel);
-  const auto f = local_means<3>(*setting, I, start, start, {3 * kVoxel, kVoxel, 0.01});
+  const auto f = local_means<3>(*setting, I, start, {3 * kVoxel, kVoxel, 0.01});
   Points<3> x(2, 3);
   x << kRadius + kVoxel, 0, 0, kRadius - kVoxel, 0, 0;
   Samples<3> samples;
@@ -111,7 +111,7 @@ TEST(LocalMeans, ReachAsFarAsIsAskedFor) {
       setting->make_model({.smoothing = {.sigma_mm = 0.4 * cell}})->intensity());
   const Triangles start = mesh::ball(Vector<3>::Zero(), kRadius, 2 * cell);
   const auto values = [&](double reach_cells) {
-    const auto f = local_means<3>(*setting, I, start, start, {reach_cells * cell, cell, 0.01});
+    const auto f = local_means<3>(*setting, I, start, {reach_cells * cell, cell, 0.01});
     Points<3> x(4, 3);
     x << 0.58, 0, 0, 0.62, 0, 0, 0, -0.59, 0, 0, -0.61, 0;
     Samples<3> samples;
@@ -151,7 +151,7 @@ TEST(LocalMeans, RefuseAStartBetweenTheNodes) {
   const Scene scene(kRadius);
   const Triangles dot =
       mesh::ball({0.3 * kVoxel, 0.3 * kVoxel, 0.3 * kVoxel}, 0.1 * kVoxel, 0.05 * kVoxel);
-  EXPECT_THROW(local_means<3>(*scene.setting, scene.I, dot, dot, {kVoxel, 0, 0.01}), UsageError);
+  EXPECT_THROW(local_means<3>(*scene.setting, scene.I, dot, {kVoxel, 0, 0.01}), UsageError);
 }
 
 }  // namespace
