@@ -175,6 +175,8 @@ class Evolution {
     energy_.reset(*geometry_);
     summary_.initial_energy = energy_.value();
     if (!is_there) return finish(Termination::kObstacle, unreached());
+    if (std::string why = shape_.obstacle(); !why.empty())
+      return finish(Termination::kObstacle, std::move(why));
 
     StoppingRule rule(options_);
     const auto stepper = make_stepper<Dim>(

@@ -308,8 +308,13 @@ Result<Dim> Segmentation<Dim>::evolved(const History<Dim>& history,
   // What was proposed for these clicks is an answer to them; what was evolved has to heed them.
   const bool is_answer = before.outcome == Outcome::kProposed && before.search && !has_lost &&
                          before.search->clicks.size() == searched.size();
-  const bool goes_on = is_answer || (!has_lost && has_shape(before.outcome) &&
-                                     heeds<Dim>(before.shape, work.clicks));
+  // What has come to its end and is to evolve by other options: an energy that is fitted to its
+  // start would be fitted to what it has found, again and again. It begins where it began.
+  const bool is_fitted = object.options.energies.empty() &&
+                         (!work.seeds_mm.empty() || object.options.initial.has_value());
+  const bool goes_on =
+      is_answer || (!has_lost && has_shape(before.outcome) &&
+                    (!is_fitted || history.unfinished()) && heeds<Dim>(before.shape, work.clicks));
   // Without an energy the clicks say more of the object than a body to start from does.
   const bool uses_initial =
       object.options.initial && (!object.options.energies.empty() || work.seeds_mm.empty());

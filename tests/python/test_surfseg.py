@@ -612,3 +612,14 @@ def test_examples_of_the_docs_run(name):
     if name == "finite_elements.py":
         pytest.importorskip("scipy")
     subprocess.run([sys.executable, EXAMPLES / name], check=True, capture_output=True)
+
+
+def test_a_scan_is_not_overwritten_by_its_mask(tmp_path):
+    scan = tmp_path / "ball.nii.gz"
+    program("phantom", "ball", "--size", "24", "--spacing", "1", "-o", scan)
+    before = scan.read_bytes()
+    surface = surfseg.segment(scan, seeds=[(0, 0, 0)])
+    with pytest.raises(surfseg.UsageError, match="that the image was read from"):
+        surface.save(scan)
+    assert scan.read_bytes() == before
+    surface.save(tmp_path / "mask.nii.gz")

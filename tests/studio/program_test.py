@@ -417,6 +417,17 @@ class Program(unittest.TestCase):
         self.assertIn("holds no volume", studio.end())
         shutil.rmtree(folder)
 
+    def test_a_range_beyond_the_volume_and_a_name_that_no_file_has_are_refused(self):
+        folder = folder_with(BALLS)
+        with Studio(folder, "balls.nii.gz") as studio:
+            studio.until(lambda s: s["volume"] and s["job"] is None)
+            whole = studio.get("/api/volume.nii.gz")
+            for asked, status, expected in (("bytes=99999999-", 416, b""), ("bytes=0-99999999", 206, whole), ("bytes=4-9", 206, whole[4:10])):
+                self.assertEqual(studio.request("GET", "/api/volume.nii.gz", headers={"Range": asked})[:2], (status, expected), asked)
+            studio.do("add_object", 400, name="a/b")
+            studio.do("rename", 400, object=1, name="a/b")
+        shutil.rmtree(folder)
+
     def test_a_port_that_is_taken(self):
         folder = folder_with(BALLS)
         with Studio(folder) as studio:

@@ -21,14 +21,6 @@ constexpr std::array kOfOneObject = {"seed", "outside", "box", "marks"};
 constexpr const char* kPattern = "{object}";
 constexpr std::size_t kMostObjects = 255;  // labels of a byte
 
-bool is_fit_for_a_file(const std::string& name) {
-  return !name.empty() && name.front() != '.' && name.front() != '-' &&
-         std::all_of(name.begin(), name.end(), [](char c) {
-           return c != '/' && c != '\\' && c != '{' && c != '}' &&
-                  !std::iscntrl(static_cast<unsigned char>(c));
-         });
-}
-
 using surf::segment::Click;
 
 template <int Dim>
@@ -46,6 +38,14 @@ void add_strokes(const std::vector<Click<Dim>>& some, std::vector<Click<Dim>>& s
 }
 
 }  // namespace
+
+bool is_fit_for_a_file(const std::string& name) {
+  return !name.empty() && name.front() != '.' && name.front() != '-' &&
+         std::all_of(name.begin(), name.end(), [](char c) {
+           return c != '/' && c != '\\' && c != '{' && c != '}' &&
+                  !std::iscntrl(static_cast<unsigned char>(c));
+         });
+}
 
 void check_object_names(const std::vector<std::string>& names) {
   std::set<std::string> seen;

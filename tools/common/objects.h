@@ -46,6 +46,9 @@ std::vector<Output> read_files(const RunArguments& a, std::vector<Output> own);
 ///                           boxes of one
 void check_objects(const CLI::App& command, const RunArguments& a, const std::vector<Output>& each);
 
+/// Whether files may have the name of an object in theirs.
+bool is_fit_for_a_file(const std::string& name);
+
 /// @throws surf::UsageError  a name is there twice, or is unfit for a file's name
 void check_object_names(const std::vector<std::string>& names);
 

@@ -26,6 +26,7 @@ py::array_t<std::uint8_t> Curve::mask() const {
 }
 
 void Curve::save(const std::string& path) const {
+  check_is_not_input(path, image_.source().path);
   if (surf::extension(path) == ".png")
     surf::curve::write_mask(
         path, image_.size(),

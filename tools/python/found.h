@@ -1,15 +1,27 @@
 // What surfaces and curves that were found have in common, for Python.
 #pragma once
 
+#include <fmt/format.h>
+
+#include <filesystem>
 #include <memory>
 #include <string>
 #include <utility>
 
+#include "libsurf/base/error.h"
 #include "libsurf/segment/finish.h"
 #include "libsurf/segment/history.h"
 #include "tools/python/arrays.h"
 
 namespace surfseg::python {
+
+/// @throws surf::UsageError  the file is that of the image
+inline void check_is_not_input(const std::string& path, const std::string& image) {
+  std::error_code none;
+  if (std::filesystem::equivalent(path, image, none))
+    throw surf::UsageError(
+        fmt::format("{}: is the file that the image was read from; give another name", path));
+}
 
 /// A verified shape and what is known of it; keeps what it came from.
 template <int Dim>

@@ -63,6 +63,7 @@ py::array_t<double> Surface::curvature() const {
 }
 
 void Surface::save(const std::string& path, const std::string& space) const {
+  check_is_not_input(path, volume_.source().path);
   if (is_label_map(path)) {
     const auto flags =
         surf::mesh::rasterize(finished().shape, volume_.size(), volume_.index_to_world());

@@ -4,6 +4,8 @@
 #include <algorithm>
 
 #include "libsurf/base/error.h"
+#include "libsurf/base/escaped.h"
+#include "tools/common/objects.h"
 #include "tools/studio/dialogue.h"
 
 namespace surfseg::studio {
@@ -24,6 +26,13 @@ bool is_made(const State& state, int id) {
   });
 }
 
+/// Exports and `surfseg replay` name files after objects.
+void check_is_name_of_a_file(const std::string& name) {
+  if (!is_fit_for_a_file(name))
+    throw surf::UsageError(
+        fmt::format("name: expected one that a file can have; got '{}'", surf::one_line(name)));
+}
+
 }  // namespace
 
 /// After an act of a person: what was undone before it cannot be done again.
@@ -34,6 +43,7 @@ void Dialogue::keep_act() {
 }
 
 int Dialogue::add_object(const std::string& name) {
+  if (!name.empty()) check_is_name_of_a_file(name);
   int id = 0;
   do_now([&] {
     id = segmentation().add_object(name);
@@ -50,12 +60,13 @@ void Dialogue::remove_object(int id) {
 }
 
 void Dialogue::rename(int id, const std::string& name) {
+  if (name.empty()) throw surf::UsageError("the name is empty");
+  check_is_name_of_a_file(name);
   const auto act = [this, id, name] {
     segmentation().rename(id, name);
     keep_act();
   };
   do_beside(act, [id, name](State& state) {
-    if (name.empty()) throw surf::UsageError("the name is empty");
     for (const ObjectState& other : state.objects)
       if (other.id != id && other.object.name == name)
         throw surf::UsageError(fmt::format("there is an object '{}' already", name));

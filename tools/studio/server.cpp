@@ -451,12 +451,18 @@ struct Server::Impl {
     get("/api/options", [](const Request&, Response& response) {
       response.set_content(dumped(describe_options()), kJson);
     });
-    get("/api/volume.nii.gz", [this](const Request&, Response& response) {
+    get("/api/volume.nii.gz", [this](const Request& request, Response& response) {
       const auto bytes = volume();
+      // The library takes any Range, and promises as many bytes; it made the request for us alone.
+      for (auto& [first, last] : const_cast<Request&>(request).ranges) {
+        if (first >= 0 && std::size_t(first) >= bytes->size())
+          throw Refusal{416, "the volume ends before that range"};
+        last = std::min(last, decltype(last)(first < 0 ? last : bytes->size() - 1));
+      }
       response.set_content_provider(
           bytes->size(), "application/gzip",
           [bytes](std::size_t offset, std::size_t length, httplib::DataSink& sink) {
-            if (offset >= bytes->size()) return false;  // the library takes any Range
+            if (offset >= bytes->size()) return false;
             const std::size_t n_left = bytes->size() - offset;
             return sink.write(bytes->data() + offset,
                               std::min({length, n_left, std::size_t(1) << 20}));

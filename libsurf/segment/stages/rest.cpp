@@ -12,8 +12,9 @@ namespace surf::segment {
 namespace {
 
 // Of a fitted energy, whose region term is of order 1, per cell and area: vertices move by less
-// than about a sixteenth of a cell.
-constexpr double kLeastGain = 1e-3;
+// than about a ninth of a cell. Edges are located after it: with 1e-3 the inside of a skull takes
+// eight steps, not six, and neither phantoms nor scans are nearer (docs/performance.md).
+constexpr double kLeastGain = 3e-3;
 // Over four steps phantoms come to the same errors (0.0273 voxel in the mean of twelve, 0.0269 over
 // two), and most of a trunk (160,000 triangles) takes nine steps, not six.
 constexpr std::size_t kGainSteps = 2;

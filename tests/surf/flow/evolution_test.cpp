@@ -65,6 +65,16 @@ TYPED_TEST(Evolution, RecordsTheShapeAfterEachStep) {
   EXPECT_NEAR(summary.final_energy, J.value(), 1e-12 * J.value());
 }
 
+TYPED_TEST(Evolution, EndsBeforeAStepWhereAnObstacleIsThere) {
+  constexpr int Dim = TypeParam::value;
+  PlainShape<Dim> shape(start<Dim>());
+  shape.smallest_radius = 10;
+  auto J = valley_energy<Dim>();
+  const FlowSummary summary = evolve<Dim>(shape, J, {});
+  EXPECT_EQ(summary.termination, Termination::kObstacle);
+  EXPECT_TRUE(summary.steps.empty());
+}
+
 TYPED_TEST(Evolution, TakesNoStepIfNoneIsAllowed) {
   FlowOptions options;
   options.max_steps = 0;

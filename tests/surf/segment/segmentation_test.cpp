@@ -157,21 +157,42 @@ TEST(Segmentation, IsTheSameWheneverItWasStoppedBeforeItsFirstStep) {
   EXPECT_EQ(early->elements, late->elements);
 }
 
-TEST(Segmentation, GoesOnFromTheShapeThatIsThere) {
-  Segmentation<3> s = ball();
+// An energy that is fitted to its start would be fitted to what it has found, again and again: a
+// liver grew by 16 % in three such changes.
+TEST(Segmentation, OptionsThatComeBackBringTheSurfaceBack) {
+  Segmentation<3> s(make_setting(phantom(volume::PhantomKind::kBall, 0.1)));
   const int object = s.add_object();
   s.add_click(object, inside(0));
-  const double first = s.evolve(object).n_steps();
+  const Points<3> first = s.evolve(object).shape.points;
   const std::optional<Verdict<3>> verdict = s.object(object).result->verdict_of_region;
   ASSERT_TRUE(verdict);
+  for (const double edge : {2.0, 3.0}) {
+    Options<3> other;
+    other.edge_length_mm = edge * s.setting().extent().cell_mm();
+    s.set_options(object, other);
+    EXPECT_NE(s.evolve(object).shape.points.rows(), first.rows());
+    s.set_options(object, {});
+    const Result<3>& again = s.evolve(object);
+    ASSERT_EQ(again.shape.points.rows(), first.rows());
+    EXPECT_EQ(again.shape.points, first);
+    ASSERT_TRUE(again.verdict_of_region);
+    EXPECT_EQ(again.verdict_of_region->text(), verdict->text());
+  }
+}
+
+TEST(Segmentation, GoesOnFromTheShapeThatIsThereByAnEnergy) {
+  Segmentation<3> s = ball();
+  const int object = s.add_object();
   Options<3> options;
+  options.energies = {{"minimal-surface", 1, {}}};
+  s.set_options(object, options);
+  s.add_click(object, inside(0));
+  const double first = s.evolve(object).n_steps();
   options.components.fill_cavities = true;
   s.set_options(object, options);
   const Result<3>& second = s.evolve(object);
-  ASSERT_TRUE(second.verdict_of_region);
-  EXPECT_EQ(second.verdict_of_region->text(), verdict->text());
-  EXPECT_EQ(second.stages.front().name, "fit");  // nothing was proposed
-  EXPECT_LE(second.n_steps(), first);
+  EXPECT_EQ(second.outcome, Outcome::kConverged);
+  EXPECT_LT(second.n_steps(), first);
 }
 
 // In two parts as in one: an energy that makes seeds grow goes on doing so, and a fitted one keeps
