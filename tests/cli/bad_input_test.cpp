@@ -183,6 +183,8 @@ const std::vector<Row> kRows = {
     {"ConfigNumber", segment({"--config", "number.json"}), 2, "number.json: 'threads' is \"few\""},
     {"ConfigValue", segment({"--config", "value.json"}), 2, "--radius: expected a length"},
     {"MinComponent", segment({"--min-component", "-1"}), 2, "--min-component: expected a volume"},
+    {"MinComponentUnit", segment({"--min-component", "5mm2"}), 2,
+     "--min-component: expected a volume"},
     {"Keep", segment({"--keep", "some"}), 2, "--keep"},
     {"KeepSeeded",
      {"segment", "good.nii", "--initial", "ball.stl", "--energy", "area", "--keep", "seeded", "-o",

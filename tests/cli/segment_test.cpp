@@ -1,4 +1,6 @@
 // From a phantom to a scored surface through the program, and what its options promise.
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -421,6 +423,7 @@ TEST_F(Segment, ComponentsAreKeptBySizeAndSeed) {
   };
   EXPECT_EQ(shells({}).size(), 2u);
   EXPECT_EQ(shells({"--min-component", std::to_string(0.9 * volume)}).size(), 2u);
+  EXPECT_EQ(shells({"--min-component", fmt::format("{}ml", 0.9e-3 * volume)}).size(), 2u);
   EXPECT_EQ(shells({"--keep", "largest"}).size(), 1u);
   for (const double x : {-9.75, 9.75}) {
     const auto kept = shells({"--keep", "seeded", "--seed", std::to_string(x) + ",0,0"});

@@ -5,6 +5,7 @@
 #include <CLI/App.hpp>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <optional>
 #include <utility>
 
@@ -31,10 +32,8 @@ constexpr const char* kShortened = "minimal-surface";
 
 bool is_flat(const RunWords& words) { return words.power == "2"; }
 
-/// The content that "5000", "5000mm3" or "5ml" stands for [mm^Dim]; nothing for "keep".
-std::optional<double> parse_content(const std::string& option, const std::string& text,
-                                    bool is_area) {
-  if (text == "keep") return std::nullopt;
+/// What "5000", "5000mm3" or "5ml" stands for [mm^Dim]; NaN if it is none.
+double amount(const std::string& text, bool is_area) {
   using Units = std::vector<std::pair<std::string, double>>;
   const Units units =
       is_area ? Units{{"mm2", 1}, {"cm2", 100}} : Units{{"mm3", 1}, {"ml", 1000}, {"cm3", 1000}};
@@ -45,15 +44,22 @@ std::optional<double> parse_content(const std::string& option, const std::string
       number = text.substr(0, text.size() - name.size());
       unit = in_mm;
     }
-  double value = 0;
   try {
-    value = parse_number(option, number);
+    return parse_number("", number) * unit;
   } catch (const UsageError&) {
+    return std::numeric_limits<double>::quiet_NaN();
   }
+}
+
+/// The content that a text stands for [mm^Dim]; nothing for "keep".
+std::optional<double> parse_content(const std::string& option, const std::string& text,
+                                    bool is_area) {
+  if (text == "keep") return std::nullopt;
+  const double value = amount(text, is_area);
   if (!(value > 0))
     throw UsageError(fmt::format("{}: expected keep, or a content such as {}; got '{}'", option,
                                  is_area ? "500mm2 or 5cm2" : "5000mm3 or 5ml", text));
-  return value * unit;
+  return value;
 }
 
 /// What cannot go together with the flow.
@@ -261,8 +267,8 @@ void add_component_options(CLI::App& command, RunArguments& a, const RunWords& w
   group.add_flag("--fill-cavities", a.fill_cavities,
                  fmt::format("Fill {}, with all that lies in them", words.hole));
   group.add_with_default("--min-component", a.min_component,
-                         fmt::format("Drop components of less {} [mm^{}], with their {}",
-                                     words.content, words.power, words.hole));
+                         fmt::format("Drop components of less {}, such as {}, with their {}",
+                                     words.content, is_flat(words) ? "50mm2" : "5ml", words.hole));
   group.add_choice("--keep", a.keep,
                    "Keep all components, the largest, or the seeded: those that contain a seed",
                    {"all", "largest", "seeded"});
@@ -404,10 +410,12 @@ void check_run_arguments(const CLI::App& command, const RunArguments& a, const R
   if (!(a.integral_tolerance >= 0))
     throw UsageError(
         fmt::format("--integral-tolerance: expected 0 or more; got {}", a.integral_tolerance));
-  if (!(a.min_component >= 0 && std::isfinite(a.min_component)))
-    throw UsageError(fmt::format(
-        "--min-component: expected {} {} in mm^{}, 0 or more, such as 50; got {}",
-        words.content == "area" ? "an" : "a", words.content, words.power, a.min_component));
+  if (const double least = amount(a.min_component, is_flat(words));
+      !(least >= 0 && std::isfinite(least)))
+    throw UsageError(fmt::format("--min-component: expected {} {} of 0 or more, such as {}; got {}",
+                                 words.content == "area" ? "an" : "a", words.content,
+                                 is_flat(words) ? "50 (mm2) or 5cm2" : "50 (mm3) or 5ml",
+                                 a.min_component));
   if (!(a.selective_threshold >= 0))
     throw UsageError(
         fmt::format("--selective-threshold: expected 0 or more; got {}", a.selective_threshold));
@@ -467,7 +475,7 @@ void set_run_options(const CLI::App& command, const RunArguments& a, double cell
     throw surf::UsageError("--locate, --no-locate: they contradict each other; give one of them");
   if (a.locate || a.no_locate) out.locate = a.locate;
   out.open_cavities = a.open_cavities;
-  out.components = {a.fill_cavities, a.min_component, a.kept()};
+  out.components = {a.fill_cavities, amount(a.min_component, Dim == 2), a.kept()};
   set_flow<Dim>(command, a, out);
 }
 

@@ -53,7 +53,7 @@ struct RunArguments {
   double coarse_geometry = 3, continued_geometry = 2, first_threshold = 5, second_threshold = 20;
   bool one_way = false;
   bool no_settle = false, locate = false, no_locate = false, open_cavities = false;
-  double min_component = 0;
+  std::string min_component = "0";
   bool fill_cavities = false;
   std::string keep = "all";
   int threads = 0;
