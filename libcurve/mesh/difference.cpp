@@ -111,7 +111,7 @@ mesh::Parted<2> parted(const Segments& curves, const Segments& other,
     return same;
   for (const double share : kGaps)
     if (auto out = attempt(curves, other, share * options.gap_mm, options)) return *out;
-  throw InvalidMesh("no cut along the wall of the other object passes the final check");
+  throw InvalidMesh("no cut along its wall passes the final check");
 }
 
 }  // namespace surf::curve

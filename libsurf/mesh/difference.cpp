@@ -224,7 +224,7 @@ Parted<3> parted(const Triangles& surface, const Triangles& other, const PartOpt
   for (const bool mends : {true, false})
     for (const double share : kGaps)
       if (auto out = attempt(surface, other, share * options.gap_mm, mends, options)) return *out;
-  throw InvalidMesh("no cut along the wall of the other object passes the final check");
+  throw InvalidMesh("no cut along its wall passes the final check");
 }
 
 template struct PartOptions<2>;

@@ -49,7 +49,11 @@ void measure_wall(const Setting<Dim>& setting, const Simplices<Dim>& shape,
 template <int Dim>
 Finished<Dim> beside_others(const Setting<Dim>& setting, Finished<Dim> finished,
                             std::span<const FinishedObject<Dim>> earlier,
-                            const std::string& extension, FinishedObject<Dim>& out) {
+                            const std::string& extension, std::span<const std::string> names,
+                            FinishedObject<Dim>& out) {
+  const auto name = [&](std::size_t n) {
+    return n < names.size() ? "'" + names[n] + "'" : fmt::format("object {}", n + 1);
+  };
   const double cell = setting.extent().cell_mm();
   const mesh::PartOptions<Dim> options{.gap_mm = kGapOfWalls * cell,
                                        .min_content = kLeastContent * power<Dim>(cell),
@@ -60,14 +64,20 @@ Finished<Dim> beside_others(const Setting<Dim>& setting, Finished<Dim> finished,
   const Simplices<Dim> whole = finished.shape;
   for (std::size_t n = 0; n < earlier.size(); ++n) {
     if (!earlier[n].finished) continue;
-    mesh::Parted<Dim> left = setting.parted(finished.shape, earlier[n].finished->shape, options);
+    mesh::Parted<Dim> left;
+    try {
+      left = setting.parted(finished.shape, earlier[n].finished->shape, options);
+    } catch (const InvalidMesh& none) {
+      throw InvalidMesh(
+          fmt::format("beside {}: {}; click outside where one of the two leaks into the other",
+                      name(n), none.what()));
+    }
     if (!left.has_changed) continue;
     if (left.shape.elements.rows() == 0)
       throw InvalidMesh(
-          fmt::format("nothing of it is left beside object {}, which has all of it: {:.4g} mm^{}; "
-                      "click outside "
-                      "where that one leaks, or put this one before it",
-                      n + 1, left.removed, Dim));
+          fmt::format("nothing of it is left beside {}, which has all of it: {:.4g} mm^{}; click "
+                      "outside where that one leaks, or put this one before it",
+                      name(n), left.removed, Dim));
     out.walls.push_back({.other = n, .removed = left.removed, .n_crumbs = left.n_crumbs});
     finished.shape = std::move(left.shape);
   }
@@ -76,7 +86,7 @@ Finished<Dim> beside_others(const Setting<Dim>& setting, Finished<Dim> finished,
   // A later cut may bring the shape near an earlier wall again only by rounding; it is looked at.
   for (std::size_t n = 0; n < earlier.size(); ++n)
     if (earlier[n].finished && setting.do_overlap(finished.shape, earlier[n].finished->shape))
-      throw InvalidMesh(fmt::format("overlaps object {}, though it was cut at its wall", n + 1));
+      throw InvalidMesh(fmt::format("overlaps {}, though it was cut at its wall", name(n)));
   finished.measures = setting.measures(finished.shape);
   if (!finished.measures.passed) throw InvalidMesh(finished.measures.verdict);
   for (Wall& wall : out.walls)
@@ -90,13 +100,14 @@ Finished<Dim> beside_others(const Setting<Dim>& setting, Finished<Dim> finished,
 template <int Dim>
 std::vector<FinishedObject<Dim>> finish_objects(const Setting<Dim>& setting,
                                                 std::span<const Result<Dim>* const> results,
-                                                const std::string& extension) {
+                                                const std::string& extension,
+                                                std::span<const std::string> names) {
   std::vector<FinishedObject<Dim>> out;
   for (const Result<Dim>* result : results) {
     FinishedObject<Dim> object;
     try {
       object.finished = beside_others<Dim>(setting, finish<Dim>(setting, *result, extension), out,
-                                           extension, object);
+                                           extension, names, object);
     } catch (const NoObject&) {
       object.failure = std::current_exception();
     } catch (const InvalidMesh&) {
@@ -152,7 +163,8 @@ std::vector<std::uint8_t> label_map(const Setting<Dim>& setting, const ImageBox<
 
 #define SURF_INSTANTIATE(Dim)                                                                  \
   template std::vector<FinishedObject<Dim>> finish_objects<Dim>(                               \
-      const Setting<Dim>&, std::span<const Result<Dim>* const>, const std::string&);           \
+      const Setting<Dim>&, std::span<const Result<Dim>* const>, const std::string&,            \
+      std::span<const std::string>);                                                           \
   template std::vector<std::uint8_t> label_map<Dim>(const Setting<Dim>&, const ImageBox<Dim>&, \
                                                     std::span<const FinishedObject<Dim>>);
 SURF_INSTANTIATE(2)

@@ -39,10 +39,12 @@ struct FinishedObject {
 /// other (Setting::do_overlap): of two that would overlap the later one fails.
 ///
 /// @param extension  as of finish(), the same for all
+/// @param names      of the objects, for messages; none = "object 1", ...
 template <int Dim>
 std::vector<FinishedObject<Dim>> finish_objects(const Setting<Dim>& setting,
                                                 std::span<const Result<Dim>* const> results,
-                                                const std::string& extension);
+                                                const std::string& extension,
+                                                std::span<const std::string> names = {});
 
 /// On the cells of a grid: 0 outside all, n + 1 in object n; first index fastest. Cells whose
 /// centres lie in the gap at a wall are the later object's, to which they belonged.

@@ -224,7 +224,7 @@ const std::vector<Row> kRows = {
     {"PhantomKind", {"phantom", "cube", "-o", "out.nii"}, 2, "cube"},
     {"PhantomSize", phantom({"--size", "1"}), 2, "--size: expected N or NX,NY,NZ"},
     {"PhantomSizeText", phantom({"--size", "big"}), 2, "--size"},
-    {"PhantomNoise", phantom({"--noise", "-0.1"}), 2, "--noise"},
+    {"PhantomNoise", phantom({"--noise", "-0.1"}), 2, "--noise: expected 0 or more; got -0.1"},
     {"PhantomSpacing", phantom({"--spacing", "0"}), 2, "a spacing must be positive"},
     {"PhantomDirection", phantom({"--direction", "1,0,0,1,0,0,0,0,1"}), 2, "direction"},
     {"PhantomEnding", {"phantom", "ball", "-o", "out.png"}, 2, "-o: out.png: expected a name"},

@@ -199,9 +199,13 @@ ExitCode SegmentCommand<Dim>::run() {
   const Objects objects = segment(input);
   clock_.begin("verify");
   std::vector<const Result*> results;
-  for (const SegmentedObject<Dim>& object : objects) results.push_back(object.object.result.get());
+  std::vector<std::string> names;
+  for (const SegmentedObject<Dim>& object : objects) {
+    results.push_back(object.object.result.get());
+    names.push_back(object.object.name);
+  }
   const Finished finished =
-      surf::segment::finish_objects<Dim>(*input.setting, results, surf::extension(output()));
+      surf::segment::finish_objects<Dim>(*input.setting, results, surf::extension(output()), names);
   clock_.begin("write");
   const auto is_wanted = [](const SegmentedObject<Dim>& object) { return object.is_wanted; };
   const bool are_several = std::count_if(objects.begin(), objects.end(), is_wanted) > 1;

@@ -25,8 +25,12 @@ using Finished = std::vector<surf::segment::FinishedObject<3>>;
 
 Finished finished(const State& state, const std::string& extension) {
   std::vector<const surf::segment::Result<3>*> results;
-  for (const ObjectState& object : state.objects) results.push_back(object.object.result.get());
-  return surf::segment::finish_objects<3>(*state.volume->setting, results, extension);
+  std::vector<std::string> names;
+  for (const ObjectState& object : state.objects) {
+    results.push_back(object.object.result.get());
+    names.push_back(object.object.name);
+  }
+  return surf::segment::finish_objects<3>(*state.volume->setting, results, extension, names);
 }
 
 std::size_t index_of(const State& state, int id) {

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <CLI/App.hpp>
+#include <cmath>
 
 #include "libsurf/base/error.h"
 #include "libsurf/volume/write_volume.h"
@@ -108,7 +109,6 @@ void add_phantom_command(CLI::App& app, ExitCode&) {
   command->add_option("--edge-width", request->edge_width,
                       "Half the width of the edge, as 0.1mm or 2vox [0.05 units]");
   command->add_option("--noise", request->noise, "Standard deviation of Gaussian noise")
-      ->check(CLI::NonNegativeNumber.description(""))
       ->capture_default_str();
   command->add_option("--random-seed", request->random_seed, "Seed of the noise")
       ->capture_default_str();
@@ -116,6 +116,8 @@ void add_phantom_command(CLI::App& app, ExitCode&) {
   command->callback([request] {
     check_volume_name("-o", request->output);
     check_outputs({{"-o", request->output}});
+    if (!(request->noise >= 0 && std::isfinite(request->noise)))
+      throw surf::UsageError(fmt::format("--noise: expected 0 or more; got {}", request->noise));
     surf::volume::write_volume(request->output, surf::volume::make_phantom(options_of(*request)));
   });
 }
