@@ -43,11 +43,15 @@ std::vector<double> numbers(std::string_view text) {
   return out;
 }
 
-/// Where the tag ends that begins there: its '>' that is in no attribute.
+/// Where the markup ends that begins there: of a tag its '>' that is in no attribute.
 std::size_t end_of_tag(std::string_view content, std::size_t begin) {
-  if (content.substr(begin).starts_with("<!--")) {
-    const std::size_t end = content.find("-->", begin);
-    return end == std::string_view::npos ? end : end + 2;
+  const std::string_view rest = content.substr(begin);
+  for (const auto& [first, last] : {std::pair<std::string_view, std::string_view>{"<!--", "-->"},
+                                    {"<![CDATA[", "]]>"},
+                                    {"<?", "?>"}}) {
+    if (!rest.starts_with(first)) continue;
+    const std::size_t end = rest.find(last, first.size());
+    return end == std::string_view::npos ? end : begin + end + last.size() - 1;
   }
   char quote = 0;
   for (std::size_t at = begin; at < content.size(); ++at) {
@@ -59,6 +63,14 @@ std::size_t end_of_tag(std::string_view content, std::size_t begin) {
       return at;
   }
   return std::string_view::npos;
+}
+
+/// Whether a word is one number, with a sign at most before it.
+bool is_number(std::string_view word) {
+  if (word.starts_with('+')) word.remove_prefix(1);
+  double value = 0;
+  const auto [end, status] = std::from_chars(word.data(), word.data() + word.size(), value);
+  return status == std::errc() && end == word.data() + word.size();
 }
 
 /// The first bytes of base64.
@@ -87,8 +99,12 @@ class Checker {
   void check() {
     for (std::size_t at = 0; (at = content_.find('<', at)) != std::string_view::npos;) {
       const std::size_t end = end_of_tag(content_, at);
-      if (end == std::string_view::npos) return;
+      if (end == std::string_view::npos)
+        throw InputError(
+            fmt::format("{}: truncated or damaged: a tag does not end; get the file again", path_));
       const std::string_view tag = content_.substr(at + 1, end - at - 1);
+      if (tag.starts_with("!DOCTYPE"))
+        throw InputError(fmt::format("{}: damaged: VTK's files have no DOCTYPE", path_));
       if (tag.starts_with("AppendedData")) return check_appended(tag, end + 1);
       if (tag.starts_with("VTKFile")) read_kind(tag);
       check_counts(tag);
@@ -128,7 +144,7 @@ class Checker {
     const std::string_view text = attribute(tag, name);
     for (std::string_view rest = without_blanks(text); !rest.empty();) {
       const std::string_view word = rest.substr(0, rest.find_first_of(kBlank));
-      if (numbers(word).size() != 1)
+      if (!is_number(word))
         throw InputError(fmt::format("{}: damaged: {}=\"{}\" is no number; get the file again",
                                      path_, name, one_line(std::string(text))));
       rest = without_blanks(rest.substr(word.size()));

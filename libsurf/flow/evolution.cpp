@@ -175,8 +175,6 @@ class Evolution {
     energy_.reset(*geometry_);
     summary_.initial_energy = energy_.value();
     if (!is_there) return finish(Termination::kObstacle, unreached());
-    if (std::string why = shape_.obstacle(); !why.empty())
-      return finish(Termination::kObstacle, std::move(why));
 
     StoppingRule rule(options_);
     const auto stepper = make_stepper<Dim>(
@@ -245,6 +243,8 @@ class Evolution {
 
   /// With a least step others may have been left.
   FlowSummary finish_without_step() {
+    if (std::string why = shape_.obstacle(); !why.empty())
+      return finish(Termination::kObstacle, std::move(why));
     const double least = options_.step.tau_min;
     if (least > 0 && options_.method == Method::kGradientFlow)
       return finish(Termination::kMaxSteps,

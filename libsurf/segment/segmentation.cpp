@@ -7,6 +7,7 @@
 
 #include "libsurf/base/error.h"
 #include "libsurf/segment/clicks.h"
+#include "libsurf/segment/detail/amend.h"
 #include "libsurf/segment/detail/run_stages.h"
 #include "libsurf/segment/detail/work_json.h"
 #include "libsurf/segment/energy_assembly.h"
@@ -310,7 +311,11 @@ Result<Dim> Segmentation<Dim>::evolved(const History<Dim>& history,
                          before.search->clicks.size() == searched.size();
   // What has come to its end and is to evolve by other options: an energy that is fitted to its
   // start would be fitted to what it has found, again and again. It begins where it began.
-  const bool is_fitted = object.options.energies.empty() &&
+  // But for another region than the best, where a search or what it saw is not there any more: that
+  // one was chosen.
+  const bool is_choice_lost =
+      before.chosen != 0 && (!before.search || is_amended<Dim>(before.shape));
+  const bool is_fitted = object.options.energies.empty() && !is_choice_lost &&
                          (!work.seeds_mm.empty() || object.options.initial.has_value());
   const bool goes_on =
       is_answer || (!has_lost && has_shape(before.outcome) &&

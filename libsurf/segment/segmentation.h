@@ -102,7 +102,7 @@ class Segmentation {
   /// @throws UsageError  there is no such proposal
   const Result<Dim>& choose(Id id, std::size_t proposal);
   /// Minimises the energy of the options from the present shape: a warm start; without an energy,
-  /// after other options, from where the last evolution began, see amend.h. Clicks are obstacles
+  /// after other options, from the region of the clicks again. Clicks are obstacles
   /// on its way, see MovingShapeOptions::held_points: the shape has them where they belong and
   /// comes no nearer to them than half a cell; notes say where it cannot. Where there is none, or a
   /// click is not heeded by it, with explicit energies from options.initial or else from balls

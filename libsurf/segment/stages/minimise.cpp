@@ -135,6 +135,7 @@ bool begins(Work<Dim>& work, const char* name, std::string message) {
 
 template <int Dim>
 bool minimise(Work<Dim>& work, const Minimisation<Dim>& minimisation) {
+  work.energy.reset();
   const auto model = work.fields.model(field_options(work.options, minimisation.sigma_mm));
   const std::vector<EnergyTerm>& terms = minimisation.terms;
   mesh::MovingShapeOptions<Dim> options = minimisation.shape;

@@ -31,6 +31,11 @@ TEST(VtkXml, CountsAreBelievedAsFarAsTheFileGoes) {
         "NumberOfPolys=\"&#57;223372036854775807\"", "NumberOfComponents='+2000000000'",
         "NumberOfPoints=\"4x\"", "NumberOfPoints=\"4 nan\"", "NumberOfPoints=\"++4\""})
     EXPECT_THROW(check_vtk_xml("a.vtp", "<Piece " + std::string(piece) + ">"), InputError) << piece;
+  const std::string large = "<Piece NumberOfPolys=\"9223372036854775807\">";
+  for (const std::string before :
+       {"<?xml version=\"1.0\"?><?x '?>", "<![CDATA[ ' ]]>", "<!--><AppendedData>-->",
+        "<!DOCTYPE a [<!ENTITY b \"'\">]>", "<Piece Name='>"})
+    EXPECT_THROW(check_vtk_xml("a.vtp", before + large), InputError) << before;
 }
 
 TEST(VtkXml, AppendedDataBeginWithTheirMark) {

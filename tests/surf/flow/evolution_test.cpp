@@ -65,10 +65,11 @@ TYPED_TEST(Evolution, RecordsTheShapeAfterEachStep) {
   EXPECT_NEAR(summary.final_energy, J.value(), 1e-12 * J.value());
 }
 
-TYPED_TEST(Evolution, EndsBeforeAStepWhereAnObstacleIsThere) {
+TYPED_TEST(Evolution, SaysWhatIsInTheWayOfAnyStep) {
   constexpr int Dim = TypeParam::value;
   PlainShape<Dim> shape(start<Dim>());
   shape.smallest_radius = 10;
+  shape.is_frozen = true;
   auto J = valley_energy<Dim>();
   const FlowSummary summary = evolve<Dim>(shape, J, {});
   EXPECT_EQ(summary.termination, Termination::kObstacle);

@@ -315,6 +315,13 @@ TEST(Segmentation, TakesAnotherProposal) {
   EXPECT_EQ(chosen.outcome, Outcome::kProposed);
   EXPECT_EQ(chosen.chosen, n - 1);
   EXPECT_EQ(s.evolve(object).outcome, Outcome::kConverged);
+  // And keeps it by options that another search goes with.
+  const double content = s.measures(object).content;
+  Options<3> options;
+  options.sigma_mm = 0.5 * s.setting().extent().cell_mm();
+  s.set_options(object, options);
+  s.evolve(object);
+  EXPECT_NEAR(s.measures(object).content, content, 0.1 * content);
 }
 
 // The last click's first; a click that changes nothing has none of its own.
@@ -560,7 +567,7 @@ TEST(Segmentation, KeepsItsFieldsWithinABound) {
   EXPECT_EQ(s.memory_bytes(), 0u);
 }
 
-// One of them goes on from the shape before it, so that more than the last evolution is repeated.
+// One of them goes on with the search before it, so that more than the last evolution is repeated.
 TEST(Segmentation, MakesResultsOfThePastAgain) {
   const auto setting = make_setting(phantom(volume::PhantomKind::kSeparateBalls, 0.05));
   Segmentation<3> kept(setting), bounded(setting, std::size_t(1) << 30, 0);

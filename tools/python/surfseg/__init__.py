@@ -151,7 +151,8 @@ class Segmentation:
 
     def evolve(self, *, object: Optional[str] = None, steps: Optional[int] = None,
                progress: Optional[ProgressFunction] = None) -> Shape:
-        """The surface at the minimum of its energy, from where it is.
+        """The surface at the minimum of its energy, from where it is; without an energy, after other
+        options, from the region of the clicks again.
 
         steps: stops after so many, with outcome "interrupted"; the next call goes on with the same
         energy. Rest is seen within one call: fewer than 8 at a time go on for ever.
