@@ -287,8 +287,8 @@ TEST_F(Batch, RefusesTwoSpacesInARow) {
       "name\tscan\tclicks\tspace\tinitial-ball\tenergy\n"
       "a\t1.nii.gz\ta.fcsv\tlps\t0,0,0,5mm\tchan-vese\n");
   const Outcome outcome = batch();
-  EXPECT_EQ(outcome.exit_code, 2) << outcome.err;
-  EXPECT_TRUE(has(outcome, "states its space")) << outcome.err;
+  EXPECT_EQ(outcome.exit_code, 7) << outcome.err;
+  EXPECT_TRUE(has(outcome, "a: failed (2): clicks: a.fcsv: states its space")) << outcome.err;
 }
 
 TEST_F(Batch, InterruptLeavesWholeCasesAndTheNextRunGoesOn) {

@@ -248,14 +248,27 @@ TEST_F(Segment, SummaryIsAConfigThatTheCommandLineOverrides) {
 // What a run was not told is in its summary, too, and need not go together with what it was told.
 TEST_F(Segment, SummaryIsAConfigWhateverTheRunWasTold) {
   make_ball();
-  for (const Words& more : {Words{"--gamma=-0.1"}, Words{"--energy", "chan-vese", "--energy",
-                                                         "area:weight=0.1", "--flow", "lbfgs"}}) {
-    must(segment(joined({"-o", "a.stl", "--json", "a.json", "--max-iterations", "5"}, more)));
+  for (const Words& more : {Words{"--gamma=-1"}, Words{"--energy", "chan-vese", "--energy",
+                                                       "area:weight=0.1", "--flow", "lbfgs"}}) {
+    must(segment(joined({"-o", "a.stl", "--json", "a.json"}, more)));
     must({"segment", "--config", "a.json", "-o", "b.stl", "-q"});
     EXPECT_EQ(bytes("a.stl"), bytes("b.stl"));
   }
   must(segment({"-o", "a.stl", "--json", "a.json"}));
-  must({"segment", "--config", "a.json", "-o", "b.stl", "--gamma=-0.1", "--max-iterations", "5"});
+  EXPECT_NE(run({"segment", "--config", "a.json", "-o", "b.stl", "--gamma=-1"}).exit_code, 2);
+}
+
+// What a summary has it has against a preset, also where that is what holds without any.
+TEST_F(Segment, ASummaryWinsOverAPreset) {
+  make_ball();
+  must(segment({"-o", "a.stl", "--json", "a.json", "--energy", "minimal-surface"}));
+  put("p.json", R"({"description": "coarse", "coarseness": 1, "edge-length": "3mm"})");
+  setenv("SURFSEG_PRESETS", file("").c_str(), 1);
+  const Outcome outcome =
+      run({"segment", "--config", "a.json", "--preset", "p", "-o", "b.stl", "--json", "b.json"});
+  unsetenv("SURFSEG_PRESETS");
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_EQ(json("b.json")["config"]["coarseness"], json("a.json")["config"]["coarseness"]);
 }
 
 TEST_F(Segment, ConfigTakesEveryOption) {

@@ -162,6 +162,10 @@ def test_takes_simple_itk_images(ball):
     values, centre = ball_in()
     surface = surfseg.segment(SimpleITKImage(values, OBLIQUE), [centre])
     assert np.allclose(surface.vertices, ball.vertices, atol=1e-6)
+    flat = SimpleITKImage(values, OBLIQUE)
+    flat.GetSpacing = lambda: (1.0, 1.0)
+    with pytest.raises(surfseg.UsageError, match="three dimensions; got 2"):
+        surfseg.segment(flat, [centre])
 
 
 def test_writes_the_programs_bytes(tmp_path):

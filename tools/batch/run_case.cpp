@@ -200,8 +200,11 @@ class CaseRun {
       out = landmark_words(row_.clicks.file, space);
       const bool has_others =
           !row_.clicks.words.empty() ||
-          std::any_of(kColumnsInSpace.begin(), kColumnsInSpace.end(),
-                      [&](const char* column) { return row_.settings.contains(column); });
+          std::any_of(kColumnsInSpace.begin(), kColumnsInSpace.end(), [&](const char* column) {
+            if (!row_.settings.contains(column)) return false;
+            const std::string ending = surf::extension(row_.settings.at(column));
+            return ending != ".json" && ending != ".fcsv";  // these state it, too
+          });
       if (space != row_.space && has_others)
         throw surf::UsageError(
             fmt::format("clicks: {}: states its space; 'outside', '{}' beside it need 'space' to "
@@ -352,6 +355,8 @@ CaseOutcome run_case(const Case& row, const std::string& folder) {
       return {true, ExitCode(code), ""};
     }
     return CaseRun(row, folder, std::move(input)).run();
+  } catch (const fs::filesystem_error& error) {  // what is read is looked at above
+    return {false, kOutput, error.what()};
   } catch (...) {
     const Failure failure = failure_of(std::current_exception(), "surfseg");
     return {false, failure.exit_code == kInternal ? kOutput : failure.exit_code, failure.message};

@@ -49,7 +49,9 @@ std::vector<std::string> option_names(const CLI::App& command) {
   return out;
 }
 
-void apply_config(CLI::App& command, const std::string& path) {
+std::vector<std::string> apply_config(CLI::App& command, const std::string& path,
+                                      const std::vector<std::string>& known) {
+  std::vector<std::string> out;
   nlohmann::ordered_json document = read_json(path);
   const bool is_summary = document.contains("config");
   if (is_summary) document = document["config"];
@@ -61,7 +63,9 @@ void apply_config(CLI::App& command, const std::string& path) {
     if (key == "description") continue;  // of a preset
     if (is_another_run && is_beside_output(key)) continue;
     CLI::Option* option = find_option(command, path, key);
+    out.push_back(key);
     if (option->count() > 0 || value.is_null()) continue;
+    if (std::find(known.begin(), known.end(), key) != known.end()) continue;
     // What a run was not told it has by itself; to be told it may not go together with the rest.
     if (is_summary && value.is_string() && value == option->get_default_str()) continue;
     if (value.is_array())
@@ -76,6 +80,7 @@ void apply_config(CLI::App& command, const std::string& path) {
           fmt::format("{}: '{}' is {}: {}", path, key, value.dump(), surf::one_line(error.what())));
     }
   }
+  return out;
 }
 
 nlohmann::ordered_json dump_config(const CLI::App& command, const std::vector<std::string>& skip) {

@@ -18,7 +18,10 @@ std::vector<std::string> option_names(const CLI::App& command);
 /// @throws surf::UsageError  unknown option, or a value that is no string, number, boolean
 ///                           or list of them
 /// @throws surf::InputError  the file cannot be read
-void apply_config(CLI::App& command, const std::string& path);
+/// @param known  options that another document had, and that are left alone
+/// @return  those that this one has
+std::vector<std::string> apply_config(CLI::App& command, const std::string& path,
+                                      const std::vector<std::string>& known = {});
 
 /// Every option of `command` with its value (given or default), except `skip`.
 nlohmann::ordered_json dump_config(const CLI::App& command, const std::vector<std::string>& skip);

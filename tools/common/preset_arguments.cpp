@@ -36,8 +36,9 @@ void apply_files(CLI::App& command, const std::string& config, const std::string
     print_presets();
     throw CLI::Success();
   }
-  if (!config.empty()) apply_config(command, config);
-  if (!preset.empty()) apply_config(command, surf::segment::find_preset(preset).path);
+  std::vector<std::string> known;
+  if (!config.empty()) known = apply_config(command, config);
+  if (!preset.empty()) apply_config(command, surf::segment::find_preset(preset).path, known);
 }
 
 }  // namespace surfseg

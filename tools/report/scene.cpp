@@ -21,10 +21,10 @@ void append(std::string& bytes, Integer value) {
   for (std::size_t k = 0; k < sizeof value; ++k) bytes += char(value >> (8 * k) & 0xff);
 }
 
-/// In [0, 255] from 0 to the largest that is shown.
 // Triangles of an object beside much larger ones: of fewer nothing may be left.
 constexpr Eigen::Index kFewest = 200;
 
+/// In [0, 255] from 0 to the largest that is shown.
 std::string bytes_of(const std::vector<double>& values, double most) {
   std::string out;
   for (const double value : values)

@@ -339,9 +339,8 @@ void Dialogue::begin_job(int object, const std::string& what, const std::string&
 void Dialogue::end_job() {
   {
     std::unique_lock lock(mutex_);
-    const bool is_next_again =
-        job_ && std::any_of(wanted_.begin(), wanted_.end(),
-                            [&](const auto& w) { return w.id == job_->object && w.evolves; });
+    const bool is_next_again = job_ && std::any_of(wanted_.begin(), wanted_.end(),
+                                                   [&](const auto& w) { return w.evolves; });
     while (!is_next_again && !acts_.empty() && acts_.front().show) {
       const Act act = std::move(acts_.front().act);
       acts_.pop_front();

@@ -98,8 +98,8 @@ def _spacing(spacing: Union[float, Sequence[float]]) -> list[float]:
 
 def _from_simple_itk(image: Any) -> Volume:
     """Index order [z, y, x] and LPS become [i, j, k] and RAS."""
-    if len(image.GetSize()) != 3:
-        raise UsageError(f"image: expected three dimensions; got {len(image.GetSize())}")
+    if len(image.GetSpacing()) != 3:
+        raise UsageError(f"image: expected three dimensions; got {len(image.GetSpacing())}")
     if hasattr(image, "__array__"):
         values = np.asarray(image)
     else:

@@ -590,11 +590,12 @@ def the_volume_of_a_program_that_was_started_anew_is_shown(browser):
     first = Server("--size", "48")
     try:
         segment_something(browser, first)
+        seen = browser.js("studio.state.volume.revision")
     finally:
         first.__exit__()
     browser.until("!studio.connected")
     with Server("--affine", "mirrored", "--size", "40", "--port", first.address.split(":")[2].strip("/")) as server:
-        browser.until("studio.connected && studio.ready", 20)
+        browser.until(f"studio.state?.volume?.revision > {seen} && studio.ready", 20)
         check(browser.js("studio.surfaces.length") == 0, "no surface of the other one")
         affine = server.get("api/state")["volume"]["index_to_world"]
         for index in ((20, 18, 16), (3, 5, 7), (30, 20, 9)):
