@@ -253,7 +253,8 @@ TEST(FlowOptions, NameWhatDoesNotGoTogether) {
   options.keep_content = false;
   options.velocity.scheme = Scheme::kSemiImplicit;
   EXPECT_EQ(options.error(), "FlowOptions::velocity.scheme: only gradient flows are semi-implicit");
-  options = {.method = Method::kNewton};
+  options = {};
+  options.method = Method::kNewton;
   options.step.bound = StepBound::kVertex;
   EXPECT_EQ(options.error(),
             "FlowOptions::step.bound: only gradient flows bound each vertex for itself");
