@@ -262,7 +262,7 @@ TEST_F(Segment, SummaryIsAConfigWhateverTheRunWasTold) {
 TEST_F(Segment, ASummaryWinsOverAPreset) {
   make_ball();
   must(segment({"-o", "a.stl", "--json", "a.json", "--energy", "minimal-surface"}));
-  put("p.json", R"({"description": "coarse", "coarseness": 1, "edge-length": "3mm"})");
+  std::ofstream(file("p.json")) << R"({"description": "coarse", "coarseness": 1})";
   setenv("SURFSEG_PRESETS", file("").c_str(), 1);
   const Outcome outcome =
       run({"segment", "--config", "a.json", "--preset", "p", "-o", "b.stl", "--json", "b.json"});
