@@ -203,7 +203,7 @@ std::vector<Broken> broken_files() {
       {"faceless.ply", replaced(replaced(kPly, "face 1", "face 0"), "7 4 0 1 2 3\n", ""),
        "holds no faces"},
       {"not.vtp", "hello", "broken"},
-      {"truncated.vtp", kVtp.substr(0, 500), "broken"},
+      {"truncated.vtp", kVtp.substr(0, 500), "truncated or damaged: a tag does not end"},
       {"range.vtp", replaced(kVtp, ">0 1 2 3<", ">0 1 2 9<"), "names vertex 9"},
       {"nan.vtp", replaced(kVtp, "0 0 0 1 0", "0 0 nan 1 0"), ""},
       {"offset.vtp", replaced(kVtp, ">4<", ">9<"), ""},
