@@ -48,14 +48,13 @@ class StoppingRule {
     const double gained = summary.steps[n - 1 - window].energy - last.energy;
     const double total = summary.initial_energy - last.energy;
     const double share = n_at_bound_ >= window ? options_.energy_share_on_the_way : 1;
-    const bool is_on = options_.energy_tol > 0;
-    if (is_on && gained <= share * options_.energy_tol * total && is_round)
+    if (gained <= share * options_.energy_tol * total && is_round)
       return fmt::format("the last round gained {:.1e} of the whole decrease", gained / total);
-    if (is_on && gained <= share * options_.energy_tol * total)
+    if (gained <= share * options_.energy_tol * total)
       return fmt::format("the last {} steps gained {:.1e} of the whole decrease", window,
                          gained / total);
     if (const int longer = kDriftWindows * window;
-        is_on && n > longer && drift != 0 &&
+        n > longer && drift != 0 &&
         with_drift_[n - 1 - longer] - with_drift_[n - 1] <= options_.energy_tol * total)
       return fmt::format("mending took back what the last {} steps gained", longer);
     double furthest = 0;

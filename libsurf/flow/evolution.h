@@ -36,7 +36,8 @@ struct FlowOptions {
   /// Converged when |dJ_k| <= rel_tol * max_j |dJ_j|: thesis (5.2) with |.|, relative to the
   /// steepest step so far, without its absolute tol, which would depend on the intensities' scale.
   double rel_tol = 1e-4;
-  /// Converged when `energy_window` steps together gain at most energy_tol * (J_0 - J_k); 0 = off.
+  /// Converged when `energy_window` steps together gain at most energy_tol * (J_0 - J_k); 0 = when
+  /// they gain nothing, where mending takes back what they do.
   double energy_tol = 1e-3;
   int energy_window = 8;
   /// While each of these steps took a vertex as far as a step may, a part of the shape is still on
