@@ -41,8 +41,8 @@ struct StepOptions {
   double tau = 1;  ///< of kFixed: the whole step of an inexact Newton method
   /// Of all gradient flows: no longer step is taken, and no shorter one tried; where those that are
   /// left do not lower J, or would go further than the shape allows, the flow has come to a limit
-  /// (Termination::kMaxSteps). The
-  /// thesis' Alg. 3 would take tau_min against its own bound. 0 <= tau_min <= tau_max.
+  /// (Termination::kMaxSteps). The thesis' Alg. 3 would take tau_min against its own bound.
+  /// 0 <= tau_min <= tau_max.
   double tau_min = 0;
   std::optional<double> tau_max = {};  ///< none = no bound
 
