@@ -19,6 +19,9 @@ import pytest
 import surfseg
 from discs import two_discs
 
+sys.path.append(str(pathlib.Path(__file__).parents[1] / "studio"))
+from studio import write_dicom  # noqa: E402
+
 SANITIZED = "SURFSEG_SANITIZED" in os.environ  # by the address sanitizer
 OBLIQUE = np.array([[0.0, -1.2, 0.3, 12], [1.1, 0.1, 0, -7], [0, 0.2, 1.5, 30], [0, 0, 0, 1]])
 
@@ -312,6 +315,36 @@ def test_objects_have_names():
         dialogue.evolve(object="middle")
 
 
+def test_an_add_that_fails_leaves_what_other_threads_have_done(monkeypatch):
+    dialogue = surfseg.Segmentation(surfseg.phantom("separate-balls", size=32))
+    other = threading.Thread(target=dialogue.click, args=((0.5, 0, 0),), kwargs={"object": "right"})
+
+    def fail(**_):
+        other.start()
+        other.join(1)  # it would be done by now
+        raise surfseg.NoObject("nothing stands out")
+
+    monkeypatch.setattr(dialogue, "evolve", fail)
+    with pytest.raises(surfseg.NoObject):
+        dialogue.add((-0.5, 0, 0), object="left")
+    other.join()
+    assert dialogue.objects == ["right"]
+    assert dialogue.clicks(object="right") == [((0.5, 0, 0), True)]
+
+
+def test_a_recipe_says_which_series_it_is_of(tmp_path):
+    (tmp_path / "patient").mkdir()
+    for series in ("1.2.3.4", "1.2.3.5"):
+        for k in range(24):
+            write_dicom(tmp_path / "patient" / f"{series}-{k}.dcm", series, k)
+    dialogue = surfseg.Segmentation(surfseg.read(tmp_path / "patient", series_uid="1.2.3.5"))
+    dialogue.add((-15, -15, 12)).save(tmp_path / "ours.stl")
+    (tmp_path / "recipe.json").write_text(dialogue.recipe())
+    assert json.loads(dialogue.recipe())["image"]["series_uid"] == "1.2.3.5"
+    program("replay", tmp_path / "recipe.json", "-o", tmp_path / "again.stl")
+    assert (tmp_path / "again.stl").read_bytes() == (tmp_path / "ours.stl").read_bytes()
+
+
 def test_acts_that_fail_leave_no_object_behind():
     dialogue = surfseg.Segmentation(surfseg.phantom("separate-balls", size=32))
     with pytest.raises(surfseg.UsageError, match="outside the volume"):
@@ -530,6 +563,26 @@ def test_options_are_those_of_the_program(ball):
         surfseg.segment(values, [centre], OBLIQUE, edge_length="4")
     with pytest.raises(surfseg.UsageError, match="no-such"):
         surfseg.segment(values, [centre], OBLIQUE, preset="no-such")
+
+
+def test_false_and_none_are_values_of_options(ball):
+    values, centre = ball_in()
+
+    def vertices(**options):
+        return surfseg.segment(values, [centre], OBLIQUE, **options).vertices
+
+    assert ball.deviation_mm is not None
+    assert surfseg.segment(values, [centre], OBLIQUE, locate=False).deviation_mm is None
+    for off in (False, np.False_):
+        assert np.array_equal(vertices(settle=off), vertices(no_settle=True))
+    assert not np.array_equal(vertices(settle=False), ball.vertices)
+    assert np.array_equal(vertices(settle=True, locate=None, no_settle=None, fill_cavities=False,
+                                   edge_length=None), ball.vertices)
+    for value in (None, False, 3):
+        with pytest.raises(surfseg.UsageError, match="--fil-cavities is not an option; did you mean"):
+            vertices(fil_cavities=value)
+    with pytest.raises(surfseg.UsageError, match="expected a length"):
+        vertices(edge_length=False)
 
 
 @pytest.mark.parametrize("words, image, seeds, affine", [

@@ -207,6 +207,12 @@ class WithoutStudio(unittest.TestCase):
             with self.assertRaises(client.StudioError):
                 client.parse_surface(wrong)
 
+    def test_finds_clicks_that_are_no_points(self):
+        clicks = [{"side": "inside", "point": [1, 0, 0]}, {"side": "inside", "point": [2, 0, 0]},
+                  {"side": "outside", "point": [2, 0, 0]}]
+        self.assertEqual(client.lacking(clicks, "inside", [(2.00000001, 0, 0)]), [[1, 0, 0]])
+        self.assertEqual(client.lacking(clicks, "outside", []), [[2, 0, 0]])
+
     def test_finds_the_fewest_changes(self):
         one, two, three, far = ("inside", (1, 0, 0)), ("inside", (2, 0, 0)), ("outside", (3, 0, 0)), (9.0, 9.0, 9.0)
         click = lambda side, point: {"action": "click", "side": side, "point": list(point)}  # noqa: E731

@@ -4,6 +4,7 @@ surfaces, and Slicer would take no other file of it for a module. No Slicer is h
 import array
 import importlib.util
 import os
+import shutil
 import sys
 import types
 import unittest
@@ -38,6 +39,9 @@ class Points:
 
     def RemoveObserver(self, tag):
         pass
+
+    def AddControlPointWorld(self, *point):
+        self.points += ((2, point),)
 
 
 HAS_VTK = all(importlib.util.find_spec(name) for name in ("vtk", "numpy"))
@@ -133,6 +137,7 @@ class Module(unittest.TestCase):
             has_surface=True, surface=3, clicks=[{"side": "inside", "point": [1, 2, 3]}],
             measures={"volume_ml": 1.5, "area_cm2": 7.25}, verdict={"trust": "check", "words": "right in 3 of 5"})
         self.studio.surface.return_value.frame = 0
+        self.logic.observe(Points((2, (1, 2, 3))), None)
         with mock.patch.object(module, "poly_data") as poly_data:
             self.logic.poll()
             self.logic.poll()
@@ -150,9 +155,80 @@ class Module(unittest.TestCase):
         util.exportNode.assert_called_once_with(volume, path, {"useCompression": 0}, world=True)
         util.saveNode.assert_not_called()
         self.assertEqual(process.call_args[0][:2], ("surfseg", path))
-        self.assertTrue(os.path.isdir(os.path.dirname(path)))
+        folder = os.path.dirname(path)
+        for name in (path, path + ".surfseg.json"):  # as Slicer and the studio write them
+            with open(name, "w"):
+                pass
+        self.logic.tell = told = mock.Mock()
         self.logic.end()
-        self.assertFalse(os.path.exists(os.path.dirname(path)))
+        self.assertFalse(os.path.exists(folder))
+        told.assert_not_called()
+
+    def test_what_was_exported_from_the_page_stays(self):
+        module.slicer.util.exportNode.return_value = True
+        self.logic.tell = told = mock.Mock()
+        with mock.patch.object(module, "StudioProcess") as process:
+            self.logic.start("surfseg", mock.Mock())
+        folder = os.path.dirname(process.call_args[0][1])
+        self.addCleanup(shutil.rmtree, folder)
+        for name in ("volume.nrrd", "liver.stl"):
+            with open(os.path.join(folder, name), "w"):
+                pass
+        self.logic.end()
+        self.assertEqual(os.listdir(folder), ["liver.stl"])
+        self.assertIn(folder, told.call_args[0][0])
+
+    def test_connecting_to_a_studio_that_has_clicks_takes_them_first(self):
+        clicks = [{"side": "inside", "point": [1, 2, 3]}, {"side": "inside", "point": [4, 5, 6]},
+                  {"side": "outside", "point": [7, 8, 9]}]
+        self.studio.state.return_value = state(clicks=clicks)
+        inside, outside = Points((2, (4, 5, 6)), (2, (0, 0, 0))), Points()
+
+        def make_list(side):
+            self.assertEqual(side, "outside")
+            self.logic.observe(inside, outside)
+
+        self.logic.make_list = make_list
+        self.logic.observe(inside, None)
+        self.logic.poll()
+        self.assertEqual(sorted(self.studio.set_points.call_args[0][1]), [[0, 0, 0], [1, 2, 3], [4, 5, 6]])
+        self.assertEqual(self.studio.set_points.call_args[0][2], [[7, 8, 9]])
+        # What is taken out of the lists afterwards goes there, too.
+        inside.points = inside.points[:1]
+        self.logic._points_changed()
+        self.logic.poll()
+        self.assertEqual(self.studio.set_points.call_args[0][1:], ([[4, 5, 6]], [[7, 8, 9]]))
+
+    def test_exports_the_final_surface_alone(self):
+        good = dict(has_surface=True, surface=3, clicks=[{"side": "inside", "point": [1, 2, 3]}],
+                    measures={"volume_ml": 1.5, "area_cm2": 7.25, "passed": True, "verification": "closed"}, outdated=False)
+        self.logic.observe(Points((2, (1, 2, 3))), None)
+        self.logic.tell = told = mock.Mock()
+        imported = module.slicer.modules.segmentations.logic().ImportModelToSegmentationNode
+        imported.reset_mock()
+        failed = {**good["measures"], "passed": False, "verification": "triangles meet"}
+        evolving = {**state(**good), "job": {"id": 1, "object": 4, "stage": "evolve", "step": 3, "frame": 0}}
+        for found, frame, words in ((state(), 0, "no surface"), (state(**{**good, "measures": None}), 0, "no surface"),
+                                    (state(**{**good, "measures": failed}), 0, "triangles meet"),
+                                    (evolving, 0, "still evolves"), (state(**good), 7, "evolves anew")):
+            self.studio.state.return_value = found
+            self.studio.surface.return_value.frame = frame
+            with mock.patch.object(module, "poly_data"), self.assertRaisesRegex(module.StudioError, words):
+                self.logic.export(None)
+            imported.assert_not_called()
+        self.studio.surface.return_value.frame = 0
+        other = {**evolving, "job": {**evolving["job"], "object": 5}}
+        for found, n_told in ((state(**good), 0), (other, 0), (state(**{**good, "outdated": True}), 1)):
+            self.studio.state.return_value = found
+            with mock.patch.object(module, "poly_data") as poly_data:
+                self.logic.export(None)
+            poly_data.assert_called_with(self.studio.surface.return_value)
+            imported.assert_called_once()
+            imported.reset_mock()
+            self.assertEqual(told.call_count, n_told)
+        self.logic.studio = None
+        with self.assertRaisesRegex(module.StudioError, "no studio"):
+            self.logic.export(None)
 
     def test_another_studio_begins_without_the_surface_of_the_one_before(self):
         model = self.logic._model = mock.Mock()
@@ -162,8 +238,6 @@ class Module(unittest.TestCase):
         model.reset_mock()
         self.logic._join(mock.Mock())
         model.SetAndObservePolyData.assert_not_called()
-        with self.assertRaises(module.StudioError):
-            self.logic.export(None)
         module.slicer.mrmlScene.GetNodeByID.return_value = mock.MagicMock()
 
     @unittest.skipUnless(HAS_VTK, "Python has no vtk or no numpy")

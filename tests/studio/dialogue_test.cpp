@@ -1,5 +1,5 @@
 // What a studio outlives: no memory where nobody expects it, a folder that cannot be read to its
-// end.
+// end. And what needs neither a program nor a browser.
 #include "tools/studio/dialogue.h"
 
 #include <dirent.h>
@@ -21,8 +21,10 @@
 #include "libsurf/volume/write_volume.h"
 #include "tests/surf/io/scratch_folder.h"
 #include "tests/surf/segment/phantoms.h"
+#include "tools/studio/access.h"
 #include "tools/studio/folder.h"
 #include "tools/studio/server.h"
+#include "tools/studio/volume_file.h"
 
 namespace {
 
@@ -163,6 +165,26 @@ TEST_F(StudioFailures, AFolderThatBreaksOffIsListedAsFarAsItCanBeRead) {
     EXPECT_LE(n_entries, std::min(n, all));
   }
   EXPECT_EQ(n_entries, all);
+}
+
+TEST(LaunchCode, OpensOnceWithinAMinute) {
+  const auto now = LaunchCode::Clock::now();
+  LaunchCode code, late;
+  EXPECT_NE(code.text(), late.text());
+  EXPECT_FALSE(code.opens("", now));
+  EXPECT_FALSE(code.opens(late.text(), now));
+  EXPECT_TRUE(code.opens(code.text(), now + 50s));
+  EXPECT_FALSE(code.opens(code.text(), now + 51s));
+  EXPECT_FALSE(late.opens(late.text(), now + 70s));
+}
+
+// Textures of graphics have 2048 voxels along an axis.
+TEST(DisplayOfAVolume, IsCoarserWhereAnAxisIsLongerThanATexture) {
+  for (const auto& [longest, factor] : {std::pair(2048, 1), {2049, 2}, {4096, 2}, {4097, 3}}) {
+    const std::vector<float> values(std::size_t(longest) * 4);
+    const surf::volume::Volume volume({2, longest, 2}, Eigen::Affine3d::Identity(), values);
+    EXPECT_EQ(display_of(volume).coarser_by, factor) << longest;
+  }
 }
 
 }  // namespace

@@ -454,6 +454,30 @@ class Program(unittest.TestCase):
         shutil.rmtree(folder)
         shutil.rmtree(programs)
 
+    def test_the_browser_is_told_a_code_that_opens_once_and_has_a_session_of_its_own(self):
+        folder, programs = folder_with(BALLS), folder_with()
+        told = os.path.join(programs, "told")
+        with open(os.path.join(programs, "xdg-open"), "w") as file:
+            # The sixth word of stat is the session; told appears whole.
+            file.write(f'#!/bin/sh\nread -r _ _ _ _ _ session _ < /proc/$$/stat\n'
+                       f'echo "$session $1" > "{told}.new" && mv "{told}.new" "{told}"\n')
+        os.chmod(file.name, 0o755)
+        with Studio(folder, opens_browser=True, environment={"PATH": f"{programs}:/usr/bin:/bin"}) as studio:
+            studio.until(lambda _: os.path.exists(told))
+            session, address = content(programs, "told").decode().split()
+            self.assertNotEqual(int(session), os.getsid(studio.process.pid), "the terminal's Ctrl-C is not for it")
+            start = f"http://127.0.0.1:{studio.port}"
+            self.assertEqual(address[:len(start)], start)
+            self.assertNotIn(studio.token, address)
+            status, _, headers = studio.request("GET", address[len(start):], token=False)
+            self.assertEqual((status, headers["Location"]), (302, "/"))
+            cookie = {"Cookie": headers["Set-Cookie"].split(";")[0]}
+            self.assertEqual(studio.request("GET", "/api/state", headers=cookie, token=False)[0], 200)
+            self.assertEqual(studio.request("GET", address[len(start):], token=False)[0], 401, "once")
+            self.assertEqual(studio.request("GET", "/?token=" + studio.token, token=False)[0], 302, "again and again")
+        shutil.rmtree(folder)
+        shutil.rmtree(programs)
+
     def test_ctrl_c_and_quit_end_it(self):
         folder = folder_with(BALLS)
         studio = Studio(folder, "balls.nii.gz")

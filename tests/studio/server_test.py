@@ -1,6 +1,5 @@
 #!/usr/bin/python3
 """surfseg studio's server: what it does, and whom it refuses. No browser."""
-import array
 import http.client
 import json
 import math
@@ -8,13 +7,12 @@ import os
 import random
 import shutil
 import socket
-import struct
 import subprocess
 import threading
 import time
 import unittest
 
-from studio import BALLS, LEFT, RIGHT, Studio, can_mount, content, folder_with, mounted, phantom
+from studio import BALLS, LEFT, RIGHT, Studio, can_mount, content, folder_with, mounted, phantom, write_dicom
 
 # The finer a surface, the longer it evolves: to be tried one after the other until what passes by meanwhile has been met,
 # since a machine may be so fast or so busy that nobody looks in time.
@@ -30,38 +28,6 @@ def run(folder, command):
     """The line as a shell takes it."""
     subprocess.run(command, shell=True, check=True, cwd=folder, capture_output=True,
                    env={**os.environ, "PATH": os.path.dirname(os.environ["SURFSEG_PROGRAM"]) + ":" + os.environ["PATH"]})
-
-
-def write_dicom(path, series, slice_number, n=32):
-    """An MR slice of n x n pixels, explicit little endian: a bright disc on a dark ground."""
-    def element(group, number, kind, value):
-        value = value.encode() if isinstance(value, str) else value
-        if len(value) % 2:
-            value += b"\0" if kind == "UI" else b" "
-        head = struct.pack("<HH2s", group, number, kind.encode())
-        long = kind in ("OB", "OW")
-        return head + (struct.pack("<HI", 0, len(value)) if long else struct.pack("<H", len(value))) + value
-
-    short = lambda value: struct.pack("<H", value)  # noqa: E731
-    middle = (n - 1) / 2
-    radius = math.sqrt(max(0, 100 - (slice_number - 12) ** 2))
-    pixels = array.array("H", (900 if math.hypot(x - middle, y - middle) < radius else 100
-                               for y in range(n) for x in range(n)))
-    instance = f"{series}.{slice_number + 1}"
-    meta = b"".join([element(2, 2, "UI", "1.2.840.10008.5.1.4.1.1.4"), element(2, 3, "UI", instance),
-                     element(2, 0x10, "UI", "1.2.840.10008.1.2.1")])
-    data = b"".join([
-        element(8, 0x16, "UI", "1.2.840.10008.5.1.4.1.1.4"), element(8, 0x18, "UI", instance),
-        element(8, 0x60, "CS", "MR"), element(8, 0x103e, "LO", f"series {series[-1]}"),
-        element(0x20, 0xd, "UI", "1.2.3"), element(0x20, 0xe, "UI", series),
-        element(0x20, 0x32, "DS", f"0\\0\\{slice_number}"), element(0x20, 0x37, "DS", "1\\0\\0\\0\\1\\0"),
-        element(0x28, 2, "US", short(1)), element(0x28, 4, "CS", "MONOCHROME2"),
-        element(0x28, 0x10, "US", short(n)), element(0x28, 0x11, "US", short(n)),
-        element(0x28, 0x30, "DS", "1\\1"), element(0x28, 0x100, "US", short(16)),
-        element(0x28, 0x101, "US", short(16)), element(0x28, 0x102, "US", short(15)),
-        element(0x28, 0x103, "US", short(0)), element(0x7fe0, 0x10, "OW", pixels.tobytes())])
-    with open(path, "wb") as file:
-        file.write(b"\0" * 128 + b"DICM" + element(2, 0, "UL", struct.pack("<I", len(meta))) + meta + data)
 
 
 class WithStudio(unittest.TestCase):
@@ -220,6 +186,22 @@ class Dialogue(WithStudio):
             self.studio.do("undo", object=1)
         empty = self.studio.state()["objects"][0]
         self.assertEqual((empty["clicks"], empty["can_undo"], empty["has_surface"]), ([], False, False))
+
+    def test_a_click_that_is_another_one_by_now_is_left_alone(self):
+        self.studio.click(LEFT)
+        self.studio.click(RIGHT)
+        before = self.studio.idle()["objects"][0]["clicks"]
+        for action, more in (("move_click", {"point": [0.5, 0.1, 0]}), ("delete_click", {})):
+            for index, was in ((0, RIGHT), (1, LEFT), (2, RIGHT)):
+                said = self.studio.do(action, 409, object=1, index=index, was=list(was), **more)
+                self.assertIn("not where it was", said["error"])
+                self.assertNotIn("exists", said)
+        self.assertEqual(self.studio.idle()["objects"][0]["clicks"], before)
+        self.studio.do("move_click", 400, object=1, index=0, was=[1, 2], point=[0.5, 0.1, 0])
+        self.studio.do("move_click", object=1, index=0, was=list(LEFT), point=[-0.5, 0.1, 0])
+        self.studio.do("delete_click", 409, object=1, index=0, was=list(LEFT))  # it is the second one now
+        self.studio.do("delete_click", object=1, index=0, was=list(RIGHT))
+        self.assertEqual([c["point"] for c in self.studio.idle()["objects"][0]["clicks"]], [[-0.5, 0.1, 0]])
 
     def test_undo_brings_back_what_was_removed(self):
         self.studio.do("rename", object=1, name="left")

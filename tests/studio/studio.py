@@ -1,7 +1,10 @@
 """A studio that runs in a folder of its own, and requests to it; Python alone."""
+import array
 import http.client
 import json
+import math
 import os
+import struct
 import subprocess
 import tempfile
 import time
@@ -135,3 +138,35 @@ def folder_with(*phantoms):
     for name, *words in phantoms:
         phantom(folder, name, *words)
     return folder
+
+
+def write_dicom(path, series, slice_number, n=32):
+    """An MR slice of n x n pixels, explicit little endian: a bright disc on a dark ground."""
+    def element(group, number, kind, value):
+        value = value.encode() if isinstance(value, str) else value
+        if len(value) % 2:
+            value += b"\0" if kind == "UI" else b" "
+        head = struct.pack("<HH2s", group, number, kind.encode())
+        long = kind in ("OB", "OW")
+        return head + (struct.pack("<HI", 0, len(value)) if long else struct.pack("<H", len(value))) + value
+
+    short = lambda value: struct.pack("<H", value)  # noqa: E731
+    middle = (n - 1) / 2
+    radius = math.sqrt(max(0, 100 - (slice_number - 12) ** 2))
+    pixels = array.array("H", (900 if math.hypot(x - middle, y - middle) < radius else 100
+                               for y in range(n) for x in range(n)))
+    instance = f"{series}.{slice_number + 1}"
+    meta = b"".join([element(2, 2, "UI", "1.2.840.10008.5.1.4.1.1.4"), element(2, 3, "UI", instance),
+                     element(2, 0x10, "UI", "1.2.840.10008.1.2.1")])
+    data = b"".join([
+        element(8, 0x16, "UI", "1.2.840.10008.5.1.4.1.1.4"), element(8, 0x18, "UI", instance),
+        element(8, 0x60, "CS", "MR"), element(8, 0x103e, "LO", f"series {series[-1]}"),
+        element(0x20, 0xd, "UI", "1.2.3"), element(0x20, 0xe, "UI", series),
+        element(0x20, 0x32, "DS", f"0\\0\\{slice_number}"), element(0x20, 0x37, "DS", "1\\0\\0\\0\\1\\0"),
+        element(0x28, 2, "US", short(1)), element(0x28, 4, "CS", "MONOCHROME2"),
+        element(0x28, 0x10, "US", short(n)), element(0x28, 0x11, "US", short(n)),
+        element(0x28, 0x30, "DS", "1\\1"), element(0x28, 0x100, "US", short(16)),
+        element(0x28, 0x101, "US", short(16)), element(0x28, 0x102, "US", short(15)),
+        element(0x28, 0x103, "US", short(0)), element(0x7fe0, 0x10, "OW", pixels.tobytes())])
+    with open(path, "wb") as file:
+        file.write(b"\0" * 128 + b"DICM" + element(2, 0, "UL", struct.pack("<I", len(meta))) + meta + data)

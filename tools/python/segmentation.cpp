@@ -3,13 +3,17 @@
 #include <fmt/format.h>
 #include <pybind11/stl.h>
 
+#include <CLI/App.hpp>
 #include <algorithm>
 #include <chrono>
+#include <map>
 
 #include "libcurve/segment/segment.h"
 #include "libsurf/base/error.h"
 #include "libsurf/segment/recipe.h"
 #include "libsurf/segment/segment.h"
+#include "tools/common/preset_arguments.h"
+#include "tools/common/run_arguments.h"
 #include "tools/common/typed_options.h"
 #include "tools/python/watched_work.h"
 
@@ -21,6 +25,29 @@ std::shared_ptr<const surf::segment::Setting<2>> setting_of(const surf::curve::I
 }
 std::shared_ptr<const surf::segment::Setting<3>> setting_of(const surf::volume::Volume& volume) {
   return surf::segment::make_setting(volume);
+}
+
+/// What typed_options() takes, without dashes, and whether it is a flag.
+template <int Dim>
+std::map<std::string, bool> options() {
+  const RunWords& of_image = Dim == 3 ? kVolumeWords : kImageWords;
+  RunArguments arguments;
+  CLI::App command;
+  command.set_help_flag();
+  add_start_options(command, arguments, of_image);
+  add_run_options(command, arguments, of_image);
+  add_preset_option(command, arguments.preset, "");
+  std::map<std::string, bool> out;
+  for (const CLI::Option* option : command.get_options())
+    for (const std::string& name : option->get_lnames())
+      out[name] = option->get_expected_max() == 0;
+  return out;
+}
+
+/// "" where the image is no series of DICOM.
+std::string series_uid_of(const surf::curve::Image&) { return {}; }
+std::string series_uid_of(const surf::volume::Volume& volume) {
+  return volume.dicom() ? volume.dicom()->series_uid : "";
 }
 
 template <int Dim>
@@ -211,7 +238,9 @@ std::shared_ptr<typename Segmentation<Dim>::Shape> Segmentation<Dim>::shape(Id i
 
 template <int Dim>
 std::string Segmentation<Dim>::recipe(const std::string& image_path) {
-  return alone([&] { return surf::segment::to_recipe<Dim>(segmentation_, image_path); });
+  return alone([&] {
+    return surf::segment::to_recipe<Dim>(segmentation_, image_path, series_uid_of(image_));
+  });
 }
 
 template <int Dim>
@@ -234,6 +263,7 @@ void add_segmentation_of(py::module_& module, const char* name) {
       .def("add_click", &Of::add_click, py::arg("object"), py::arg("point"), py::arg("inside"))
       .def("take_back_click", &Of::take_back_click, py::arg("object"), py::arg("index"))
       .def("clicks", &Of::clicks, py::arg("object"))
+      .def_static("options", &options<Dim>)
       .def("set_options", &Of::set_options, py::arg("object"), py::arg("words"), py::arg("box"),
            py::arg("is_along_world"))
       .def("propose", &Of::propose, py::arg("object"), py::arg("progress"))

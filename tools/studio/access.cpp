@@ -6,6 +6,11 @@
 #include <sstream>
 
 namespace surfseg::studio {
+namespace {
+
+constexpr std::chrono::minutes kLaunch(1);
+
+}  // namespace
 
 std::string random_token() {
   std::random_device random;  // of the system, not a sequence
@@ -19,6 +24,10 @@ bool is_same_secret(const std::string& a, const std::string& b) {
   unsigned char difference = 0;
   for (std::size_t n = 0; n < a.size(); ++n) difference |= (unsigned char)(a[n] ^ b[n]);
   return difference == 0;
+}
+
+bool LaunchCode::opens(const std::string& code, Clock::time_point now) {
+  return is_same_secret(code, text_) && now - made_ < kLaunch && !is_used_.exchange(true);
 }
 
 std::string cookie(const std::string& header, const std::string& name) {

@@ -20,6 +20,7 @@
 #include <thread>
 #include <vector>
 
+#include "libsurf/base/error.h"
 #include "libsurf/segment/segmentation.h"
 #include "libsurf/volume/read_volume.h"
 #include "libsurf/volume/volume.h"
@@ -78,6 +79,12 @@ struct State {
   std::string error;              ///< the last one: one line
 };
 
+/// A click is not the one that was meant: whoever asked had seen an older state.
+class ClickChanged : public surf::UsageError {
+ public:
+  using UsageError::UsageError;
+};
+
 /// One line for a person.
 std::string text_of(const std::exception& error);
 /// That line on the terminal.
@@ -116,8 +123,11 @@ class Dialogue {
   void rename(int id, const std::string& name);
   void recolour(int id, const surf::segment::Colour& colour);
   void click(int id, const Vector<3>& point_mm, Side side);
-  void move_click(int id, std::size_t index, const Vector<3>& point_mm);
-  void delete_click(int id, std::size_t index);
+  /// @param was_mm  where the click is that is meant
+  /// @throws ClickChanged  the one of this index is not there
+  void move_click(int id, std::size_t index, const Vector<3>& point_mm,
+                  const std::optional<Vector<3>>& was_mm = {});
+  void delete_click(int id, std::size_t index, const std::optional<Vector<3>>& was_mm = {});
   void choose(int id, std::size_t proposal);
   /// @param change  of the object's present options
   void set_options(int id, const std::function<void(Options<3>&)>& change);
@@ -193,6 +203,7 @@ class Dialogue {
   std::shared_ptr<State> state_with_error(const std::string& text) const;
   void save();
   surf::segment::Segmentation<3>& segmentation();
+  void check_click(int id, std::size_t index, const std::optional<Vector<3>>& was_mm);
   void want(int id);
   void want_made(int id);
   void unwant(int id);

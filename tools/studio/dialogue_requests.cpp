@@ -90,16 +90,28 @@ void Dialogue::click(int id, const Vector<3>& point_mm, Side side) {
   });
 }
 
-void Dialogue::move_click(int id, std::size_t index, const Vector<3>& point_mm) {
+/// Indices change with every click that is moved or deleted.
+void Dialogue::check_click(int id, std::size_t index, const std::optional<Vector<3>>& was_mm) {
+  if (!was_mm) return;
+  const auto clicks = segmentation().object(id).clicks;
+  if (index >= clicks.size() || clicks[index].point_mm != *was_mm)
+    throw ClickChanged(
+        "the click is not where it was, by what was done meanwhile: nothing was changed");
+}
+
+void Dialogue::move_click(int id, std::size_t index, const Vector<3>& point_mm,
+                          const std::optional<Vector<3>>& was_mm) {
   do_now([&] {
+    check_click(id, index, was_mm);
     segmentation().move_click(id, index, point_mm);
     want(id);
     keep_act();
   });
 }
 
-void Dialogue::delete_click(int id, std::size_t index) {
+void Dialogue::delete_click(int id, std::size_t index, const std::optional<Vector<3>>& was_mm) {
   do_now([&] {
+    check_click(id, index, was_mm);
     segmentation().take_back_click(id, index);
     if (!segmentation().object(id).clicks.empty()) want(id);
     keep_act();

@@ -67,6 +67,8 @@ void answer(Response& response, Work&& work) {
     work();
   } catch (const Refusal& refusal) {
     refuse(response, refusal);
+  } catch (const ClickChanged& error) {
+    refuse(response, {409, error.what()});
   } catch (const FileExists& error) {
     refuse(response, {409, error.what(), true});
   } catch (const surf::OutputError& error) {
@@ -90,9 +92,9 @@ const char* words_of(int status) {
                          : "the request cannot be understood";
 }
 
-Vector<3> point_of(const ordered_json& request) {
-  const auto numbers = request.at("point").get<std::vector<double>>();
-  if (numbers.size() != 3) throw Refusal{400, "point: expected three numbers"};
+Vector<3> point_of(const ordered_json& request, const char* key = "point") {
+  const auto numbers = request.at(key).get<std::vector<double>>();
+  if (numbers.size() != 3) throw Refusal{400, fmt::format("{}: expected three numbers", key)};
   return {numbers[0], numbers[1], numbers[2]};
 }
 
@@ -129,6 +131,7 @@ std::string dumped(const ordered_json& json) {
 struct Server::Impl {
   Dialogue& dialogue;
   std::string version, token = random_token();
+  LaunchCode launch_code;
   httplib::Server http;
   int port = 0;
 
@@ -151,9 +154,10 @@ struct Server::Impl {
     const bool is_itksnap = has_itksnap && status == 401 && is_route_of_itksnap(request.path) &&
                             credentials.origin.empty() && credentials.fetch_site.empty();
     if (status == 200 || is_itksnap) return httplib::Server::HandlerResponse::Unhandled;
-    // The first visit: the token goes from the address into a cookie.
+    // The first visit: the token goes into a cookie, from the address or for the launch code there.
     if (status == 401 && request.method == "GET" && request.path == "/" &&
-        is_same_secret(request.get_param_value("token"), token)) {
+        (is_same_secret(request.get_param_value("token"), token) ||
+         launch_code.opens(request.get_param_value("launch")))) {
       response.set_header(
           "Set-Cookie",
           fmt::format("surfseg-{}={}; HttpOnly; SameSite=Strict; Path=/", port, token));
@@ -293,6 +297,9 @@ struct Server::Impl {
     };
     const auto object = [&] { return whole("object", 0); };
     const auto index = [&] { return std::size_t(whole("index", 0)); };
+    const auto was = [&] {
+      return request.contains("was") ? std::optional(point_of(request, "was")) : std::nullopt;
+    };
     if (action == "open") {
       const auto path = request.at("path").get<std::string>();
       const auto entries = entries_of(dialogue.folder());
@@ -319,9 +326,9 @@ struct Server::Impl {
       dialogue.click(object(), point_of(request),
                      side == "inside" ? Side::kInside : Side::kOutside);
     } else if (action == "move_click") {
-      dialogue.move_click(object(), index(), point_of(request));
+      dialogue.move_click(object(), index(), point_of(request), was());
     } else if (action == "delete_click") {
-      dialogue.delete_click(object(), index());
+      dialogue.delete_click(object(), index(), was());
     } else if (action == "choose") {
       dialogue.choose(object(), std::size_t(whole("number", 1) - 1));
     } else if (action == "set_options") {
@@ -530,6 +537,10 @@ Server::~Server() = default;
 
 std::string Server::address() const {
   return fmt::format("http://127.0.0.1:{}/?token={}", impl_->port, impl_->token);
+}
+
+std::string Server::launch_address() const {
+  return fmt::format("http://127.0.0.1:{}/?launch={}", impl_->port, impl_->launch_code.text());
 }
 
 int Server::port() const { return impl_->port; }

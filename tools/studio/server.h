@@ -20,6 +20,8 @@ class Server {
 
   /// With the token: for the person who started it alone.
   std::string address() const;
+  /// For the browser that is started: without the token, opens once and soon (LaunchCode).
+  std::string launch_address() const;
   int port() const;
   /// Serves until stop() is called.
   void run();

@@ -31,7 +31,7 @@ ordered_json to_json(const OpenVolume& open) {
   ordered_json notes = open.notes;
   if (display.coarser_by > 1)
     notes.push_back(
-        fmt::format("the views show every {}th voxel along each axis; the surface uses all",
+        fmt::format("the views are {} times coarser along each axis; the surface uses all voxels",
                     display.coarser_by));
   return {{"revision", open.number},
           {"path", open.name},

@@ -48,22 +48,27 @@ void tell_without_browser() {
   say("surfseg studio: no browser could be opened (xdg-open): open the address in one\n");
 }
 
-/// Without a shell; what it says goes nowhere.
+/// Without a shell; what it says goes nowhere. In a session of its own: the terminal's Ctrl-C is
+/// for the studio, not for a browser that was not running before.
 void open_browser(const std::string& address) {
   posix_spawn_file_actions_t actions;
   posix_spawn_file_actions_init(&actions);
   for (const int descriptor : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})
     posix_spawn_file_actions_addopen(&actions, descriptor, "/dev/null", O_RDWR, 0);
+  posix_spawnattr_t attributes;
+  posix_spawnattr_init(&attributes);
+  posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSID);
   std::string name = "xdg-open", argument = address;
   char* words[] = {name.data(), argument.data(), nullptr};
   pid_t child = 0;
-  if (posix_spawnp(&child, "xdg-open", &actions, nullptr, words, environ) != 0)
+  if (posix_spawnp(&child, "xdg-open", &actions, &attributes, words, environ) != 0)
     tell_without_browser();
   else
     std::thread([child] {
       int status = 0;
       if (waitpid(child, &status, 0) == child && status != 0) tell_without_browser();
     }).detach();
+  posix_spawnattr_destroy(&attributes);
   posix_spawn_file_actions_destroy(&actions);
 }
 
@@ -93,7 +98,7 @@ void run(const Arguments& arguments, ExitCode& exit_code) {
   fmt::print("{}\n", server.address());
   std::fflush(stdout);
   say("surfseg studio: open this address in a browser; Ctrl-C ends it\n");
-  if (!arguments.is_closed) open_browser(server.address());
+  if (!arguments.is_closed) open_browser(server.launch_address());
   server.run();
   is_done = true;
   watch.join();

@@ -16,6 +16,7 @@ namespace {
 using surf::volume::Volume;
 
 constexpr double kMostBytes = 512e6;
+constexpr int kMostVoxels = 2048;  // along an axis, of the 3-D textures of common graphics
 constexpr std::array<double, 2> kSoftTissue = {-160, 240}, kThorax = {-1050, 350};  // HU
 // Lung that holds air [HU], and of how much of a scan on it is one of the thorax.
 constexpr std::array<double, 2> kLung = {-900, -600};
@@ -110,7 +111,9 @@ Display display_of(const Volume& volume) {
     out.window = double(n_lung) > kShareOfLung * double(values.size()) ? kThorax : kSoftTissue;
   }
   const double bytes = 2.0 * double(volume.n_voxels());
-  while (bytes / std::pow(out.coarser_by, 3) > kMostBytes) ++out.coarser_by;
+  const int longest = *std::max_element(volume.size().begin(), volume.size().end());
+  while (bytes / std::pow(out.coarser_by, 3) > kMostBytes || longest > kMostVoxels * out.coarser_by)
+    ++out.coarser_by;
   return out;
 }
 

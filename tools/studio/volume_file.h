@@ -14,7 +14,8 @@ struct Display {
   /// Black and white: of a CT soft tissue, or lung and soft tissue where there is much lung; else
   /// all but a thousandth of the voxels at both ends.
   std::array<double, 2> window = {};
-  int coarser_by = 1;  ///< along each axis, so that it has at most 512 MB of voxels
+  /// Along each axis, so that it has at most 512 MB of voxels and 2048 along an axis.
+  int coarser_by = 1;
 };
 
 Display display_of(const surf::volume::Volume& volume);

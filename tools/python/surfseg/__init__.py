@@ -12,9 +12,11 @@ has it); points are RAS mm unless `space` says otherwise; lengths are mm. Images
 
 from __future__ import annotations
 
+import functools
 import operator
 import os
-from typing import Any, Callable, Iterable, NamedTuple, Optional, Sequence, Union
+import threading
+from typing import Any, Callable, Iterable, NamedTuple, Optional, Sequence, TypeVar, Union, cast
 
 import numpy as np
 
@@ -52,6 +54,18 @@ ProgressFunction = Callable[[Progress], Optional[bool]]
 Shape = Union[Surface, Curve]
 
 
+_Act = TypeVar("_Act", bound=Callable[..., Any])
+
+
+def _in_turn(act: _Act) -> _Act:
+    """A method that is one turn, however many calls of the library it makes."""
+    @functools.wraps(act)
+    def alone(self, *words, **more):
+        with self._turn:
+            return act(self, *words, **more)
+    return cast(_Act, alone)
+
+
 class Segmentation:
     """A dialogue about one volume or image: objects, clicks, proposals, undo.
 
@@ -66,6 +80,7 @@ class Segmentation:
         self._is_flat = isinstance(self._image, Image)
         kind = _surfseg.ImageSegmentation if self._is_flat else _surfseg.Segmentation
         self._segmentation = kind(self._image)
+        self._turn = threading.RLock()
 
     @property
     def volume(self) -> Union[Volume, Image]:
@@ -82,6 +97,7 @@ class Segmentation:
         """Their names, in the order in which they were added."""
         return [name for _, name in self._segmentation.objects()]
 
+    @_in_turn
     def add(self, point: Point, inside: bool = True, *, object: Optional[str] = None,
             space: Optional[str] = None, progress: Optional[ProgressFunction] = None) -> Shape:
         """A click, and the surface that obeys it and those before. See evolve(). Where no object
@@ -99,6 +115,7 @@ class Segmentation:
                 self._drop_new(known)
             raise
 
+    @_in_turn
     def click(self, point: Point, inside: bool = True, *, object: Optional[str] = None,
               space: Optional[str] = None) -> None:
         """A click without computing. Raises UsageError for a point outside the volume, or in the
@@ -113,6 +130,7 @@ class Segmentation:
             self._drop_new(known)
             raise
 
+    @_in_turn
     def take_back_click(self, index: int, *, object: Optional[str] = None) -> None:
         """index: of clicks(), from 0."""
         self._segmentation.take_back_click(self._id(object), _count(index, "index"))
@@ -123,6 +141,7 @@ class Segmentation:
             return []
         return [(tuple(p), side) for p, side in self._segmentation.clicks(self._id(object))]
 
+    @_in_turn
     def set_options(self, *, object: Optional[str] = None,
                     box: Optional[Sequence[Point]] = None, space: Optional[str] = None,
                     **options: Any) -> None:
@@ -133,22 +152,26 @@ class Segmentation:
             corners = self._at(box, "box", space)
         known = self._segmentation.objects()
         try:
-            self._segmentation.set_options(self._id(object, True), _words(options), corners,
+            words = _words(options, self._segmentation.options())
+            self._segmentation.set_options(self._id(object, True), words, corners,
                                           not self._is_flat and space != "ijk")
         except UsageError:
             self._drop_new(known)
             raise
 
+    @_in_turn
     def propose(self, *, object: Optional[str] = None,
                 progress: Optional[ProgressFunction] = None) -> list[str]:
         """What the clicks may mean, best first: a line of words for each. The best takes the place
         of the surface so far, until evolve()."""
         return self._segmentation.propose(self._id(object), _told(progress))
 
+    @_in_turn
     def choose(self, proposal: int, *, object: Optional[str] = None) -> None:
         """The next evolve() starts from this one of propose(), from 0."""
         self._segmentation.choose(self._id(object), _count(proposal, "proposal"))
 
+    @_in_turn
     def evolve(self, *, object: Optional[str] = None, steps: Optional[int] = None,
                progress: Optional[ProgressFunction] = None) -> Shape:
         """The surface at the minimum of its energy, from where it is; without an energy, after other
@@ -172,11 +195,13 @@ class Segmentation:
         shape = self._segmentation.shape(self._id(object))
         return Curve(shape, self._image) if self._is_flat else Surface(shape, self._image)
 
+    @_in_turn
     def undo(self, *, object: Optional[str] = None) -> bool:
         """Takes back the last thing that was done, with the proposals and surfaces that it set off;
         False if there is none."""
         return self._segmentation.undo(self._id(object))
 
+    @_in_turn
     def redo(self, *, object: Optional[str] = None) -> bool:
         """Does again what was undone last, with what it set off; False if there is none."""
         return self._segmentation.redo(self._id(object))
@@ -186,6 +211,7 @@ class Segmentation:
         replay()."""
         return self._segmentation.recipe(self._image.name)
 
+    @_in_turn
     def replay(self, recipe: str, progress: Optional[ProgressFunction] = None) -> None:
         """Does what a recipe says. Raises InputError if it is broken or of another volume."""
         self._segmentation.replay(recipe, _told(progress))
@@ -291,19 +317,32 @@ def _count(value: Any, name: str, least: int = 0) -> int:
     return count
 
 
-def _words(options: dict) -> list[str]:
-    """As one would type them."""
+def _words(options: dict, is_flag: dict[str, bool]) -> list[str]:
+    """As one would type them.
+
+    is_flag: of every option of the program
+    """
     out: list[str] = []
     for name, value in options.items():
-        option = "--" + name.replace("_", "-")
-        if value is None or value is False:
+        option = name.replace("_", "-")
+        has_opposite = "no-" + option in is_flag
+        if isinstance(value, np.bool_):
+            value = bool(value)
+        if option not in is_flag and not has_opposite:
+            out.append("--" + option)  # refused, with what may have been meant
+        elif value is None or (value is True and option not in is_flag):
             continue
-        for item in value if isinstance(value, (list, tuple)) else [value]:
-            if item is True:
-                out.append(option)
-                continue
-            is_length = name in _LENGTHS and not isinstance(item, str)
-            out += [option, f"{item}mm" if is_length else str(item)]
+        elif value is False and has_opposite:
+            out.append("--no-" + option)
+        elif value is False and is_flag[option]:
+            continue
+        else:
+            for item in value if isinstance(value, (list, tuple)) else [value]:
+                if item is True:
+                    out.append("--" + option)
+                    continue
+                is_length = name in _LENGTHS and not isinstance(item, str)
+                out += ["--" + option, f"{item}mm" if is_length else str(item)]
     return out
 
 

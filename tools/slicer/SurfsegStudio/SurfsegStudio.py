@@ -1,8 +1,8 @@
 """Points inside and outside in Slicer's views, the surface from a running `surfseg studio`.
 
 Thin: what does not need Slicer is in SurfsegStudioLib/client.py."""
+import contextlib
 import os
-import shutil
 import tempfile
 
 import ctk
@@ -15,10 +15,12 @@ from slicer.ScriptedLoadableModule import (ScriptedLoadableModule, ScriptedLoada
 from vtk.util import numpy_support
 
 from SurfsegStudioLib.client import (StudioError, StudioProcess, StudioRefused, Studio,
-                                     SurfaceWatch, environment_without_slicer)
+                                     SurfaceWatch, environment_without_slicer, lacking)
 
 POLL_MS = 150
 SETTING = "SurfsegStudio/program"
+VOLUME = "volume.nrrd"
+COLOURS = {"inside": (0.2, 0.9, 0.3), "outside": (0.95, 0.25, 0.2)}
 
 
 class SurfsegStudio(ScriptedLoadableModule):
@@ -38,6 +40,8 @@ class SurfsegStudioWidget(ScriptedLoadableModuleWidget):
         ScriptedLoadableModuleWidget.setup(self)
         self.logic = SurfsegStudioLogic()
         self.logic.show = self.show
+        self.logic.tell = lambda text: slicer.util.infoDisplay(text, windowTitle="Surfseg Studio")
+        self.logic.make_list = self._make_list
         self._add_studio()
         self._add_points()
         self._add_results()
@@ -82,14 +86,14 @@ class SurfsegStudioWidget(ScriptedLoadableModuleWidget):
 
     def _add_points(self):
         form = self._group("Points")
-        self.inside = self._place_widget(form, "Inside", "inside", (0.2, 0.9, 0.3))
-        self.outside = self._place_widget(form, "Outside", "outside", (0.95, 0.25, 0.2))
+        self.inside = self._place_widget(form, "Inside", "inside")
+        self.outside = self._place_widget(form, "Outside", "outside")
 
-    def _place_widget(self, form, label, name, colour):
+    def _place_widget(self, form, label, name):
         widget = slicer.qSlicerSimpleMarkupsWidget()
         widget.setMRMLScene(slicer.mrmlScene)
         widget.markupsSelectorComboBox().baseName = name
-        widget.defaultNodeColor = qt.QColor.fromRgbF(*colour)
+        widget.defaultNodeColor = qt.QColor.fromRgbF(*COLOURS[name])
         widget.tableWidget().setMaximumHeight(90)
         widget.connect("markupsNodeChanged()", self._points_changed)
         form.addRow(label, widget)
@@ -135,6 +139,14 @@ class SurfsegStudioWidget(ScriptedLoadableModuleWidget):
     def _points_changed(self):
         self.logic.observe(self.inside.currentNode(), self.outside.currentNode())
 
+    def _make_list(self, side):
+        """Of a side that has none, for what a studio has."""
+        node = slicer.mrmlScene.AddNewNodeByClass("vtkMRMLMarkupsFiducialNode", side)
+        node.CreateDefaultDisplayNodes()
+        node.GetDisplayNode().SetSelectedColor(*COLOURS[side])
+        (self.inside if side == "inside" else self.outside).setCurrentNode(node)
+        self._points_changed()
+
     def _poll(self):
         try:
             self.logic.poll()
@@ -147,6 +159,7 @@ class SurfsegStudioWidget(ScriptedLoadableModuleWidget):
 
     def cleanup(self):
         self.timer.stop()
+        self.logic.tell = print  # no window: Slicer may be closing
         self.logic.end()
 
 
@@ -156,7 +169,9 @@ class SurfsegStudioLogic(ScriptedLoadableModuleLogic):
     def __init__(self):
         ScriptedLoadableModuleLogic.__init__(self)
         self.studio = None
-        self.show = print
+        self.show = print  # a line that the next one replaces
+        self.tell = print  # what is to be read
+        self.make_list = lambda side: None
         self._process = None
         self._folder = None
         self._watch = None
@@ -171,7 +186,7 @@ class SurfsegStudioLogic(ScriptedLoadableModuleLogic):
         """A studio of its own, on a copy of the volume in a temporary folder."""
         self.end()
         self._folder = tempfile.mkdtemp(prefix="surfseg-slicer-")
-        path = os.path.join(self._folder, "volume.nrrd")
+        path = os.path.join(self._folder, VOLUME)
         # Not saveNode(), which would have the scene keep the volume in this folder; as it lies in the
         # world, where points and surfaces are.
         if not slicer.util.exportNode(volume, path, {"useCompression": 0}, world=True):
@@ -233,6 +248,7 @@ class SurfsegStudioLogic(ScriptedLoadableModuleLogic):
             self.show(state["error"]["text"] if state["error"] else "Reading the volume")
             return
         if self._object is None:
+            self._take_clicks(state["objects"][0]["clicks"])
             self._object = state["objects"][0]["id"]
             self._watch = SurfaceWatch(self.studio, self._object)
         if self._has_new_points:
@@ -242,6 +258,16 @@ class SurfsegStudioLogic(ScriptedLoadableModuleLogic):
         if surface is not None:
             self._show_surface(None if surface == "gone" else surface)
         self._show_words(state)
+
+    def _take_clicks(self, clicks):
+        """What a studio that was joined has and the lists have not, before they are sent: what is not
+        in them is taken back there."""
+        for n, side in enumerate(("inside", "outside")):
+            points = lacking(clicks, side, self._points(self._lists[n]))
+            if points and self._lists[n] is None:
+                self.make_list(side)
+            for point in points:
+                self._lists[n].AddControlPointWorld(*point)
 
     def _send_points(self, state):
         self._refusal = ""
@@ -282,21 +308,47 @@ class SurfsegStudioLogic(ScriptedLoadableModuleLogic):
             self.studio.do("stop")
 
     def export(self, volume):
-        if not self._is_model_there() or not self._model.GetPolyData().GetNumberOfPoints():
+        """A segment of the object's final surface."""
+        if self.studio is None:
+            raise StudioError("There is no studio.")
+        self.poll()  # sends points that have just been placed
+        state = self.studio.state()
+        found = next((o for o in state["objects"] if o["id"] == self._object), None)
+        if state["job"] is not None and state["job"]["object"] == self._object:
+            raise StudioError("The surface still evolves: wait until it is at rest, or stop it.")
+        if found is None or not found["measures"] or not found["clicks"]:
             raise StudioError("There is no surface yet.")
+        if not found["measures"]["passed"]:
+            raise StudioError(f"The surface is not sound: {found['measures']['verification']}.")
+        surface = self.studio.surface(self._object)
+        if surface.frame > 0:
+            raise StudioError("The surface evolves anew: wait until it is at rest.")
+        self._show_surface(surface)
         segmentation = slicer.mrmlScene.AddNewNodeByClass("vtkMRMLSegmentationNode", "surfseg")
         if volume is not None:
             segmentation.SetReferenceImageGeometryParameterFromVolumeNode(volume)
         segmentation.CreateDefaultDisplayNodes()
         slicer.modules.segmentations.logic().ImportModelToSegmentationNode(self._model, segmentation)
+        if found["outdated"]:
+            self.tell("The segment was made, but the surface does not heed what was done last.")
         return segmentation
 
     def end(self):
         if self._process is not None:
             self._process.end()
         if self._folder is not None:
-            shutil.rmtree(self._folder, ignore_errors=True)
+            self._leave_folder()
         self._process = self._folder = self.studio = None
+
+    def _leave_folder(self):
+        """The page exports into it: what a person has put there stays."""
+        for name in (VOLUME, VOLUME + ".surfseg.json"):
+            with contextlib.suppress(OSError):
+                os.remove(os.path.join(self._folder, name))
+        with contextlib.suppress(OSError):
+            os.rmdir(self._folder)
+        if os.path.isdir(self._folder):
+            self.tell(f"What was exported from the studio's page is in {self._folder}")
 
 
 def poly_data(surface):

@@ -84,17 +84,24 @@ def parse_address(address):
     return parts.hostname, port, token
 
 
-def changes(clicks, wanted, tolerance_mm=1e-4):
+def _is_same(a, b, tolerance_mm=1e-4):
+    return a[0] == b[0] and all(abs(p - q) <= tolerance_mm for p, q in zip(a[1], b[1]))
+
+
+def lacking(clicks, side, points):
+    """Where a state's clicks of a side are that none of the points is."""
+    return [c["point"] for c in clicks if c["side"] == side
+            and not any(_is_same((side, c["point"]), (side, p)) for p in points)]
+
+
+def changes(clicks, wanted):
     """The actions that make the object's clicks those that are wanted: points that moved and went,
     then those that came. Both are lists of (side, (x, y, z)); the order of the clicks may be
     another one afterwards."""
-    def is_same(a, b):
-        return a[0] == b[0] and all(abs(p - q) <= tolerance_mm for p, q in zip(a[1], b[1]))
-
     new = list(wanted)
     old = []  # (index, side) of clicks that are not wanted where they are
     for index, click in enumerate(clicks):
-        match = next((w for w in new if is_same(click, w)), None)
+        match = next((w for w in new if _is_same(click, w)), None)
         if match is None:
             old.append((index, click[0]))
         else:

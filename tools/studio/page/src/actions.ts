@@ -31,8 +31,9 @@ export async function click(point: Point, side: Side): Promise<void> {
   await act({ action: 'click', object, point, side });
 }
 
-export async function moveClick(object: number, index: number, point: Point): Promise<void> {
-  const done = await act({ action: 'move_click', object, index, point });
+/** @param was where it was when it was taken: the state of this moment may not be the program's, which then refuses. */
+export async function moveClick(object: number, index: number, point: Point, was = placeOf(object, index)): Promise<void> {
+  const done = await act({ action: 'move_click', object, index, point, was });
   if (!done || !(await until(() => page.state !== null && page.state.revision >= done.revision))) return;
   // It stands at the end now, as one that has just been made; so that it stays the selected one.
   const last = (find(object)?.clicks.length ?? 0) - 1;
@@ -40,9 +41,12 @@ export async function moveClick(object: number, index: number, point: Point): Pr
 }
 
 export async function deleteClick(object: number, index: number): Promise<void> {
+  const was = placeOf(object, index);
   setView({ click: null });
-  await act({ action: 'delete_click', object, index });
+  await act({ action: 'delete_click', object, index, was });
 }
+
+function placeOf(object: number, index: number): Point | undefined { return find(object)?.clicks[index]?.point; }
 
 export async function removeObject(o: StudioObject): Promise<void> {
   if (await act({ action: 'remove_object', object: o.id })) showNotice(`${o.name} was removed; undo brings it back`);
@@ -58,7 +62,13 @@ export function undoWords(): string | null {
 export async function undo(): Promise<void> {
   const words = undoWords();
   if (words === null) return;
-  if (await act({ action: 'undo', object: activeObject()?.id ?? 0 })) showNotice(`Undone${words && `: ${words}`}`);
+  const known = new Set(page.state?.objects.map((o) => o.id));
+  const done = await act({ action: 'undo', object: activeObject()?.id ?? 0 });
+  if (!done) return;
+  showNotice(`Undone${words && `: ${words}`}`);
+  await until(() => page.state !== null && page.state.revision >= done.revision);
+  const back = page.state?.objects.find((o) => !known.has(o.id));
+  if (back) setView({ active: back.id, click: null });
 }
 export async function redo(): Promise<void> {
   const o = activeObject();

@@ -6,7 +6,7 @@ import { openHelp } from './help';
 import { maximise, PANES } from './panes';
 import { act } from './server';
 import { activeObject, page, setView, volume } from './state';
-import { cancelDrag, crosshairWorld, draw, lookAt, nudge, resetView, step, zoom } from './slices';
+import { cancelDrag, crosshairWorld, draw, isBlind, lookAt, nudge, resetView, step, zoom } from './slices';
 import { drawSolid, resetSolid, turn, zoomSolid } from './solid';
 import { switchTheme } from './theme';
 import { nextPreset } from './window_level';
@@ -43,7 +43,7 @@ function nextCandidate(): void {
 
 function clickHere(other: boolean): void {
   const world = crosshairWorld();
-  if (!world || page.view.tool === 'crosshair') return;
+  if (!world || page.view.tool === 'crosshair' || isBlind()) return;
   void click(world, (page.view.tool === 'inside') === other ? 'outside' : 'inside');
 }
 

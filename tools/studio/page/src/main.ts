@@ -128,7 +128,7 @@ async function start(): Promise<void> {
   startSpinners();
   await startSlices({
     click: (world, side) => { void click(world, side); },
-    moveClick: (id, index, world) => { void moveClick(id, index, world); },
+    moveClick: (id, index, world, was) => { void moveClick(id, index, world, was); },
     hover: tellPosition,
     moved: () => { drawPanes(); drawPosition(); drawSolid(); },
     window: () => windowChanged(),

@@ -1,6 +1,8 @@
 // The one line of an error, and short notices, each at its place for screen readers.
 import { byId, h, icon } from './dom';
 
+export const GRAPHICS_LOST = 'The browser has lost its graphics, and the views are empty: reload the page; nothing of the work is lost.';
+
 export function showError(text: string): void {
   const region = byId('alerts');
   const same = [...region.children].find((c) => c.querySelector('.text')?.textContent === text);

@@ -141,10 +141,13 @@ function energy(table: EnergyKind[], e: Energy, index: number,
 }
 
 async function apply(o: StudioObject): Promise<void> {
-  if (!draft) return;
+  const sent = draft;
+  if (!sent) return;
   // The program changes what it is told of alone: null is what holds where nothing is set.
-  const sent = { ...Object.fromEntries(Object.keys(o.options).map((key) => [key, null])), ...draft };
-  if (await act({ action: 'set_options', object: o.id, options: sent })) { draft = null; shown = ''; drawOptions(); }
+  const options = { ...Object.fromEntries(Object.keys(o.options).map((key) => [key, null])), ...sent };
+  const done = await act({ action: 'set_options', object: o.id, options });
+  // What was typed meanwhile is another draft.
+  if (done && draft === sent) { draft = null; shown = ''; drawOptions(); }
 }
 
 function buttons(o: StudioObject): Node {

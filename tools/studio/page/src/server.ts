@@ -50,16 +50,29 @@ export async function getCommand(object: number): Promise<string> {
   return (await (await get(`/api/command?object=${object}`)).json()).text;
 }
 
-/** Listens to the program's events for as long as the page lives; `EventSource` itself connects again. */
+/**
+ * Listens to the program's events while the page is seen: a browser has six connections to a program, so that a few tabs would take
+ * them all. `EventSource` itself connects again.
+ */
 export function listen(onJob: (job: Job) => void): void {
+  let source: EventSource | null = null;
+  const follow = () => {
+    if (document.hidden) { source?.close(); source = null; restarted = true; return; }
+    if (!source || source.readyState === EventSource.CLOSED) source = listenNow(onJob, follow);
+  };
+  document.addEventListener('visibilitychange', follow);
+  follow();
+}
+
+function listenNow(onJob: (job: Job) => void, tryAnew: () => void): EventSource {
   const source = new EventSource('/api/events');
   source.addEventListener('open', () => { page.connected = true; changed(); });
   source.addEventListener('state', (event) => {
     page.connected = true;
     const state = JSON.parse((event as MessageEvent<string>).data) as State;
     // A program that was started anew counts from the beginning.
-    if (restarted) { page.state = null; restarted = false; }
-    setState(state);
+    setState(state, restarted);
+    restarted = false;
   });
   source.addEventListener('progress', (event) => {
     const job = JSON.parse((event as MessageEvent<string>).data) as Job;
@@ -72,10 +85,11 @@ export function listen(onJob: (job: Job) => void): void {
     restarted = true;
     changed();
     // The browser gives up for good after an answer that is not a stream (the program's port taken by another one, a 401): try anew.
-    if (source.readyState === EventSource.CLOSED) setTimeout(() => { listen(onJob); }, 2000);
+    if (source.readyState === EventSource.CLOSED) setTimeout(tryAnew, 2000);
   });
+  return source;
 }
-let restarted = false;
+let restarted = false;  // it may have been
 
 /** The state once it is at least as new as an answer. */
 export async function until(condition: () => boolean, seconds = 5): Promise<boolean> {

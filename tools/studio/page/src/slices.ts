@@ -3,6 +3,7 @@ import type { Niivue } from '@niivue/niivue';
 import type { Click, Point } from './protocol';
 import { byId } from './dom';
 import { type Camera, type Rectangle, SLICES, type SliceName, SliceView } from './geometry';
+import { GRAPHICS_LOST, showError } from './messages';
 import { object, page, setView } from './state';
 import { drawCrosshair, drawLetters, drawMark, drawOutline, drawScale } from './slice_drawing';
 import type { Surface } from './surface';
@@ -13,7 +14,7 @@ import type { Volume } from './protocol';
 export interface SliceListener {
   /** A press and release at one place: a click of the object, or only a look (the crosshair's tool). */
   click(world: Point, side: 'inside' | 'outside'): void;
-  moveClick(objectId: number, index: number, world: Point): void;
+  moveClick(objectId: number, index: number, world: Point, was: Point): void;
   hover(world: Point | null, value: number | null): void;
   moved(): void;  // the crosshair
   window(low: number, high: number): void;
@@ -21,7 +22,7 @@ export interface SliceListener {
 
 type Drag =
   | { kind: 'press'; x: number; y: number; view: SliceView; shift: boolean; look: boolean; moved: boolean }
-  | { kind: 'click'; object: number; index: number; view: SliceView; x: number; y: number; moved: boolean; at: Point }
+  | { kind: 'click'; object: number; index: number; view: SliceView; x: number; y: number; moved: boolean; at: Point; was: Point }
   | { kind: 'pan'; x: number; y: number; view: SliceView; centre: Point }
   | { kind: 'window'; x: number; y: number; low: number; high: number };
 
@@ -56,6 +57,7 @@ export async function startSlices(l: SliceListener): Promise<void> {
       fovMM: low.map((x, k) => high[k] - x) } as unknown as ReturnType<Niivue['screenFieldOfViewExtendedVox']>;
   };
   started = true;
+  byId('slices').addEventListener('webglcontextlost', () => showError(GRAPHICS_LOST));
   const top = overlay();
   top.addEventListener('pointerdown', down);
   top.addEventListener('pointermove', move);
@@ -226,6 +228,8 @@ function drawClicks(c: CanvasRenderingContext2D, view: SliceView): void {
 
 // ---- looking around
 
+/** The graphics have gone: what is clicked cannot be seen. */
+export function isBlind(): boolean { return nv.gl.isContextLost(); }
 export function crosshairWorld(): Point | null { return loaded ? loaded.world(crosshair) : null; }
 export function crosshairFraction(): Point { return [...crosshair]; }
 
@@ -321,7 +325,7 @@ function markAt(view: SliceView, x: number, y: number): Mark | undefined {
 
 function down(event: PointerEvent): void {
   const [x, y] = at(event), view = viewAt(x, y);
-  if (!view || drag) return;
+  if (!view || drag || isBlind()) return;
   event.preventDefault();
   byId(`pane-${view.name}`).focus({ preventScroll: true });
   overlay().setPointerCapture(event.pointerId);
@@ -330,7 +334,8 @@ function down(event: PointerEvent): void {
   else if (event.button === 0) {
     const mark = markAt(view, x, y);
     if (mark && !event.ctrlKey) {
-      drag = { kind: 'click', object: mark.object, index: mark.index, view, x, y, moved: false, at: loaded!.fraction(mark.click.point) };
+      drag = { kind: 'click', object: mark.object, index: mark.index, view, x, y, moved: false,
+        at: loaded!.fraction(mark.click.point), was: mark.click.point };
       setView({ click: { object: mark.object, index: mark.index }, active: mark.object });
     } else
       drag = { kind: 'press', x, y, view, shift: event.shiftKey, look: event.ctrlKey || event.metaKey, moved: false };
@@ -381,7 +386,7 @@ function up(event: PointerEvent): void {
       // Shift turns the tool round, so that one hand on the keyboard is enough with either.
       listener.click(world, (page.view.tool === 'inside') === done.shift ? 'outside' : 'inside');
     else setView({ click: null });
-  } else if (done.kind === 'click' && done.moved) listener.moveClick(done.object, done.index, loaded.world(done.at));
+  } else if (done.kind === 'click' && done.moved) listener.moveClick(done.object, done.index, loaded.world(done.at), done.was);
   draw({});
 }
 

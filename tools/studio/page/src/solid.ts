@@ -3,6 +3,7 @@
 import type { Point } from './protocol';
 import { byId } from './dom';
 import { colourMap, rangeOf } from './colours';
+import { GRAPHICS_LOST, showError } from './messages';
 import { drawMark } from './slice_drawing';
 import { page } from './state';
 import { surfaces, type Shown } from './surfaces';
@@ -57,9 +58,11 @@ export function startSolid(pick: (world: Point) => void, where: () => Point | nu
   ['point', 'normal', 'colour'].forEach((name, k) => gl.bindAttribLocation(program, k, name));
   gl.linkProgram(program);
   if (!gl.getProgramParameter(program, gl.LINK_STATUS)) throw new Error(`WebGL: ${gl.getProgramInfoLog(program)}`);
+  canvas().addEventListener('webglcontextlost', () => showError(GRAPHICS_LOST));
   const top = over();
   top.addEventListener('pointerdown', (event) => {
     event.preventDefault();
+    if (gl.isContextLost()) return;
     byId('pane-solid').focus({ preventScroll: true });
     top.setPointerCapture(event.pointerId);
     drag = { x: event.clientX, y: event.clientY, button: event.button, moved: false, pan: event.button !== 0 || event.shiftKey };

@@ -52,10 +52,9 @@ export function setView(change: Partial<View>): void {
   changed();
 }
 
-export function setState(state: State): void {
+export function setState(state: State, mayBeRestarted: boolean): void {
   // An answer that was overtaken by a later event is of no use.
-  if (page.state && state.revision < page.state.revision) return;
-  const known = new Set(page.state?.objects.map((o) => o.id));
+  if (!mayBeRestarted && page.state && state.revision < page.state.revision) return;
   const view = page.view, click = view.click;
   const selected = click ? object(click.object)?.clicks[click.index] : undefined;
   page.state = state;
@@ -63,15 +62,13 @@ export function setState(state: State): void {
   // Objects of another scan have the numbers of this one's.
   const scan = JSON.stringify([state.volume?.revision, state.volume?.path]);
   if (scan !== shownScan) { shownScan = scan; view.hidden.clear(); }
-  const added = page.state.objects.filter((o) => !known.has(o.id));
-  if (added.length && known.size) view.active = added[added.length - 1].id;
   if (!state.objects.some((o) => o.id === view.active)) view.active = state.objects.at(-1)?.id ?? null;
   if (click) view.click = placeNow(click, selected);
   changed();
 }
 let shownScan = '';
 
-/** Where a click stands now: those before it may have gone or come back. What it was is not known after a lost connection. */
+/** Where a click stands now: those before it may have gone or come back. */
 function placeNow(before: { object: number; index: number }, was: Click | undefined): View['click'] {
   const clicks = object(before.object)?.clicks ?? [], there = clicks[before.index];
   const isIt = (c: Click) => !was || (c.side === was.side && c.point.every((x, k) => x === was.point[k]));

@@ -263,8 +263,8 @@ const ACTIONS = {
     o.clicks.push({ point, side });
     evolve(o);
   },
-  move_click({ object, index: k, point }) { const o = find(object); if (!o.clicks[k]) throw new Refused(400, 'no such click'); remember(o, 'move of a click'); o.clicks.push({ ...o.clicks.splice(k, 1)[0], point }); evolve(o); },
-  delete_click({ object, index: k }) { const o = find(object); if (!o.clicks[k]) throw new Refused(400, 'no such click'); remember(o, 'deleted click'); o.clicks.splice(k, 1); evolve(o); },
+  move_click({ object, index: k, point, was }) { const o = find(object); checkClick(o, k, was); remember(o, 'move of a click'); o.clicks.push({ ...o.clicks.splice(k, 1)[0], point }); evolve(o); },
+  delete_click({ object, index: k, was }) { const o = find(object); checkClick(o, k, was); remember(o, 'deleted click'); o.clicks.splice(k, 1); evolve(o); },
   choose({ object, number }) { const o = find(object); o.chosen = number; evolve(o); },
   set_options({ object, options }) {
     if (typeof options.edge_length_mm === 'number' && options.edge_length_mm <= 0) throw new Refused(400, `edge length: expected more than 0 mm; got ${options.edge_length_mm}`);
@@ -289,6 +289,10 @@ function step(o, from, to) {
   o.clicks = last.clicks;
   o.options = last.options;
   evolve(o);
+}
+function checkClick(o, k, was) {
+  if (was && JSON.stringify(o.clicks[k]?.point) !== JSON.stringify(was)) throw new Refused(409, 'the click is not where it was');
+  if (!o.clicks[k]) throw new Refused(400, 'no such click');
 }
 function find(id) { const o = state.objects.find((x) => x.id === id); if (!o) throw new Refused(400, `there is no object ${id}`); return o; }
 
@@ -338,6 +342,7 @@ const server = createServer(async (request, response) => {
         return;
       }
       case '/mock/error': fail('phantom.nii.gz: cannot be written: no space left on device'); json({}); return;
+      case '/mock/streams': json(streams.size); return;
       case '/mock/asked': json(volumesAsked); return;
       case '/mock/mend': isBroken = false; json({}); return;
       case '/mock/cut': for (const s of streams) s.destroy(); json({}); return;

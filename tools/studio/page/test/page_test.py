@@ -367,6 +367,83 @@ def a_click_stays_selected_where_it_goes(browser):
         browser.until("studio.state.objects[0].clicks.length === 0")
 
 
+def a_click_that_is_another_one_by_now_is_left_alone(browser):
+    with Server() as server:
+        segment_something(browser, server)
+        for down in (.4, .6):
+            browser.click(*place(browser, "axial", .5, down))
+            done(browser)
+        points = browser.js("studio.state.objects[0].clicks.map((c) => c.point)")
+        browser.js("document.getElementById('pane-axial').focus()")
+        browser.key("]")
+        browser.key("ArrowRight")
+        # Twice before the first of them has come back as a state.
+        browser.js("for (let k = 0; k < 2; k++) document.activeElement.dispatchEvent(new KeyboardEvent('keydown', { key: 'm', bubbles: true }))")
+        browser.until("document.querySelector('.alert')")
+        check("not where it was" in browser.js("document.querySelector('.alert').textContent"), "told")
+        check([r["was"] for r in server.received("move_click")] == [points[0]] * 2, f"{server.received('move_click')}")
+        done(browser)
+        after = browser.js("studio.state.objects[0].clicks.map((c) => c.point)")
+        check(after[:2] == points[1:], f"the others stay: {after}, before {points}")
+        browser.key("Delete")
+        browser.until("studio.state.objects[0].clicks.length === 2")
+        check(server.received("delete_click")[-1]["was"] == after[2], "it was still selected")
+
+
+def what_another_page_adds_leaves_the_active_object(browser):
+    with Server() as server:
+        segment_something(browser, server)
+        browser.js("""fetch('/api/do', { method: 'POST', headers: { 'Content-Type': 'application/json' },
+            body: JSON.stringify({ action: 'add_object' }) })""")
+        browser.until("studio.state.objects.length === 2")
+        browser.frame()
+        check(browser.js("studio.view.active") == 1, "where the next click goes")
+
+
+def a_page_that_is_not_seen_does_not_listen(browser):
+    """A browser has six connections to a program, however many pages are open."""
+    with Server() as server:
+        segment_something(browser, server)
+
+        def see(hidden):
+            browser.js(f"Object.defineProperty(document, 'hidden', {{ value: {hidden}, configurable: true }});"
+                       "document.dispatchEvent(new Event('visibilitychange'))")
+
+        check(server.get("mock/streams") == 1, "it listens")
+        see("true")
+        end = time.time() + 10
+        while server.get("mock/streams") and time.time() < end:
+            time.sleep(0.05)
+        check(server.get("mock/streams") == 0, "not any more")
+        browser.js("""fetch('/api/do', { method: 'POST', headers: { 'Content-Type': 'application/json' },
+            body: JSON.stringify({ action: 'rename', object: 1, name: 'left' }) })""")
+        see("false")
+        browser.until("studio.state.objects[0].name === 'left' && studio.connected")
+        see("false")
+        check(server.get("mock/streams") == 1, "it listens again, once")
+        browser.click(*place(browser, "axial", .5, .4))
+        browser.until("studio.state.objects[0].clicks.length === 2")
+        done(browser)
+
+
+def clicks_wait_where_the_graphics_are_lost(browser):
+    with Server() as server:
+        segment_something(browser, server)
+        for canvas in ("slices", "solid"):
+            browser.js(f"document.getElementById('{canvas}').getContext('webgl2').getExtension('WEBGL_lose_context').loseContext()")
+            browser.until("document.querySelector('.alert')")
+            check("reload the page" in browser.js("document.querySelector('.alert').textContent"), canvas)
+            browser.press(".alert button")
+        crosshair = browser.js("studio.crosshair")
+        for pane in ("axial", "coronal"):
+            browser.click(*place(browser, pane, .4, .4))
+        browser.key("Enter")
+        browser.press("#pane-solid")
+        browser.frame()
+        check(len(server.received("click")) == 1, "nobody sees what is clicked")
+        check(browser.js("studio.crosshair") == crosshair, "nor looked at")
+
+
 def objects_and_proposals(browser):
     with Server() as server:
         segment_something(browser, server)
@@ -476,6 +553,27 @@ def options_are_applied_together(browser):
         browser.picture("error")
         browser.press(".alert button")
         check(browser.js("document.querySelectorAll('.alert').length") == 0, "dismissed")
+
+
+def options_that_are_typed_meanwhile_are_kept(browser):
+    with Server() as server:
+        segment_something(browser, server)
+        browser.press("#tab-options")
+        browser.press("#option-edge_length_mm")
+        browser.type("1.5")
+        # Until answered() is called no answer comes.
+        browser.js("""(() => { const asked = window.fetch, waits = new Promise((go) => { window.answered = go; });
+            window.fetch = async (...words) => { const answer = await asked(...words); await waits; return answer; }; })()""")
+        browser.press("#apply-options")
+        browser.until("studio.state.objects[0].options.edge_length_mm === 1.5")
+        browser.press("#option-smoothing")
+        browser.type("3")
+        browser.js("answered()")
+        done(browser)
+        check(browser.js("document.getElementById('option-smoothing').value") == "3", "still there")
+        browser.press("#apply-options")
+        browser.until("studio.state.objects[0].options.smoothing === 3")
+        check(server.received("set_options")[-1]["options"] == {"edge_length_mm": 1.5, "smoothing": 3}, "and applied")
 
 
 def an_option_that_was_set_is_reset(browser):
@@ -646,8 +744,9 @@ def dark_light_help_and_no_foreign_requests(browser):
 TESTS = [clicks_land_in_the_voxel_that_is_seen, clicking_dragging_deleting_and_undoing,
          of_many_clicks_the_newest_are_listed, the_view_moves_by_mouse_and_keyboard,
          the_3d_view_turns_while_the_surface_evolves, a_click_is_moved_by_the_keyboard, a_click_stays_selected_where_it_goes,
-         objects_and_proposals, proposals_are_drawn_although_they_come_before_the_volume,
-         what_was_hidden_in_one_scan_is_seen_in_the_next, options_are_applied_together, an_option_that_was_set_is_reset,
+         a_click_that_is_another_one_by_now_is_left_alone, what_another_page_adds_leaves_the_active_object,
+         a_page_that_is_not_seen_does_not_listen, clicks_wait_where_the_graphics_are_lost, objects_and_proposals, proposals_are_drawn_although_they_come_before_the_volume,
+         what_was_hidden_in_one_scan_is_seen_in_the_next, options_are_applied_together, options_that_are_typed_meanwhile_are_kept, an_option_that_was_set_is_reset,
          files_are_exported_and_overwritten_after_a_question,
          files_are_listed_where_no_volume_is_open, errors_and_a_lost_connection_are_told,
          the_volume_of_a_program_that_was_started_anew_is_shown,
