@@ -30,15 +30,30 @@ Box box_of(const volume::Volume& volume) {
   return {lower, upper};
 }
 
-/// What is shown: box and margin, as far as the volume goes.
-Box shown_box(const Triangles& surface, const std::vector<Mark>& marks,
-              const volume::Volume& volume, const Vector<3>& center) {
+/// Half the extent of a voxel along a world axis.
+double half_voxel(const volume::Volume& volume, int axis) {
+  return 0.5 * volume.index_to_world().linear().row(axis).cwiseAbs().sum();
+}
+
+/// Where slices through the point are cut. Clicks and surfaces may lie as far out as the border
+/// voxels' faces, values only reach to their centres.
+Vector<3> cut_at(const Vector<3>& point, const volume::Volume& volume) {
+  constexpr double kRounding = 1e-6;  // of half a voxel
   const Box whole = box_of(volume);
-  if (!whole.contains(center))
+  Vector<3> margin;
+  for (int axis = 0; axis < 3; ++axis) margin[axis] = (1 + kRounding) * half_voxel(volume, axis);
+  if (!Box(whole.min() - margin, whole.max() + margin).contains(point))
     throw UsageError(fmt::format(
         "slices through {:.1f},{:.1f},{:.1f} mm (RAS) miss the volume; are the surface and the "
         "volume of the same scan and space?",
-        center[0], center[1], center[2]));
+        point[0], point[1], point[2]));
+  return point.cwiseMax(whole.min()).cwiseMin(whole.max());
+}
+
+/// What is shown: box and margin, as far as the volume goes.
+/// @param center  in the volume
+Box shown_box(const Triangles& surface, const std::vector<Mark>& marks,
+              const volume::Volume& volume, const Vector<3>& center) {
   Box box(center, center);
   for (const auto point : surface.points.rowwise()) box.extend(Vector<3>(point.transpose()));
   const Vector<3> margin = Vector<3>::Constant(0.5 * box.sizes().maxCoeff());
@@ -47,12 +62,7 @@ Box shown_box(const Triangles& surface, const std::vector<Mark>& marks,
     box.extend(mark.point_ras_mm - kMarkMargin * margin);
     box.extend(mark.point_ras_mm + kMarkMargin * margin);
   }
-  return box.intersection(whole);
-}
-
-/// Half the extent of a voxel along a world axis.
-double half_voxel(const volume::Volume& volume, int axis) {
-  return 0.5 * volume.index_to_world().linear().row(axis).cwiseAbs().sum();
+  return box.intersection(box_of(volume));
 }
 
 void check(int width, const std::optional<std::array<double, 2>>& window) {
@@ -119,7 +129,7 @@ std::vector<Mark> marks_of_slice(int n, const SheetOptions& options, double lowe
 Picture draw_slices(const Triangles& surface, const volume::Volume& volume,
                     const SliceOptions& options) {
   check(options.width, options.window);
-  const Vector<3> center = options.center_ras_mm.value_or(mesh::centroid(surface));
+  const Vector<3> center = cut_at(options.center_ras_mm.value_or(mesh::centroid(surface)), volume);
   const Box box = shown_box(surface, options.marks, volume, center);
   double total_mm = 0;
   for (const View& view : kViews) total_mm += box.sizes()[view.across];
@@ -150,16 +160,15 @@ Picture draw_sheet(const Triangles& surface, const volume::Volume& volume,
                    const SheetOptions& options) {
   check_sheet(options);
   const View& view = kViews[static_cast<int>(options.plane)];
-  Vector<3> center = mesh::centroid(surface);
+  Vector<3> center = cut_at(mesh::centroid(surface), volume);
   const Box box = shown_box(surface, options.marks, volume, center);
   const int n_pixels = (options.width + kGap) / options.columns - kGap;  // of one slice
   const double mm_per_pixel = box.sizes()[view.across] / n_pixels;
   const int n_slices = options.n_slices, rows = (n_slices + options.columns - 1) / options.columns;
   const Box whole = box_of(volume);
-  const double lower =
-      std::max(surface.points.col(view.normal).minCoeff(), whole.min()[view.normal]);
-  const double upper =
-      std::min(surface.points.col(view.normal).maxCoeff(), whole.max()[view.normal]);
+  const double first = whole.min()[view.normal], last = whole.max()[view.normal];
+  const double lower = std::clamp(surface.points.col(view.normal).minCoeff(), first, last);
+  const double upper = std::clamp(surface.points.col(view.normal).maxCoeff(), first, last);
 
   std::vector<SliceView> slices;
   for (int n = 0; n < n_slices; ++n) {

@@ -19,7 +19,8 @@ struct Mark {
 };
 
 struct SliceOptions {
-  /// Point all three slices pass through [mm, RAS]; the surface's centroid if absent.
+  /// Point all three slices pass through [mm, RAS]; the surface's centroid if absent. Where it is
+  /// farther out than the centre of a border voxel, through that.
   std::optional<Vector<3>> center_ras_mm = {};
   /// Values shown as black and white; if absent the 0.5 and 99.5 percentiles of the values in
   /// the shown part.

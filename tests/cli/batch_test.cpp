@@ -234,6 +234,20 @@ TEST_F(Batch, ALabelThatIsNotInTheReferenceIsNoDice) {
   EXPECT_TRUE(objects[1]["dice"].is_null());
 }
 
+TEST_F(Batch, AMeshIsAReferenceAndWhatIsNoneStopsNoCase) {
+  make("1.nii.gz");
+  must({"segment", "1.nii.gz", "--seed", "0,0,0", "-o", "m.stl", "-q"});
+  put("no.nii.gz", "no label map");
+  put("list.tsv",
+      "name\tscan\tclicks\treference\na\t1.nii.gz\t0,0,0\tm.stl\nb\t1.nii.gz\t0,0,0\tno.nii.gz\n");
+  const Outcome outcome = batch();
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_GT(json(anat("a", "surfseg.json"))["dice"], 0.99);
+  const auto summary = json(anat("b", "surfseg.json"));
+  EXPECT_TRUE(summary["dice"].is_null());
+  EXPECT_TRUE(summary["reference"].contains("not_compared"));
+}
+
 TEST_F(Batch, ShardsTogetherDoAllAndCollectShowsThem) {
   make_list();
   const Outcome first = batch({"--shard", "1/2"});
@@ -249,6 +263,10 @@ TEST_F(Batch, ShardsTogetherDoAllAndCollectShowsThem) {
   EXPECT_EQ(bytes("out/group.tsv"), table);
   EXPECT_EQ(table.find("not run"), std::string::npos);
   EXPECT_EQ(batch({"--shard", "7/8"}).exit_code, 0) << "a part without a case";
+  const Outcome of_many = batch({"--shard", "2/20000"});
+  EXPECT_EQ(of_many.exit_code, 0) << of_many.err;
+  EXPECT_TRUE(has(of_many, "[1/1] b: is done already")) << of_many.err;
+  EXPECT_EQ(batch({"--shard", "10000/20000"}).exit_code, 0);
   EXPECT_EQ(batch({"--shard", "3/2"}).exit_code, 2);
   EXPECT_EQ(batch({"--shard", "0/2"}).exit_code, 2);
   EXPECT_EQ(batch({"--jobs", "0"}).exit_code, 2);
@@ -459,6 +477,12 @@ INSTANTIATE_TEST_SUITE_P(
         std::pair{"name\tscan\trecipe\tframe-index\na\tv\tr.json\t-1\n",
                   "list.tsv:2: --frame-index: expected 0 or more"},
         std::pair{"name\tscan\tclicks\treference-label\na\tv\t1,2,3\t1.5\n", "expected a label"},
+        std::pair{"name\tscan\tclicks\treference-label\na\tv\tl: 1,2,3; r: 4,5,6\t2\n",
+                  "list.tsv:2: reference-label: several objects have the labels 1, 2"},
+        std::pair{"name\tscan\tclicks\treference\na\tv\tl: 1,2,3; r: 4,5,6\t{object}.nii\n",
+                  "list.tsv:2: reference: {object}.nii: one file tells of all objects"},
+        std::pair{"name\tscan\tclicks\toutside\na\tv\tl: 1,2,3; r: 4,5,6\t7,8,9\n",
+                  "list.tsv:2: outside: of which of the objects?"},
         std::pair{"name\tscan\tclicks\tbox\na\tv\t1,2,3\t1,2,3\n", "list.tsv:2: --box"}));
 
 // Stopped at a limit there is a result; where no object was found there is none.

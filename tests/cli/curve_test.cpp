@@ -510,6 +510,8 @@ const std::vector<Row> kRows = {
     {"ContourMissing", start({"--contour", "gone.json"}), 3, "gone.json: cannot be read"},
     {"ContourBroken", start({"--contour", "broken.json"}), 3, "not GeoJSON"},
     {"ContourCrossed", start({"--contour", "crossed.csv"}), 3, "crossed.csv: "},
+    {"ContourIsCandidate", start({"--contour", "out.candidate-1.json", "--candidates"}), 2,
+     "out.candidate-1.json: is --contour too"},
     {"ContourEnding", start({"--contour", "c.svg"}), 2, "ends in .json or .csv"},
     {"GridWithoutEnergy",
      {"segment", "good.tif", "-o", "out.json", "--seeds-grid", "9px"},

@@ -1,4 +1,6 @@
 // Several objects on one command line.
+#include <fmt/format.h>
+
 #include "libsurf/io/read_surface.h"
 #include "libsurf/mesh/difference.h"
 #include "libsurf/mesh/rasterize.h"
@@ -91,6 +93,34 @@ TEST_F(ObjectsProgram, WritesEachAndOneMapOfLabels) {
   EXPECT_NE(config.err.find("--recipe"), std::string::npos) << config.err;
 }
 
+TEST_F(ObjectsProgram, AReferenceOfEachObjectIsItsOwnFile) {
+  make_pair();
+  for (const auto& [name, seed] : {std::pair{"left", "-9,0,0"}, {"right", "9,0,0"}})
+    must({"segment", "v.nii.gz", "--seed", seed, "-o", "s.stl", "--mask",
+          std::string(name) + ".nii.gz", "-q"});
+  const auto references = [&](const Words& more) {
+    Words words = two({"-o", "{object}.stl", "--json", "s.json", "--reference", "{object}.nii.gz"});
+    words.insert(words.end(), more.begin(), more.end());
+    must(words);
+    const auto objects = json("s.json")["objects"];
+    return std::vector{objects[0]["reference"], objects[1]["reference"]};
+  };
+  for (const auto& reference : references({})) {
+    EXPECT_GT(reference.value("dice", 0.0), 0.9) << reference;
+    EXPECT_TRUE(reference["label"].is_null());
+  }
+  for (const auto& reference : references({"--reference-label", "1"})) {
+    EXPECT_GT(reference.value("dice", 0.0), 0.9) << reference;
+    EXPECT_EQ(reference["label"], 1);
+  }
+  for (const auto& reference : references({"--reference-label", "2"}))
+    EXPECT_TRUE(reference.contains("not_compared")) << reference;
+  const Outcome refused =
+      run(two({"-o", "{object}.stl", "--reference", "left.nii.gz", "--reference-label", "1"}));
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_NE(refused.err.find("put {object} into its name"), std::string::npos) << refused.err;
+}
+
 // In one ball there is no edge between the two: the first has all but a dent round the other's
 // click.
 TEST_F(ObjectsProgram, WritesTheOthersWhereOneFails) {
@@ -131,6 +161,12 @@ TEST_F(ObjectsProgram, RefusesWhatCannotBe) {
            "{object}.stl"},
           "--seed: comes before the first --object");
   refused({"segment", "v.nii.gz", "--seed", "0,0,0", "-o", "{object}.stl"}, "there is no --object");
+  for (const auto& [option, value] :
+       {std::pair{"outside", "0,9,0"}, {"box", "-15,-9,-9,9,9,9"}, {"marks", "m.nii"}}) {
+    write("c.json", fmt::format(R"({{"{}": ["{}"]}})", option, value));
+    refused(two({"-o", "{object}.stl", "--config", path("c.json")}),
+            fmt::format("--{}: a config does not hold whose clicks are whose", option));
+  }
   EXPECT_EQ(files().size(), 1u);
 }
 

@@ -15,6 +15,7 @@
 #include "libsurf/volume/read_volume.h"
 #include "libsurf/volume/write_volume.h"
 #include "tests/cli/ball.h"
+#include "tools/common/outputs.h"
 
 namespace surfseg::test {
 namespace {
@@ -366,6 +367,14 @@ TEST_F(Segment, TakesAwayTheCandidatesOfARunBefore) {
     EXPECT_EQ(exists("s.candidate-" + std::to_string(k) + ".stl"), k <= n) << k;
 }
 
+TEST_F(Segment, TakesAwayNoCandidatesWhereItLooksForNone) {
+  make_ball();
+  write("files/s.candidate-1.stl", "of a run before");
+  must({"segment", "ball.nii.gz", "--initial", "ball.nii.gz", "--energy", "minimal-surface", "-o",
+        "s.stl", "--candidates", "-q"});
+  EXPECT_EQ(bytes("s.candidate-1.stl"), "of a run before");
+}
+
 TEST_F(Segment, SaysThatASummaryDoesNotHoldTheOrderOfClicks) {
   make_ball();
   must({"segment", "ball.nii.gz", "--seed", "0,0,0", "--outside", "0,17,0", "--seed", "0,2,0", "-o",
@@ -375,18 +384,30 @@ TEST_F(Segment, SaysThatASummaryDoesNotHoldTheOrderOfClicks) {
       << outcome.err;
 }
 
+// In a container every program has the same number.
+TEST_F(Segment, WhatAKilledCheckOfAFolderHasLeftIsInNobodysWay) {
+  write("files/.surfseg-" + std::to_string(::getpid()) + "-probe", "");
+  EXPECT_NO_THROW(check_outputs({{"-o", file("s.stl")}}));
+  EXPECT_EQ(files().size(), 1u);
+}
+
 // What a run reads it does not write over.
 TEST_F(Segment, OutputsAreNoInputs) {
   make_ball();
   must({"segment", "ball.nii.gz", "--seed", "0,0,0", "-o", "s.stl", "--mask", "m.nii.gz", "--json",
         "s.json", "-q"});
   write("files/points.txt", "0 0 0\n1 0 0\n0 1 0\n0 0 1\n1 1 1\n");
+  for (const char* name : {"t.candidate-2.stl", "a.candidate-1.stl"})
+    write(std::string("files/") + name, bytes("s.stl"));
   const std::vector<Words> all = {
       {"--marks", "m.nii.gz", "--mask", "m.nii.gz", "-o", "t.stl"},
       {"--reference", "m.nii.gz", "--mask", "m.nii.gz", "--seed", "0,0,0", "-o", "t.stl"},
       {"--initial", "s.stl", "--energy", "area", "-o", "s.stl"},
       {"--landmarks", "points.txt", "--energy", "area", "-o", "t.stl", "--json", "points.txt"},
-      {"--config", "s.json", "-o", "t.stl", "--recipe", "s.json"}};
+      {"--config", "s.json", "-o", "t.stl", "--recipe", "s.json"},
+      {"--initial", "t.candidate-2.stl", "-o", "t.stl", "--candidates"},
+      {"--reference", "a.candidate-1.stl", "--object", "a", "--seed", "0,0,0", "-o", "{object}.stl",
+       "--candidates"}};
   for (const Words& words : all) {
     Words command = {"segment", "ball.nii.gz"};
     command.insert(command.end(), words.begin(), words.end());

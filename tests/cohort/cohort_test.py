@@ -69,6 +69,8 @@ class Needs(InAFolder):
         for n in range(3):
             (FOLDER / f"dicom/{n}.dcm").write_bytes(bytes(1000))
         self.assertEqual(cohort.voxels(FOLDER / "dicom"), 1500)
+        (FOLDER / "dicom/1.dcm").write_bytes(bytes(128) + b"DICM" + bytes(868))  # the others are read along with it
+        self.assertEqual(cohort.voxels(FOLDER / "dicom/1.dcm"), 1500)
         pathlib.Path("cut.nii.gz").write_bytes(gzip.compress(bytes(range(256)) * 99)[:40])
         self.assertEqual(cohort.voxels(FOLDER / "cut.nii.gz"), 0)
         damaged = bytearray(gzip.compress(os.urandom(9000)))
@@ -219,6 +221,30 @@ class Rules(InAFolder):
         program = FOLDER / "program"
         program.write_text(program.read_text().replace("surfseg of the test", "surfseg of tomorrow"))
         self.assertFalse(self.read("done").jobs[0].is_done())
+
+    def test_results_that_have_gone_are_made_again(self):
+        one = self.read("done", "done")
+        self.run_job(one)
+        self.assertTrue(one.jobs[0].is_done())
+        shutil.rmtree("out/sub-c1")
+        self.assertFalse(one.jobs[0].is_done())
+
+    @unittest.skipUnless(shutil.which("snakemake"), "snakemake is missing")
+    def test_results_that_have_gone_are_made_again_by_snakemake(self):
+        self.read("done", "done")
+
+        def run():
+            """Which cases were run."""
+            pathlib.Path("ran.txt").write_text("")
+            subprocess.run(["snakemake", "-s", os.path.join(os.environ["SURFSEG_COHORT"], "Snakefile"), "-c", "1", "--config",
+                            "list=list.tsv", "output=out", f"surfseg={FOLDER / 'program'}"], capture_output=True, check=True)
+            return sorted(pathlib.Path("ran.txt").read_text().split())
+
+        self.assertEqual(run(), ["c0", "c1"])
+        self.assertEqual(run(), [])
+        shutil.rmtree("out/sub-c1")
+        self.assertEqual(run(), ["c1"])
+        self.assertEqual(run(), [])
 
     def test_a_job_is_done_until_what_is_read_along_with_its_scan_changes(self):
         for scan, (header, beside) in DETACHED.items():

@@ -33,6 +33,11 @@ dpkg-deb -x "$deb" "$root"
 if readelf -d "$root"/usr/bin/* "$root"/usr/lib/*.so* | grep -E 'R(UN)?PATH'; then
   fail "a file has a search path of its own"
 fi
+man=$root/usr/share/man/man1
+for page in "$man"/*; do
+  n_named=$(zcat "$page" | sed -n '/^\.SH "SEE ALSO"/,$p' | grep -c '^\.BR ' || true)
+  [ "$n_named" = $(($(find "$man" -type f | wc -l) - 1)) ] || fail "$page: SEE ALSO names $n_named pages"
+done
 # The loader's path stands for /usr/lib, which a real installation has.
 export LD_LIBRARY_PATH=$root/usr/lib
 [ "$("$root/usr/bin/surfseg" --version)" = "surfseg $version" ] || fail "another version"

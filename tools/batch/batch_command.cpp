@@ -39,7 +39,7 @@ Shard parse_shard(const std::string& text) {
   Shard out;
   if (text.empty()) return out;
   int end = 0;
-  if (std::sscanf(text.c_str(), "%4d/%4d%n", &out.index, &out.count, &end) != 2 ||
+  if (std::sscanf(text.c_str(), "%9d/%9d%n", &out.index, &out.count, &end) != 2 ||
       std::size_t(end) != text.size() || out.index < 1 || out.index > out.count)
     throw UsageError(
         fmt::format("--shard: expected I/N with I from 1 to N, such as 2/8; got '{}'", text));

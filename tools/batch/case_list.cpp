@@ -13,6 +13,7 @@
 #include "libsurf/base/nearest_name.h"
 #include "tools/batch/table.h"
 #include "tools/common/config.h"
+#include "tools/common/objects.h"
 #include "tools/common/program.h"
 #include "tools/surfseg/commands.h"
 
@@ -112,6 +113,7 @@ class RowReader {
     if (out.scan.empty()) throw UsageError("scan: a volume is missing");
     out.recipe = file(taken(row, "recipe"), out);
     out.reference = file(taken(row, "reference"), out);
+    check_is_of_all("reference", out.reference);
     out.reference_label = taken(row, "reference-label");
     if (out.reference_label.find_first_not_of("0123456789") != std::string::npos ||
         out.reference_label.size() > 9)
@@ -162,12 +164,24 @@ class RowReader {
     out.space = out.settings["space"];
     out.clicks = parse_clicks(taken(row, "clicks"));
     if (!out.clicks.file.empty()) out.clicks.file = file(out.clicks.file, out);
+    if (out.clicks.objects.size() > 1) check_several(row);
     for (const auto& [column, text] : out.settings)
       if (options_.has(column) && column != "space" && column != "outside")
         add_option(column, text, out);
     const auto outside = point_words("outside", taken(row, "outside"));
     out.clicks.words.insert(out.clicks.words.end(), outside.begin(), outside.end());
     check(out);
+  }
+
+  /// What would be of the last object alone.
+  static void check_several(const TableRow& row) {
+    if (!taken(row, "outside").empty())
+      throw UsageError(
+          "outside: of which of the objects? Write each point with ! behind the object in the cell "
+          "of clicks, such as liver: 12,-30,44; !20,-30,44; kidney: 60,10,2");
+    if (!taken(row, "reference-label").empty())
+      throw UsageError(
+          "reference-label: several objects have the labels 1, 2, ...; leave it empty");
   }
 
   void add_option(const std::string& column, const std::string& text, Case& out) const {

@@ -26,8 +26,8 @@ struct Case {
   ClicksCell clicks;
   std::string space;
   std::vector<std::string> options;  ///< further words of `surfseg segment` or `replay`
-  std::string reference;             ///< label map to compare with
-  std::string reference_label;       ///< a number; empty = all labels
+  std::string reference;             ///< mesh or label map to compare with
+  std::string reference_label;       ///< a number; empty = all labels; of one object
   std::vector<std::string> files;    ///< all that are read, but for those of presets
 };
 

@@ -33,7 +33,7 @@ inline constexpr std::array<Metric, 8> kMetrics = {
       "Share of the area where no edge was found in the image", true},
      {"likelihood", "Likelihood", "", "Of being right, as the verdict has it", true},
      {"border_share", "Share on the border", "", "Share of the area on the volume's border", false},
-     {"dice", "Dice", "", "Overlap with the reference label map", false}}};
+     {"dice", "Dice", "", "Overlap with the reference", false}}};
 constexpr std::size_t kNMetrics = kMetrics.size();
 
 /// Where |z| exceeds it a case is an outlier (Iglewicz and Hoaglin).

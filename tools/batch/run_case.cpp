@@ -17,15 +17,11 @@
 
 #include "libsurf/base/error.h"
 #include "libsurf/base/file.h"
-#include "libsurf/io/read_surface.h"
-#include "libsurf/mesh/overlap.h"
-#include "libsurf/volume/read_volume.h"
 #include "tools/batch/derivatives.h"
 #include "tools/batch/fingerprint.h"
 #include "tools/batch/partial_folder.h"
 #include "tools/batch/table.h"
 #include "tools/common/html.h"
-#include "tools/common/objects.h"
 #include "tools/common/program.h"
 #include "tools/common/report.h"
 #include "tools/common/signals.h"
@@ -71,6 +67,12 @@ void drop_measured(ordered_json& json) {
     for (const char* key : {"time_s", "cpu_s", "stages", "peak_memory_mb"}) json.erase(key);
   if (json.is_structured())
     for (ordered_json& entry : json) drop_measured(entry);
+}
+
+/// Null where there is no reference, or it could not be compared.
+ordered_json dice_of(const ordered_json& summary) {
+  const auto reference = summary.find("reference");
+  return reference == summary.end() ? ordered_json() : reference->value("dice", ordered_json());
 }
 
 /// All that was written of it is there, from what is_same says of its summary.
@@ -224,7 +226,6 @@ class CaseRun {
 
   /// What is beside the files of the verb.
   void finish() {
-    if (!row_.reference.empty()) compare();
     if (!row_.recipe.empty()) fs::copy_file(row_.recipe, at(files_->recipe));
     if (!fs::exists(at(files_->labels))) return;
     ordered_json sidecar = {{"Sources", {row_.settings.at("scan")}}};
@@ -235,24 +236,6 @@ class CaseRun {
     for (std::size_t n = 0; n < objects_.size(); ++n)
       table += fmt::format("{}\t{}\n", n + 1, objects_[n]);
     surf::write_bytes(at(files_->label_names), table);
-  }
-
-  /// Dice of each surface and its label.
-  void compare() {
-    const surf::volume::Volume labels = surf::volume::read_volume(row_.reference);
-    for (std::size_t n = 0; n < std::max<std::size_t>(1, objects_.size()); ++n) {
-      const bool is_one = objects_.size() <= 1;
-      const std::string path = at(object_path(files_->surface, is_one ? "" : objects_[n]));
-      std::optional<int> label;
-      if (!row_.reference_label.empty()) label = std::stoi(row_.reference_label);
-      if (!is_one) label = int(n + 1);
-      dice_.emplace_back();
-      if (!fs::exists(path)) continue;
-      const surf::mesh::Overlap shared =
-          surf::mesh::overlap(surf::io::read_surface(path), labels, label);
-      if (shared.second_mm3 > 0)
-        dice_.back() = shared.dice();  // else the verb says why there is none
-    }
   }
 
   /// What the verb has written, and what the report needs besides.
@@ -268,14 +251,10 @@ class CaseRun {
     of_verb.erase("surfseg");
     of_verb.erase("exit_code");
     out.update(of_verb);
-    const auto dice_of = [&](std::size_t n) {
-      return n < dice_.size() && dice_[n] ? ordered_json(*dice_[n]) : ordered_json();
-    };
     if (!out.contains("objects"))
-      out["dice"] = dice_of(0);
+      out["dice"] = dice_of(out);
     else
-      for (std::size_t n = 0; n < out["objects"].size(); ++n)
-        out["objects"][n]["dice"] = dice_of(n);
+      for (ordered_json& object : out["objects"]) object["dice"] = dice_of(object);
     return out;
   }
 
@@ -325,7 +304,6 @@ class CaseRun {
   PartialFolder partial_;
   std::vector<std::string> objects_;
   std::optional<CaseFiles> files_;
-  std::vector<std::optional<double>> dice_;
 };
 
 /// From the same row, whatever its files hold by now.

@@ -43,6 +43,10 @@ def data_files(start, folder):
     return paths
 
 
+def is_dicom(start):
+    return start[128:132] == b"DICM"
+
+
 def files_beside(path, is_scan):
     """Of a folder, or a scan that is one file of a DICOM series, the newest; of a header or half of a pair the others."""
     try:
@@ -50,7 +54,7 @@ def files_beside(path, is_scan):
             return newest(path)
         with open(path, "rb") as file:
             start = file.read(2**18)
-        if is_scan and start[128:132] == b"DICM":
+        if is_scan and is_dicom(start):
             return newest(path.parent)
         others = data_files(os.fsdecode(start), path.parent)
         if half := re.fullmatch(r"(.+)\.(?:hdr|img)(?:\.gz)?", path.name, re.IGNORECASE):
@@ -134,9 +138,13 @@ def bytes_of(path):
 
 
 def voxels(path):
-    """By the header; DICOM and OpenVDB, whose headers say it elsewhere, are taken to have one in every two bytes."""
+    """By the header; DICOM (with one file its whole series) and OpenVDB, whose headers say it elsewhere, are taken to have
+    one in every two bytes."""
     try:
-        size = None if path.is_dir() else nifti_size(head(path)) or text_size(head(path))
+        start = b"" if path.is_dir() else head(path)
+        if is_dicom(start):
+            return bytes_of(path.parent) // 2
+        size = nifti_size(start) or text_size(start)
         return math.prod(size) if size else bytes_of(path) // 2
     except (OSError, EOFError, zlib.error):
         return 0
@@ -149,6 +157,7 @@ class Job:
         self.name, self.cases, self.factor = cases[0].name, cases, cohort.memory
         self.log, self.done, self.failed, self.again = (cohort.folder / f"{self.name}.{ending}"
                                                         for ending in ("log", "done", "failed", "again"))
+        self.summaries = [cohort.summary(case) for case in cases]
         self.key = json.dumps([cohort.version, cohort.options, [case.cells for case in cases]], sort_keys=True)
 
     @property
@@ -161,9 +170,12 @@ class Job:
     def minutes(self, attempt=1):
         return sum(case.minutes() for case in self.cases) * 2 ** (attempt - 1)
 
+    def has_results(self):
+        return all(summary.exists() for summary in self.summaries)
+
     def is_done(self):
         """From these rows and files, as far as their times tell."""
-        if not self.done.exists() or self.done.read_text() != self.key:
+        if not self.done.exists() or self.done.read_text() != self.key or not self.has_results():
             return False
         return all(os.path.getmtime(file) <= self.done.stat().st_mtime for file in self.files)
 

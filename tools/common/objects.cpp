@@ -37,6 +37,18 @@ void add_strokes(const std::vector<Click<Dim>>& some, std::vector<Click<Dim>>& s
                         [](const Click<Dim>& stroke) { return stroke.side == Side::kInside; });
 }
 
+/// @throws surf::UsageError  some of it is from a config
+void check_is_typed(const CLI::App& command, const std::string& option) {
+  const std::vector<CLI::Option*> typed = command.parse_order();
+  const auto n_typed = std::count_if(typed.begin(), typed.end(), [&](const CLI::Option* given) {
+    return given->check_lname(option);
+  });
+  if (command.count("--" + option) > std::size_t(n_typed))
+    throw UsageError(fmt::format(
+        "--{}: a config does not hold whose clicks are whose; use --recipe, and replay it",
+        option));
+}
+
 }  // namespace
 
 bool is_fit_for_a_file(const std::string& name) {
@@ -120,6 +132,8 @@ void check_objects(const CLI::App& command, const RunArguments& a,
     return;
   }
   check_object_names(a.objects);
+  check_is_typed(command, "object");
+  for (const char* name : kOfOneObject) check_is_typed(command, name);
   std::size_t n_begun = 0, n_seeds = 0, n_boxes = 0;
   const auto check_seeds = [&] {
     if (n_begun > 0 && n_seeds == 0)
@@ -144,9 +158,6 @@ void check_objects(const CLI::App& command, const RunArguments& a,
     if (given->check_lname("box") && ++n_boxes > 1)
       throw UsageError(fmt::format("--box: the second one of --object {}", a.objects[n_begun - 1]));
   }
-  if (n_begun < a.objects.size())
-    throw UsageError(
-        "--object: a config does not hold whose clicks are whose; use --recipe, and replay it");
   check_seeds();
   if (a.objects.size() == 1) return;
   for (const auto& [option, path] : each)

@@ -42,8 +42,8 @@ std::vector<Output> read_files(const RunArguments& a, std::vector<Output> own);
 /// object: with several they need {object}.
 /// @param each  outputs of which there is one for each object
 /// @throws surf::UsageError  a name twice or unfit for a file's name, an object without --seed or
-///                           --marks, a click before the first object, objects from a --config, two
-///                           boxes of one
+///                           --marks, a click before the first object, objects or what one of them
+///                           has from a --config, two boxes of one
 void check_objects(const CLI::App& command, const RunArguments& a, const std::vector<Output>& each);
 
 /// Whether files may have the name of an object in theirs.

@@ -1,11 +1,12 @@
 #include "tools/common/outputs.h"
 
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <unistd.h>
 
 #include <CLI/App.hpp>
 #include <cerrno>
-#include <cstdio>
+#include <cstdlib>
 #include <cstring>
 #include <filesystem>
 
@@ -21,13 +22,13 @@ namespace fs = std::filesystem;
 
 /// Permission bits do not tell for every user and file system: a file is made and removed.
 void check_folder_takes_files(const Output& output, const fs::path& folder) {
-  const std::string probe = (folder / fmt::format(".surfseg-{}-probe", ::getpid())).string();
-  std::FILE* file = std::fopen(probe.c_str(), "wbx");
-  if (!file)
+  std::string probe = (folder / ".surfseg-probe-XXXXXX").string();
+  const int descriptor = ::mkostemp(probe.data(), O_CLOEXEC);
+  if (descriptor < 0)
     throw surf::OutputError(fmt::format("{}: {}: cannot be written: {}", output.first,
                                         output.second, std::strerror(errno)));
-  std::fclose(file);
-  std::remove(probe.c_str());
+  ::close(descriptor);
+  ::unlink(probe.c_str());
 }
 
 void check_output(const Output& output) {

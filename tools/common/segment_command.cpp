@@ -5,8 +5,10 @@
 
 #include <CLI/App.hpp>
 #include <algorithm>
+#include <cstdio>
 #include <filesystem>
 #include <map>
+#include <set>
 
 #include "libsurf/base/error.h"
 #include "libsurf/base/file.h"
@@ -45,12 +47,24 @@ bool has_lost_order(const CLI::App& command, const RunArguments& a) {
   });
 }
 
+constexpr const char* kCandidate = ".candidate-";
+
 /// "organs/liver.candidate-2.stl"
 std::string candidate_path(const std::string& output, std::size_t number) {
   const std::filesystem::path path(output);
-  return (path.parent_path() /
-          fmt::format("{}.candidate-{}{}", path.stem().string(), number, path.extension().string()))
+  return (path.parent_path() / fmt::format("{}{}{}{}", path.stem().string(), kCandidate, number,
+                                           path.extension().string()))
       .string();
+}
+
+/// The number in "liver.candidate-2.stl".
+std::optional<std::size_t> candidate_number(const std::string& path) {
+  const std::string name = std::filesystem::path(path).filename().string();
+  const std::size_t at = name.rfind(kCandidate);
+  unsigned number = 0;
+  if (at == std::string::npos || std::sscanf(&name[at], ".candidate-%9u", &number) != 1)
+    return std::nullopt;
+  return number;
 }
 
 /// "; trusted: right in 65 of 69 such cases", "" if there is none.
@@ -77,6 +91,19 @@ std::string certainty_of(const surf::segment::Finished<Dim>& finished) {
 }
 
 }  // namespace
+
+std::vector<Output> candidate_outputs(const RunArguments& a, const std::string& output,
+                                      const std::vector<Output>& inputs) {
+  if (!a.candidates) return {};
+  std::set<std::size_t> numbers;
+  for (const auto& [option, input] : inputs)
+    for (const std::string& path : {input, surf::end_of_links(input)})
+      if (const auto number = candidate_number(path)) numbers.insert(*number);
+  std::vector<Output> out;
+  for (const std::size_t number : numbers)
+    out.emplace_back("-o, --candidates", candidate_path(output, number));
+  return out;
+}
 
 template <int Dim>
 std::string step_line(const std::string& stage, const surf::flow::StepRecord& record,
@@ -150,6 +177,7 @@ ordered_json SegmentCommand<Dim>::write_candidates(const surf::segment::Setting<
                                                    const SegmentedObject<Dim>& object) {
   const std::string output_path = object_path(output(), object.object.name);
   ordered_json out = ordered_json::array();
+  if (!object.object.result->search) return out;  // nothing was looked for
   // Those of a run before are no candidates of this one.
   std::error_code ignored;
   for (std::size_t n = 1; std::filesystem::remove(candidate_path(output_path, n), ignored);) ++n;

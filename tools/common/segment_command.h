@@ -139,6 +139,12 @@ class SegmentCommand {
   std::size_t max_kept_bytes_ = 0;
 };
 
+/// Of the files that --candidates may write or remove those that could be inputs, as a run before
+/// left them: for check_outputs().
+/// @param output  a pattern with {object} if there are several
+std::vector<Output> candidate_outputs(const RunArguments& a, const std::string& output,
+                                      const std::vector<Output>& inputs);
+
 /// "evolve  step 12  J ...  tau ...  triangles ...  volume ... mm^3"
 template <int Dim>
 std::string step_line(const std::string& stage, const surf::flow::StepRecord& record,

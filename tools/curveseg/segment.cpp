@@ -74,18 +74,20 @@ class SegmentCurves : public CurveCommand {
     if (!arguments_.objects.empty() && arguments_.has_initial())
       throw surf::UsageError(
           "--object: each is looked for from its own --seed, not from an initial curve");
-    check_outputs(object_outputs({{"-o", arguments_.output},
-                                  {"--mask", arguments_.mask},
-                                  {"--picture", arguments_.overlay},
-                                  {"--denoised", arguments_.denoised},
-                                  {"--start", arguments_.start},
-                                  {"--recipe", arguments_.recipe},
-                                  {"--checkpoint", checkpoint_path()},
-                                  {"--json", arguments_.json}},
-                                 arguments_.objects),
-                  read_files(arguments_, {{"the input", arguments_.image.path},
-                                          {"--contour", arguments_.contour},
-                                          {"--landmarks", arguments_.landmarks}}));
+    const std::vector<Output> inputs =
+        read_files(arguments_, {{"the input", arguments_.image.path},
+                                {"--contour", arguments_.contour},
+                                {"--landmarks", arguments_.landmarks}});
+    std::vector<Output> outputs = candidate_outputs(arguments_, arguments_.output, inputs);
+    outputs.insert(outputs.end(), {{"-o", arguments_.output},
+                                   {"--mask", arguments_.mask},
+                                   {"--picture", arguments_.overlay},
+                                   {"--denoised", arguments_.denoised},
+                                   {"--start", arguments_.start},
+                                   {"--recipe", arguments_.recipe},
+                                   {"--checkpoint", checkpoint_path()},
+                                   {"--json", arguments_.json}});
+    check_outputs(object_outputs(outputs, arguments_.objects), inputs);
     if (!arguments_.frames.empty() && !std::filesystem::is_directory(arguments_.frames))
       throw surf::OutputError(
           fmt::format("--frames: the folder {} does not exist", arguments_.frames));

@@ -18,16 +18,12 @@ set -o pipefail
   -e 's/^  $base /\\n&/' -e 's/^Positionals:/Arguments:/'
 WRAPPER
 chmod +x "$scratch/$page"
-cat > "$scratch/more" <<'MORE'
-[see also]
-.BR surfseg (1),
-.BR surfseg\-info (1),
-.BR surfseg\-segment (1),
-.BR surfseg\-phantom (1),
-.BR surfseg\-evaluate (1),
-.BR surfseg\-render (1),
-.BR curveseg (1)
-MORE
+# All other pages that are made.
+{
+  echo '[see also]'
+  sed -n 's/^surfseg_add_man_page(\([a-z-]*\) "*\([a-z]*\)"* ".*/\1-\2/p' "$(dirname "$0")/../../cmake/SurfsegManPages.cmake" |
+    sed -e 's/-$//' -e "/^$page\$/d" | sed -e 's/-/\\-/g' -e 's/.*/.BR & (1),/' -e '$s/,$//'
+} > "$scratch/more"
 help2man --no-info --name="$name" --version-string="$version" --include="$scratch/more" \
   --source="surfseg $version" --output="$scratch/$page.1" "$scratch/$page"
 mv "$scratch/$page.1" "$output"

@@ -82,6 +82,8 @@ class SegmentSurface : public SurfaceCommand {
                                 {"--reference", arguments_.reference},
                                 {"--initial", arguments_.initial.file},
                                 {"--landmarks", arguments_.initial.landmarks}});
+    const auto candidates = candidate_outputs(arguments_, arguments_.output, inputs);
+    outputs.insert(outputs.end(), candidates.begin(), candidates.end());
     check_outputs(object_outputs(outputs, arguments_.objects),
                   object_outputs(inputs, arguments_.objects));
   }
@@ -112,8 +114,11 @@ class SegmentSurface : public SurfaceCommand {
  private:
   void check_names() const {
     arguments_.SurfaceFiles::check();
-    if (!arguments_.objects.empty() && arguments_.reference_label)
-      throw surf::UsageError("--reference-label: several objects have the labels 1, 2, ...");
+    if (arguments_.objects.size() > 1 && arguments_.reference_label &&
+        !has_object(arguments_.reference))
+      throw surf::UsageError(
+          "--reference-label: several objects have the labels 1, 2, ... of one --reference; put "
+          "{object} into its name for a file of each");
     if (!arguments_.start.empty() && surf::extension(arguments_.start) != ".vtp")
       throw surf::UsageError(
           fmt::format("--start: {}: expected a name that ends in .vtp, which holds every digit",

@@ -120,7 +120,8 @@ void SurfaceCommand::measure(const surf::segment::Object<3>& object,
         report::intensities_json(surf::mesh::region_intensities(finished.shape, image()));
   if (files().reference.empty()) return;
   const std::string path = object_path(files().reference, object.name);
-  const bool is_one_label = label == 0 || surf::io::is_readable_surface(path);
+  const bool is_one_label =
+      label == 0 || has_object(files().reference) || surf::io::is_readable_surface(path);
   const std::optional<int> of = is_one_label ? files().reference_label : label;
   try {
     entry["reference"] = {{"file", path}, {"label", of ? ordered_json(*of) : ordered_json()}};

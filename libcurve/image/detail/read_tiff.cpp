@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 #include <tiffio.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <filesystem>
@@ -65,9 +66,9 @@ struct Type {
 };
 
 /// Nothing for what only libtiff's own conversion to colors reads.
-std::optional<Type> plain_type(TIFF* tiff, const Header& h) {
+std::optional<Type> plain_type(const Header& h) {
   const bool is_plain =
-      !TIFFIsTiled(tiff) && h.planar == PLANARCONFIG_CONTIG &&
+      (h.planar == PLANARCONFIG_CONTIG || h.n_samples == 1) &&
       (h.photometric == PHOTOMETRIC_MINISBLACK || h.photometric == PHOTOMETRIC_RGB);
   if (!is_plain) return std::nullopt;
   const auto is = [&](int bits, int format) {
@@ -87,16 +88,46 @@ std::optional<Type> plain_type(TIFF* tiff, const Header& h) {
   return std::nullopt;
 }
 
-void read_plain(TIFF* tiff, const Header& h, const Type& type, const std::string& path,
-                Raster& out) {
+void read_rows(TIFF* tiff, const Header& h, const Type& type, const std::string& path,
+               Raster& out) {
   const std::size_t n = std::size_t(h.width) * h.n_samples;
   std::vector<unsigned char> row(std::max<std::size_t>(TIFFScanlineSize(tiff), n * (h.n_bits / 8)));
-  out.values.reserve(n * h.height);
   for (std::uint32_t j = 0; j < h.height; ++j) {
     if (TIFFReadScanline(tiff, row.data(), j) < 0)
       throw damaged(path, "TIFF", fmt::format("row {} of {} cannot be read", j, h.height));
     type.append(row, n, out.values);
   }
+}
+
+/// Tiles side by side make a band of rows.
+void read_tiles(TIFF* tiff, const Header& h, const Type& type, const std::string& path,
+                Raster& out) {
+  std::uint32_t width = 0, height = 0;
+  TIFFGetField(tiff, TIFFTAG_TILEWIDTH, &width);
+  TIFFGetField(tiff, TIFFTAG_TILELENGTH, &height);
+  const std::size_t n_pixel = std::size_t(h.n_samples) * (h.n_bits / 8);  // bytes
+  check_promised(path, "TIFF", double(width) * height * double(n_pixel));
+  std::vector<unsigned char> tile(width * n_pixel * height), band;
+  if (tile.empty() || TIFFTileSize(tiff) != std::ssize(tile))
+    throw damaged(path, "TIFF", fmt::format("tiles of {} x {} pixels", width, height));
+  for (std::uint32_t y = 0; y < h.height; y += height) {
+    const std::size_t n_rows = std::min(height, h.height - y);
+    band.resize(n_rows * h.width * n_pixel);
+    for (std::uint32_t x = 0; x < h.width; x += width) {
+      if (TIFFReadTile(tiff, tile.data(), x, y, 0, 0) < 0)
+        throw damaged(path, "TIFF", fmt::format("the tile at {},{} cannot be read", x, y));
+      for (std::size_t j = 0; j < n_rows; ++j)
+        std::copy_n(&tile[j * width * n_pixel], std::min(width, h.width - x) * n_pixel,
+                    &band[(j * h.width + x) * n_pixel]);
+    }
+    type.append(band, n_rows * h.width * h.n_samples, out.values);
+  }
+}
+
+void read_plain(TIFF* tiff, const Header& h, const Type& type, const std::string& path,
+                Raster& out) {
+  out.values.reserve(std::size_t(h.width) * h.n_samples * h.height);
+  (TIFFIsTiled(tiff) ? read_tiles : read_rows)(tiff, h, type, path, out);
   out.n_components = h.n_samples;
   out.scalar_type = type.name;
 }
@@ -115,15 +146,20 @@ void check_blocks(TIFF* tiff, const std::string& path) {
       throw damaged(path, "TIFF", fmt::format("block {} of {} cannot be read", k, n));
 }
 
+InputError not_read(const Header& h, const std::string& path) {
+  return InputError(fmt::format(
+      "{}: TIFF is damaged or of a kind that is not read ({} bits, sample format {}, photometric "
+      "{}, planar {}, compression {}); save it as plain grey or RGB",
+      path, h.n_bits, h.sample_format, h.photometric, h.planar, h.compression));
+}
+
 void read_colors(TIFF* tiff, const Header& h, const std::string& path, Raster& out) {
+  if (h.n_bits > 8) throw not_read(h, path);  // libtiff would drop all but the upper eight
   check_blocks(tiff, path);
   TIFFSetField(tiff, TIFFTAG_ORIENTATION, ORIENTATION_TOPLEFT);  // pixels as they are stored
   std::vector<std::uint32_t> pixels(std::size_t(h.width) * h.height);
   if (!TIFFReadRGBAImageOriented(tiff, h.width, h.height, pixels.data(), ORIENTATION_TOPLEFT, 1))
-    throw InputError(fmt::format(
-        "{}: TIFF is damaged or of a kind that is not read ({} bits, sample format {}, photometric "
-        "{}, compression {}); save it as plain grey or RGB",
-        path, h.n_bits, h.sample_format, h.photometric, h.compression));
+    throw not_read(h, path);
   out.values.reserve(pixels.size());
   for (const std::uint32_t pixel : pixels)
     out.values.push_back(luminance(TIFFGetR(pixel), TIFFGetG(pixel), TIFFGetB(pixel)));
@@ -166,7 +202,7 @@ Raster read_tiff(const std::string& path, int page) {
   check_size(header, path);
   out.size = {int(header.width), int(header.height)};
   out.spacing_mm = spacing_of(tiff.get());
-  if (const auto type = plain_type(tiff.get(), header))
+  if (const auto type = plain_type(header))
     read_plain(tiff.get(), header, *type, path, out);
   else
     read_colors(tiff.get(), header, path, out);

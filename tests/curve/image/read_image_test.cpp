@@ -233,6 +233,53 @@ TEST_F(ReadImage, TiffOfAnyOrientationTypeAndSize) {
   EXPECT_EQ(read_image(path("t.tif")).values(), (std::vector<float>{0.5, -2, 0, 0}));
 }
 
+// libtiff's own conversion to colours keeps the upper byte alone.
+TEST_F(ReadImage, TiffOfSixteenBitsIsReadWholeOrRefused) {
+  constexpr int kWidth = 40, kHeight = 21, kTile = 16;
+  const auto value = [](int x, int y, int sample) { return 1000 + x + 100 * y + 7 * sample; };
+  const auto write_tiles = [&](int n_samples, int photometric, int planar) {
+    TIFF* tiff = TIFFOpen(path("t.tif").c_str(), "w");
+    TIFFSetField(tiff, TIFFTAG_IMAGEWIDTH, kWidth);
+    TIFFSetField(tiff, TIFFTAG_IMAGELENGTH, kHeight);
+    TIFFSetField(tiff, TIFFTAG_BITSPERSAMPLE, 16);
+    TIFFSetField(tiff, TIFFTAG_SAMPLESPERPIXEL, n_samples);
+    TIFFSetField(tiff, TIFFTAG_PHOTOMETRIC, photometric);
+    TIFFSetField(tiff, TIFFTAG_PLANARCONFIG, planar);
+    TIFFSetField(tiff, TIFFTAG_COMPRESSION, COMPRESSION_LZW);
+    TIFFSetField(tiff, TIFFTAG_TILEWIDTH, kTile);
+    TIFFSetField(tiff, TIFFTAG_TILELENGTH, kTile);
+    const int n_planes = planar == PLANARCONFIG_CONTIG ? 1 : n_samples,
+              n_together = n_samples / n_planes;
+    for (int plane = 0; plane < n_planes; ++plane)
+      for (int y = 0; y < kHeight; y += kTile)
+        for (int x = 0; x < kWidth; x += kTile) {
+          std::vector<std::uint16_t> tile;
+          for (int j = 0; j < kTile; ++j)
+            for (int i = 0; i < kTile; ++i)
+              for (int sample = 0; sample < n_together; ++sample)
+                tile.push_back(std::uint16_t(value(x + i, y + j, plane + sample)));
+          TIFFWriteTile(tiff, tile.data(), x, y, 0, std::uint16_t(plane));
+        }
+    TIFFClose(tiff);
+  };
+  for (const int planar : {PLANARCONFIG_CONTIG, PLANARCONFIG_SEPARATE}) {
+    write_tiles(1, PHOTOMETRIC_MINISBLACK, planar);
+    const Image image = read_image(path("t.tif"));
+    EXPECT_EQ(image.source().scalar_type, "uint16");
+    EXPECT_EQ(image.size(), (std::array<int, 2>{kWidth, kHeight}));
+    for (int y = 0; y < kHeight; ++y)
+      for (int x = 0; x < kWidth; ++x)
+        ASSERT_EQ(image.value(x, y), value(x, y, 0)) << x << " " << y;
+  }
+  write_tiles(3, PHOTOMETRIC_RGB, PLANARCONFIG_CONTIG);
+  EXPECT_NEAR(read_image(path("t.tif")).value(39, 20), value(39, 20, 0) + 7 * 0.7152 + 14 * 0.0722,
+              1e-3);
+  write_tiles(3, PHOTOMETRIC_RGB, PLANARCONFIG_SEPARATE);
+  EXPECT_NE(error_of("t.tif").find("save it as plain grey"), std::string::npos);
+  write_tiles(1, PHOTOMETRIC_MINISWHITE, PLANARCONFIG_CONTIG);
+  EXPECT_NE(error_of("t.tif").find("save it as plain grey"), std::string::npos);
+}
+
 TEST_F(ReadImage, JpegWhoseDataAreMissingIsRefused) {
   const std::string whole = jpeg_of_a_ramp();
   write("end.jpg", whole.substr(0, whole.size() - 2));

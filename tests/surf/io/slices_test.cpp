@@ -175,6 +175,28 @@ TEST(CtWindow, IsLevelAndWidthOfTheConsoles) {
   for (const std::string& name : ct_windows()) EXPECT_TRUE(ct_window(name)) << name;
 }
 
+// Its faces are at 30.5 mm, the centres at 30.
+TEST(Slices, PointsInTheOuterHalfOfABorderVoxelAreCutAtItsCentre) {
+  const Triangles ball = mesh::ball({0, 0, 25}, 5, 1);
+  SliceOptions options;
+  options.width = 1200;
+  options.center_ras_mm = Vector<3>(0, 0, 30.5);
+  options.marks = {{Vector<3>(0, 0, 30.4), true}};
+  const Picture picture = draw_slices(ball, ball_volume(), options);
+  EXPECT_GE(bounds(picture, 0, 400, is_inside_mark)[1], 0);
+  options.center_ras_mm = Vector<3>(0, 0, 30);
+  EXPECT_TRUE(jpeg_bytes(picture, 90) == jpeg_bytes(draw_slices(ball, ball_volume(), options), 90));
+  options.center_ras_mm = Vector<3>(0, 0, 30.51);
+  EXPECT_THROW(draw_slices(ball, ball_volume(), options), UsageError);
+}
+
+TEST(Sheet, ShowsASurfaceInTheOuterHalfOfABorderVoxel) {
+  SheetOptions options;
+  options.window = std::array<double, 2>{-1, 1};
+  const Picture picture = draw_sheet(mesh::ball({0, 0, 30.25}, 0.2, 0.05), ball_volume(), options);
+  EXPECT_NEAR(picture.at(185, 185)[0], 128, 1) << "a value of the volume, 0";
+}
+
 TEST(Slices, RefuseASurfaceElsewhereAndAnEmptyWindow) {
   const volume::Volume volume = ball_volume();
   EXPECT_THROW(draw_slices(mesh::ball({500, 0, 0}, 10, 2), volume), UsageError);
