@@ -58,8 +58,9 @@ class Adaptation {
   Adaptation(TriMesh& mesh, const AdaptivityOptions& options)
       : mesh_(mesh), options_(options), errors_(mesh, options.integrands) {}
 
-  AdaptivityReport run(int max_rounds) {
-    for (; report_.n_rounds < max_rounds; ++report_.n_rounds) {
+  AdaptivityReport run(int max_rounds, const std::stop_token& stop) {
+    report_.may_coarsen.assign(mesh_.n_faces(), 0);
+    for (; report_.n_rounds < max_rounds && !stop.stop_requested(); ++report_.n_rounds) {
       FaceMarks marks(mesh_, marks_now());
       const int n_changes = refine(marks) + coarsen(marks);
       report_.may_coarsen = marks.flags(Mark::kCoarsen);
@@ -180,9 +181,10 @@ class Adaptation {
 
 }  // namespace
 
-AdaptivityReport adapt(TriMesh& mesh, const AdaptivityOptions& options, int max_rounds) {
+AdaptivityReport adapt(TriMesh& mesh, const AdaptivityOptions& options, int max_rounds,
+                       const std::stop_token& stop) {
   if (const std::string error = options.error(); !error.empty()) throw UsageError(error);
-  return Adaptation(mesh, options).run(max_rounds);
+  return Adaptation(mesh, options).run(max_rounds, stop);
 }
 
 }  // namespace surf::mesh

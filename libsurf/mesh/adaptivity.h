@@ -2,6 +2,7 @@
 // bisections undone where fewer do.
 #pragma once
 
+#include <stop_token>
 #include <vector>
 
 #include "libsurf/fem/adaptivity.h"
@@ -28,6 +29,9 @@ struct AdaptivityReport : fem::AdaptivityReport {
 ///
 /// Vertices stay where they are and new ones stand at midpoints; the surface is changed by the
 /// undone bisections alone, of which none turns a face by more than 60 degrees.
-AdaptivityReport adapt(TriMesh& mesh, const AdaptivityOptions& options, int max_rounds = 30);
+///
+/// @param stop  ends it before the next round
+AdaptivityReport adapt(TriMesh& mesh, const AdaptivityOptions& options, int max_rounds = 30,
+                       const std::stop_token& stop = {});
 
 }  // namespace surf::mesh

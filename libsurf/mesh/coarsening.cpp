@@ -40,8 +40,11 @@ class Coarsening {
     candidates_.push_back(vertex);
   }
 
+  /// Not where a flip has joined the ends of the bisected edge meanwhile: they would have two
+  /// edges.
   void remove(VertexHandle vertex) {
     const Birth birth = mesh_.property(marks_.birth, vertex);
+    if (mesh_.find_halfedge(birth.a, birth.b).is_valid()) return;
     const Star star = *children(mesh_, marks_, vertex);
     const FaceHandle left = mesh_.face_handle(star.spoke[0]);
     const FaceHandle right = mesh_.face_handle(star.spoke[3]);

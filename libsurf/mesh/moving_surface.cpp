@@ -353,6 +353,7 @@ bool MovingSurface::mend_mesh(int max_rounds) {
         frozen_places.push_back(centroid(mended.points, mended.elements, triangle));
     frozen_places.insert(frozen_places.end(), too_near.begin(), too_near.end());
     mesh_ = unmended;
+    if (options_.stop.stop_requested()) return false;
   }
   AdaptivityOptions sizes = adaptivity();
   sizes.gamma_coarsen = 0;
@@ -383,7 +384,7 @@ bool MovingSurface::mend_apart_from(const std::vector<Vector<3>>& places, double
                                     int max_rounds) {
   AdaptivityOptions sizes = adaptivity();
   if (!places.empty()) sizes.gamma_coarsen = 0;
-  AdaptivityReport adapted = adapt(mesh_, sizes, max_rounds);
+  AdaptivityReport adapted = adapt(mesh_, sizes, max_rounds, options_.stop);
   is_limited_ |= adapted.is_limited;
   ImproveOptions improvement;
   improvement.min_length = shortest_edge();

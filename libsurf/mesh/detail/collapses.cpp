@@ -40,11 +40,6 @@ void Collapses::keep_volume(const StarPatch& patch, std::vector<Vector3d>& place
   }
 }
 
-std::pair<VertexHandle, VertexHandle> Collapses::ends(EdgeHandle edge) const {
-  const HalfedgeHandle halfedge = mesh_.halfedge_handle(edge, 0);
-  return {mesh_.to_vertex_handle(halfedge), mesh_.from_vertex_handle(halfedge)};
-}
-
 bool Collapses::leaves_valences(EdgeHandle edge) const {
   const Diamond v = work_.diamond(edge);
   return mesh_.valence(v.c) > 3 && mesh_.valence(v.d) > 3 &&
@@ -53,7 +48,7 @@ bool Collapses::leaves_valences(EdgeHandle edge) const {
 
 std::optional<StarPlan> Collapses::plan(EdgeHandle edge, double cos_bound, CollapseFor aim,
                                         StarPatch& patch) const {
-  const auto [kept, removed] = ends(edge);
+  const auto [kept, removed] = work_.ends(edge);
   if (work_.is_at_frozen(kept) || work_.is_at_frozen(removed) || !leaves_valences(edge))
     return std::nullopt;
   patch.collect(kept, removed);
@@ -130,7 +125,7 @@ void Collapses::collapse_short_edges(double cos_bound) {
   };
   plan_ahead(
       work_, by_rank(work_, work_.edges_that(is_short)),
-      [this](EdgeHandle edge) { return ends(edge); },
+      [this](EdgeHandle edge) { return work_.ends(edge); },
       [&](EdgeHandle edge) { return !work_.is_deleted(edge) && is_short(edge); },
       [&](EdgeHandle edge, StarPatch& patch) {
         return plan(edge, cos_bound, CollapseFor::kLength, patch);
@@ -148,18 +143,18 @@ void Collapses::coarsen(double cos_bound) {
   assert(options_.may_coarsen.size() == mesh_.n_faces() && "one flag per face");
   std::vector<char> flags = options_.may_coarsen;
   const auto is_within = [&](EdgeHandle edge) {
-    const auto [kept, removed] = ends(edge);
+    const auto [kept, removed] = work_.ends(edge);
     return is_star_flagged(flags, removed) && is_star_flagged(flags, kept);
   };
   plan_ahead(
       work_, by_rank(work_, work_.edges_that(is_within)),
-      [this](EdgeHandle edge) { return ends(edge); },
+      [this](EdgeHandle edge) { return work_.ends(edge); },
       [&](EdgeHandle edge) { return !work_.is_deleted(edge) && is_within(edge); },
       [&](EdgeHandle edge, StarPatch& patch) {
         return plan(edge, cos_bound, CollapseFor::kCoarseness, patch);
       },
       [&](EdgeHandle edge, const StarPlan& planned) {
-        const VertexHandle kept = ends(edge).first;
+        const VertexHandle kept = work_.ends(edge).first;
         if (!carry_out(edge, planned)) return;
         for (const FaceHandle face : mesh_.vf_range(kept)) flags[face.idx()] = 0;
       });

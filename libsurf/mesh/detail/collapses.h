@@ -2,7 +2,6 @@
 #pragma once
 
 #include <optional>
-#include <utility>
 #include <vector>
 
 #include "libsurf/mesh/detail/mending.h"
@@ -32,7 +31,6 @@ class Collapses {
   std::optional<StarPlan> plan(OpenMesh::EdgeHandle edge, double cos_bound, CollapseFor aim,
                                StarPatch& patch) const;
   bool carry_out(OpenMesh::EdgeHandle edge, const StarPlan& plan);
-  std::pair<OpenMesh::VertexHandle, OpenMesh::VertexHandle> ends(OpenMesh::EdgeHandle edge) const;
   bool leaves_valences(OpenMesh::EdgeHandle edge) const;
   static void keep_volume(const StarPatch& patch, std::vector<Eigen::Vector3d>& places);
   double variation(const StarPatch& patch) const;

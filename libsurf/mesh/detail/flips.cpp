@@ -2,7 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 #include <vector>
+
+#include "libsurf/mesh/detail/plan_ahead.h"
 
 namespace surf::mesh {
 
@@ -36,39 +39,49 @@ std::optional<double> Flips::flip_distance(const Diamond& v) const {
   return std::abs(ac.dot(normal)) / std::sqrt(squared);
 }
 
-bool Flips::try_flip(EdgeHandle edge) {
-  if (work_.is_stopped() || !mesh_.is_flip_ok(edge)) return false;
+std::optional<Flips::FlipPlan> Flips::plan(EdgeHandle edge) const {
+  if (!mesh_.is_flip_ok(edge)) return std::nullopt;
   const Diamond v = work_.diamond(edge);
-  if (mesh_.valence(v.a) <= 3 || mesh_.valence(v.b) <= 3) return false;
-  if (work_.is_frozen(mesh_.face_handle(v.halfedge)) ||
-      work_.is_frozen(mesh_.face_handle(v.opposite)))
-    return false;
+  if (mesh_.valence(v.a) <= 3 || mesh_.valence(v.b) <= 3 || !work_.may_change(edge))
+    return std::nullopt;
   const Vector3d &a = work_.point(v.a), &b = work_.point(v.b), &c = work_.point(v.c),
                  &d = work_.point(v.d);
-  if ((d - c).norm() > std::max(options_.max_length, (b - a).norm())) return false;
+  if ((d - c).norm() > std::max(options_.max_length, (b - a).norm())) return std::nullopt;
   const double before = std::max(angle_cosines(a, b, c).sharpest, angle_cosines(b, a, d).sharpest);
   const double after = std::max(angle_cosines(c, d, b).sharpest, angle_cosines(d, c, a).sharpest);
-  if (!(after < before)) return false;
+  if (!(after < before)) return std::nullopt;
   const Vector3d mean = area_normal(a, b, c) + area_normal(b, a, d);
   if (turns_too_far(mean, area_normal(c, d, b)) || turns_too_far(mean, area_normal(d, c, a)))
-    return false;
+    return std::nullopt;
   const std::optional<double> distance = flip_distance(v);
-  if (!distance || *distance > options_.tolerance_mm) return false;
+  if (!distance || *distance > options_.tolerance_mm) return std::nullopt;
+  const std::vector<Corners> patch = {{c, d, b}, {d, c, a}};
+  FlipPlan planned;
+  for (const HalfedgeHandle h : {v.halfedge, v.opposite})
+    work_.add_witnesses(mesh_.face_handle(h), planned.witnesses);
+  if (!work_.are_witnesses_near(planned.witnesses, patch)) return std::nullopt;
+  planned.keepers = closest_of(patch, planned.witnesses);
+  return planned;
+}
+
+void Flips::carry_out(EdgeHandle edge, const FlipPlan& plan) {
+  const Diamond v = work_.diamond(edge);
   const std::vector<FaceHandle> faces = {mesh_.face_handle(v.halfedge),
                                          mesh_.face_handle(v.opposite)};
-  const std::vector<Corners> patch = {{c, d, b}, {d, c, a}};
-  std::vector<Vector3d> witnesses;
-  for (const FaceHandle face : faces) work_.add_witnesses(face, witnesses);
-  if (!work_.are_witnesses_near(witnesses, patch)) return false;
   mesh_.flip(edge);
   for (const FaceHandle face : faces) work_.is_reconnected[face.idx()] = true;
   // OpenMesh's flip leaves the side of b with the first half-edge's face or the other: ask.
   const bool is_first = has_corner(faces[0], v.b);
-  work_.hand_over(witnesses, closest_of(patch, witnesses),
-                  is_first ? faces : std::vector{faces[1], faces[0]});
+  work_.hand_over(plan.witnesses, plan.keepers, is_first ? faces : std::vector{faces[1], faces[0]});
   work_.note_change_at(v.c);  // with the other three, which are its neighbours now
   ++work_.report.n_flipped;
-  return true;
+}
+
+bool Flips::try_flip(EdgeHandle edge) {
+  if (work_.is_stopped()) return false;
+  const auto planned = plan(edge);
+  if (planned) carry_out(edge, *planned);
+  return planned.has_value();
 }
 
 bool Flips::has_corner(FaceHandle face, VertexHandle vertex) const {
@@ -78,19 +91,29 @@ bool Flips::has_corner(FaceHandle face, VertexHandle vertex) const {
 }
 
 void Flips::flip_edges() {
-  std::vector<EdgeHandle> queue =
+  std::vector<EdgeHandle> edges =
       work_.edges_that([this](EdgeHandle edge) { return is_far_from_delaunay(edge); });
   // A flip raises the smallest angle of its two triangles, so none comes back; the
   // limit is for rounding.
-  std::size_t n_left = 10 * queue.size();
-  for (std::size_t at = 0; at < queue.size() && n_left > 0; ++at, --n_left) {
-    if (!is_far_from_delaunay(queue[at]) || !try_flip(queue[at])) continue;
-    const Diamond v = work_.diamond(queue[at]);
-    for (const HalfedgeHandle h : {v.halfedge, v.opposite}) {
-      const HalfedgeHandle next = mesh_.next_halfedge_handle(h);
-      queue.push_back(mesh_.edge_handle(next));
-      queue.push_back(mesh_.edge_handle(mesh_.next_halfedge_handle(next)));
-    }
+  std::size_t n_left = 10 * edges.size();
+  while (!edges.empty()) {
+    edges.resize(std::min(edges.size(), n_left));
+    n_left -= edges.size();
+    std::vector<EdgeHandle> next;  // whose triangles have changed
+    plan_ahead(
+        work_, edges, [this](EdgeHandle edge) { return work_.ends(edge); },
+        [this](EdgeHandle edge) { return is_far_from_delaunay(edge); },
+        [this](EdgeHandle edge, StarPatch&) { return plan(edge); },
+        [&](EdgeHandle edge, const FlipPlan& planned) {
+          carry_out(edge, planned);
+          const Diamond v = work_.diamond(edge);
+          for (const HalfedgeHandle h : {v.halfedge, v.opposite}) {
+            const HalfedgeHandle after = mesh_.next_halfedge_handle(h);
+            next.push_back(mesh_.edge_handle(after));
+            next.push_back(mesh_.edge_handle(mesh_.next_halfedge_handle(after)));
+          }
+        });
+    edges = std::move(next);
   }
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <optional>
+#include <vector>
 
 #include "libsurf/mesh/detail/mending.h"
 
@@ -17,6 +18,15 @@ class Flips {
   void flip_edges();
 
  private:
+  /// The witnesses of the two triangles of an edge, and which of those that follow keeps each.
+  struct FlipPlan {
+    std::vector<Eigen::Vector3d> witnesses;
+    std::vector<std::size_t> keepers;
+  };
+
+  /// What try_flip() would do; looks at the stars of the edge's ends and of their neighbours only.
+  std::optional<FlipPlan> plan(OpenMesh::EdgeHandle edge) const;
+  void carry_out(OpenMesh::EdgeHandle edge, const FlipPlan& plan);
   bool is_far_from_delaunay(OpenMesh::EdgeHandle edge) const;
   std::optional<double> flip_distance(const Diamond& v) const;
   bool has_corner(OpenMesh::FaceHandle face, OpenMesh::VertexHandle vertex) const;

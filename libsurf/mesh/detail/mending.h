@@ -6,6 +6,7 @@
 
 #include <cstddef>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "libsurf/mesh/detail/patch_shape.h"
@@ -85,6 +86,11 @@ class Mending {
                       std::vector<Eigen::Vector3d>& places) const;
 
   Diamond diamond(OpenMesh::EdgeHandle edge) const;
+  /// To and from where its first half-edge leads.
+  std::pair<OpenMesh::VertexHandle, OpenMesh::VertexHandle> ends(OpenMesh::EdgeHandle edge) const {
+    const OpenMesh::HalfedgeHandle h = mesh.halfedge_handle(edge, 0);
+    return {mesh.to_vertex_handle(h), mesh.from_vertex_handle(h)};
+  }
 
   void add_witnesses(OpenMesh::FaceHandle face, std::vector<Eigen::Vector3d>& witnesses) const;
   bool are_witnesses_near(const std::vector<Eigen::Vector3d>& witnesses,

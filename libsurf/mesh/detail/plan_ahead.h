@@ -7,7 +7,7 @@
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 
-#include <optional>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -22,11 +22,12 @@ namespace surf::mesh {
 /// @param vertices_of  (item): a pair of vertices. A plan looks at the star of the first, or at the
 ///                     stars of both and of their neighbours if the second is valid
 /// @param may_try      (item): whether it is still to be tried
-/// @param plan         (item, StarPatch&): optional<StarPlan>; on several threads
-/// @param carry_out    (item, const StarPlan&)
+/// @param plan         (item, StarPatch&): optional of a plan; on several threads
+/// @param carry_out    (item, const the plan&)
 template <class Item, class VerticesOf, class MayTry, class Plan, class CarryOut>
 void plan_ahead(const Mending& work, const std::vector<Item>& items, const VerticesOf& vertices_of,
                 const MayTry& may_try, const Plan& plan, const CarryOut& carry_out) {
+  using Planned = std::invoke_result_t<const Plan&, const Item&, StarPatch&>;
   constexpr std::size_t kAhead = 256;  // planned at once
   const bool is_alone =
       tbb::this_task_arena::max_concurrency() == 1 ||
@@ -61,14 +62,14 @@ void plan_ahead(const Mending& work, const std::vector<Item>& items, const Verti
       take_surroundings(b);
       ahead.push_back(end);
     }
-    std::vector<std::optional<StarPlan>> plans(ahead.size());
+    std::vector<Planned> plans(ahead.size());
     tbb::parallel_for(std::size_t(0), ahead.size(),
                       [&](std::size_t n) { plans[n] = plan(items[ahead[n]], patches.local()); });
     const int n_changes = work.n_changes();
     for (std::size_t at = first, n = 0; at < end; ++at) {
       if (work.is_stopped()) return;
       const bool is_planned = n < ahead.size() && ahead[n] == at;
-      std::optional<StarPlan> its;
+      Planned its;
       if (is_planned) its = std::move(plans[n++]);
       if (!may_try(items[at])) continue;
       if (!is_planned || has_changed(items[at], n_changes)) its = plan(items[at], patches.local());

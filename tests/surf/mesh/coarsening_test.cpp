@@ -167,5 +167,29 @@ TEST(Coarsening, LocalMarksForgetTheBisectionsOfTheirVerticesOnly) {
   }
 }
 
+// Where a flip on the other side has joined the ends of a bisected edge, they would have two edges.
+TEST(Coarsening, LeavesABisectionWhoseEdgeIsThereAgain) {
+  enum { a, b, c, d, p, q };
+  Triangles pillow;
+  pillow.points.resize(6, 3);
+  pillow.points << -1, 0, 0, 1, 0, 0, 0, 0.9, 0, 0, -0.9, 0, 0, 1.3, -0.1, 0, -1.3, -0.1;
+  pillow.elements.resize(8, 3);
+  pillow.elements << a, b, c, b, a, d, a, c, p, c, b, p, a, p, q, p, b, q, a, q, d, q, b, d;
+  TriMesh mesh = to_mesh(pillow);
+  mark_longest_edges(mesh);
+  const std::vector<FaceHandle> front = {FaceHandle(0)};
+  ASSERT_EQ(bisect(mesh, front), 1);
+  ASSERT_TRUE(is_removable(mesh, VertexHandle(6)));
+  const auto across = mesh.find_halfedge(VertexHandle(p), VertexHandle(q));
+  const std::vector<FaceHandle> back = {mesh.face_handle(across),
+                                        mesh.opposite_face_handle(across)};
+  ASSERT_TRUE(mesh.is_flip_ok(mesh.edge_handle(across)));
+  mesh.flip(mesh.edge_handle(across));
+  mark_longest_edges(mesh, back);
+  ASSERT_TRUE(mesh.find_halfedge(VertexHandle(a), VertexHandle(b)).is_valid());
+  EXPECT_EQ(coarsen(mesh, all_faces(mesh)), 0);
+  check_mesh(mesh);
+}
+
 }  // namespace
 }  // namespace surf::mesh

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 
+#include "libsurf/base/threads.h"
+#include "libsurf/mesh/primitives.h"
 #include "tests/surf/mesh/check_shapes.h"
 #include "tests/surf/mesh/surfaces.h"
 
@@ -99,6 +101,26 @@ TEST(Flips, NeverLowerTheSmallestAngle) {
     EXPECT_GE(angles_deg(mesh).minCoeff(), before - 1e-12);
     check_mesh(mesh);
   }
+}
+
+// What is planned ahead on several threads is what would be planned in its turn.
+TEST(Flips, AreTheSameOnOneThreadAndOnFour) {
+  const auto flipped = [](int n_threads) {
+    const ThreadLimit limit(n_threads);
+    Triangles sheared = ball({0, 0, 0}, 1, 0.05);
+    Eigen::Matrix3d shear = Eigen::Matrix3d::Identity();
+    shear(1, 0) = 1.5;  // its triangles are far from Delaunay
+    sheared.points = (sheared.points * shear).eval();
+    TriMesh mesh = to_mesh(sheared);
+    ImproveOptions wide = options();
+    wide.tolerance_mm = 0.02;
+    Mending work(mesh, wide);
+    Flips(work).flip_edges();
+    EXPECT_GT(work.report.n_flipped, 1500);
+    return to_triangles(mesh);
+  };
+  const Triangles one = flipped(1), four = flipped(4);
+  EXPECT_EQ(one.elements, four.elements);
 }
 
 }  // namespace
