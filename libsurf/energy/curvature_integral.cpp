@@ -1,5 +1,8 @@
 #include "libsurf/energy/curvature_integral.h"
 
+#include <algorithm>
+#include <vector>
+
 #include "libsurf/energy/detail/element_terms.h"
 #include "libsurf/fem/stiffness.h"
 
@@ -76,9 +79,24 @@ double mean_over(const Eigen::VectorXd& nodal, const auto& element) {
   return sum / double(element.size());
 }
 
+/// Of the vertices those on a border, where the curvature is not known, and those next to them:
+/// what the curvature of these is hangs on where the border's vertices lie, and nothing may pull
+/// these.
+template <int Dim>
+std::vector<char> are_near_border(const fem::Geometry<Dim>& shape) {
+  std::vector<char> out(std::size_t(shape.n_vertices()), 0);
+  for (Eigen::Index t = 0; t < shape.n_elements(); ++t) {
+    const auto element = shape.elements().row(t);
+    const bool is_near =
+        std::any_of(element.begin(), element.end(), [&](int i) { return shape.is_on_border(i); });
+    for (const int i : element) out[std::size_t(i)] |= is_near;
+  }
+  return out;
+}
+
 }  // namespace
 
-/// Vertices on a border are left out, where the curvature is not known.
+/// Vertices on a border and next to it are left out.
 ///
 /// The coefficients of the second derivative:
 ///   int c Lap V Lap W - d (V Lap W + W Lap V) + e V W
@@ -102,8 +120,10 @@ CurvatureSamples<Dim> CurvatureIntegral<Dim>::sample(const fem::Geometry<Dim>& s
                                                      Derivatives order) const {
   CurvatureSamples<Dim> out;
   H_->sample(shape.points(), kappa, order, out);
-  for (Eigen::Index i = 0; i < shape.n_vertices() && shape.has_border(); ++i) {
-    if (!shape.is_on_border(i)) continue;
+  if (!shape.has_border()) return out;
+  const std::vector<char> is_left_out = are_near_border<Dim>(shape);
+  for (Eigen::Index i = 0; i < shape.n_vertices(); ++i) {
+    if (!is_left_out[std::size_t(i)]) continue;
     out.value[i] = 0;
     if (order != Derivatives::kNone) out.dz[i] = 0, out.dx.row(i).setZero();
     if (order != Derivatives::kSecond) continue;

@@ -244,11 +244,7 @@ void Geometry<Dim>::set_border() {
 
 template <int Dim>
 Eigen::VectorXd Geometry<Dim>::content_derivative() const {
-  Eigen::VectorXd out =
-      lumped_mass_.cwiseProduct(nodal_normals_.cwiseProduct(directions()).rowwise().sum());
-  for (Eigen::Index i = 0; i < n_vertices(); ++i)
-    if (is_on_border(i) && directions_.row(i).isZero(0)) out[i] = lumped_mass_[i];
-  return out;
+  return lumped_mass_.cwiseProduct(nodal_normals_.cwiseProduct(directions()).rowwise().sum());
 }
 
 template <int Dim>

@@ -127,8 +127,8 @@ class Geometry {
   /// border a vector d in its planes with d . n = 1 for the normal n of the other elements (shorter
   /// where these are nearly tangential to the border), and 0 if there are none; 0 where it is held.
   const Points<Dim>& directions() const { return border_ ? directions_ : nodal_normals_; }
-  /// Derivative of the enclosed content by the normal velocity of each vertex, (n): of those that
-  /// do not move their lumped mass, so that it may divide.
+  /// Derivative of the enclosed content by the normal velocity of each vertex, (n): 0 of those that
+  /// do not move.
   Eigen::VectorXd content_derivative() const;
 
   /// Length or area of Gamma.

@@ -21,24 +21,32 @@ constexpr double kAtBound = 0.9;  // of the largest displacement
 constexpr double kAtRest = 0.1;   // likewise: the fastest vertex hardly moves
 constexpr int kLongestWindow = 1'000'000;
 constexpr int kDriftWindows = 5;  // of the energy window: how long mending may take back all gains
+// What J may rise in a window at rest, by what mending changes: of the whole decrease and of J.
+constexpr double kRiseOfDecrease = 0.05, kRiseOfEnergy = 1e-3;
+
+/// Why a run ends.
+struct End {
+  Termination termination = Termination::kConverged;
+  std::string message;
+};
 
 /// Has the run come to rest?
 class StoppingRule {
  public:
   explicit StoppingRule(const FlowOptions& options) : options_(options) {}
 
-  /// The sentence that says why, else empty.
+  /// Nothing while it has not.
   /// @param bound_mm  on the displacement of a vertex in a step
   /// @param drift     of the energy after the step
-  std::string check(const FlowSummary& summary, double bound_mm, double drift) {
+  std::optional<End> check(const FlowSummary& summary, double bound_mm, double drift) {
     const StepRecord& last = summary.steps.back();
     with_drift_.push_back(last.energy + drift);
     steepest_ = std::max(steepest_, std::abs(last.shape_derivative));
     const bool is_at_rest = last.max_displacement_mm <= kAtRest * bound_mm;
     // A dent of few vertices, where fronts met last, adds little to dJ.
     if (std::abs(last.shape_derivative) <= options_.rel_tol * steepest_ && is_at_rest)
-      return fmt::format("the shape derivative fell to {:.1e} of its largest value",
-                         std::abs(last.shape_derivative) / steepest_);
+      return rest(fmt::format("the shape derivative fell to {:.1e} of its largest value",
+                              std::abs(last.shape_derivative) / steepest_));
     n_at_bound_ = last.max_displacement_mm > kAtBound * bound_mm ? n_at_bound_ + 1 : 0;
     // A round of L-BFGS that ended inside its chart stands for many steps.
     const bool is_round = options_.method == Method::kLbfgs && is_at_rest;
@@ -48,25 +56,43 @@ class StoppingRule {
     const double gained = summary.steps[n - 1 - window].energy - last.energy;
     const double total = summary.initial_energy - last.energy;
     const double share = n_at_bound_ >= window ? options_.energy_share_on_the_way : 1;
-    if (gained <= share * options_.energy_tol * total && is_round)
-      return fmt::format("the last round gained {:.1e} of the whole decrease", gained / total);
-    if (gained <= share * options_.energy_tol * total)
-      return fmt::format("the last {} steps gained {:.1e} of the whole decrease", window,
-                         gained / total);
-    if (const int longer = kDriftWindows * window;
-        n > longer && drift != 0 &&
-        with_drift_[n - 1 - longer] - with_drift_[n - 1] <= options_.energy_tol * total)
-      return fmt::format("mending took back what the last {} steps gained", longer);
+    const auto is_small = [&](double gain, double tolerance) {
+      return gain <= tolerance * total && !has_risen(gain, summary);
+    };
+    if (is_small(gained, share * options_.energy_tol) && is_round)
+      return rest(
+          fmt::format("the last round gained {:.1e} of the whole decrease", gained / total));
+    if (is_small(gained, share * options_.energy_tol))
+      return rest(fmt::format("the last {} steps gained {:.1e} of the whole decrease", window,
+                              gained / total));
+    if (const int longer = kDriftWindows * window; n > longer) {
+      const double gain = with_drift_[n - 1 - longer] - with_drift_[n - 1];
+      if (has_risen(gain, summary))
+        return End{Termination::kRising,
+                   fmt::format("J rose by {:.2g} in the last {} steps: mending the mesh adds more "
+                               "to it than they take; shorter edges may help",
+                               -gain, longer)};
+      if (drift != 0 && is_small(gain, options_.energy_tol))
+        return rest(fmt::format("mending took back what the last {} steps gained", longer));
+    }
     double furthest = 0;
     for (int k = n - window; k < n; ++k)
       furthest = std::max(furthest, summary.steps[k].max_displacement_mm);
     if (furthest <= options_.displacement_tol_mm)
-      return fmt::format("no vertex moved further than {:.2g} mm in the last {} steps", furthest,
-                         window);
+      return rest(fmt::format("no vertex moved further than {:.2g} mm in the last {} steps",
+                              furthest, window));
     return {};
   }
 
  private:
+  static End rest(std::string why) { return {Termination::kConverged, std::move(why)}; }
+
+  static bool has_risen(double gain, const FlowSummary& summary) {
+    const double first = summary.initial_energy, last = summary.steps.back().energy;
+    return -gain > kRiseOfDecrease * std::max(first - last, 0.0) &&
+           -gain > kRiseOfEnergy * std::max(std::abs(first), std::abs(last));
+  }
+
   const FlowOptions& options_;
   double steepest_ = 0;
   std::vector<double> with_drift_;  // energies, step by step
@@ -91,10 +117,10 @@ class ContentKeeper {
     return is_reached;
   }
 
-  /// Moves and mends until it is reached; false if it cannot be.
-  bool approach() {
+  /// Moves and mends until it is reached; false if it cannot be, or at a stop.
+  bool approach(const std::stop_token& stop) {
     double before = std::numeric_limits<double>::infinity();
-    for (int k = 0; k < kMostMoves && shape_.obstacle().empty(); ++k) {
+    for (int k = 0; k < kMostMoves && shape_.obstacle().empty() && !stop.stop_requested(); ++k) {
       if (move() && k > 0 && !is_far()) return true;
       shape_.mend();
       const double left = std::abs(shape_.geometry().enclosed() - target_);
@@ -153,6 +179,7 @@ std::string to_string(Termination termination) {
   return name_of(termination, {{kConverged, "converged"},
                                {kMaxSteps, "max-steps"},
                                {kStalled, "stalled"},
+                               {kRising, "rising"},
                                {kObstacle, "obstacle"},
                                {kStopped, "stopped"}});
 }
@@ -169,10 +196,12 @@ class Evolution {
   FlowSummary run(const StepCallback& callback) {
     const bool keeps = options_.keeps_content();
     if (keeps) keeper_.emplace(shape_, options_.content.value_or(shape_.geometry().enclosed()));
-    const bool is_there = !options_.content || keeper_->approach();
+    const bool is_there = !options_.content || keeper_->approach(options_.stop);
     geometry_ = std::make_unique<fem::Geometry<Dim>>(shape_.geometry());
     energy_.reset(*geometry_);
     summary_.initial_energy = energy_.value();
+    if (!is_there && options_.stop.stop_requested())
+      return finish(Termination::kStopped, "stopped on the way to the content to keep");
     if (!is_there) return finish(Termination::kObstacle, unreached());
 
     StoppingRule rule(options_);
@@ -191,9 +220,8 @@ class Evolution {
       if (callback && !callback(record)) return finish(Termination::kStopped, "stopped on request");
       if (std::string why = shape_.obstacle(); !why.empty())
         return finish(Termination::kObstacle, std::move(why));
-      if (std::string why = rule.check(summary_, shape_.max_displacement(), energy_.drift());
-          !why.empty())
-        return finish(Termination::kConverged, std::move(why));
+      if (std::optional<End> end = rule.check(summary_, shape_.max_displacement(), energy_.drift()))
+        return finish(end->termination, std::move(end->message));
     }
     return finish(Termination::kMaxSteps,
                   fmt::format("the limit of {} steps was reached", options_.max_steps));
@@ -205,11 +233,11 @@ class Evolution {
     record.events = shape_.take_events();
     const bool has_changed_domain = shape_.has_changed_domain();
     const bool is_far = keeper_ && keeper_->is_far();  // by surgery
-    if (is_far) keeper_->approach();
+    if (is_far) keeper_->approach(options_.stop);
     fem::Geometry<Dim> now = shape_.geometry();
     const bool is_part = now.is_part() || geometry_->is_part();
     const double before = energy_.value();
-    is_rebuilt_ |= has_changed_domain || is_far;
+    is_off_ |= has_changed_domain || is_far || is_remeshed;
     if (has_changed_domain || is_far)
       energy_.rebuild(now);
     else if (is_remeshed || is_part || !now.has_border_of(*geometry_))
@@ -258,7 +286,8 @@ class Evolution {
 
   FlowSummary finish(Termination termination, std::string message) {
     // L-BFGS adds up what its many evaluations sweep: 0.5 % of chan-vese on a torus of 96^3 voxels.
-    if (is_rebuilt_ || options_.method == Method::kLbfgs) energy_.reset(shape_.geometry());
+    if (!geometry_->is_part() && (is_off_ || options_.method == Method::kLbfgs))
+      energy_.reset(shape_.geometry());
     summary_.termination = termination;
     summary_.message = std::move(message);
     summary_.final_energy = energy_.value() + energy_.drift() + left_out_;
@@ -271,8 +300,8 @@ class Evolution {
   FlowSummary summary_;
   std::optional<ContentKeeper<Dim>> keeper_;
   std::unique_ptr<fem::Geometry<Dim>> geometry_;
-  bool is_rebuilt_ = false;  // J may be off by a constant
-  double left_out_ = 0;      // what J has lost with elements that left the part that moves
+  bool is_off_ = false;  // J may be, by what mending and surgery changed
+  double left_out_ = 0;  // what J has lost with elements that left the part that moves
 };
 
 }  // namespace

@@ -3,6 +3,7 @@
 
 #include <functional>
 #include <optional>
+#include <stop_token>
 #include <string>
 #include <vector>
 
@@ -37,7 +38,9 @@ struct FlowOptions {
   /// steepest step so far, without its absolute tol, which would depend on the intensities' scale.
   double rel_tol = 1e-4;
   /// Converged when `energy_window` steps together gain at most energy_tol * (J_0 - J_k); 0 = when
-  /// they gain nothing, where mending takes back what they do.
+  /// they gain nothing, where mending takes back what they do. Where J rises, by more than 5 % of
+  /// that and 0.1 % of itself, it is no rest: the run goes on, and ends as rising if five windows
+  /// together do.
   double energy_tol = 1e-3;
   int energy_window = 8;
   /// While each of these steps took a vertex as far as a step may, a part of the shape is still on
@@ -46,6 +49,8 @@ struct FlowOptions {
   double energy_share_on_the_way = 0.1;
   /// Converged when no vertex moved further than this in any step of the window [mm]; 0 = off.
   double displacement_tol_mm = 0;
+  /// Heard while the shape is brought to its content, before there are steps to tell of.
+  std::stop_token stop;
 
   bool keeps_content() const {
     return keep_content || content ||
@@ -54,7 +59,14 @@ struct FlowOptions {
   std::string error() const;  ///< empty if valid
 };
 
-enum class Termination { kConverged, kMaxSteps, kStalled, kObstacle, kStopped };
+enum class Termination {
+  kConverged,
+  kMaxSteps,
+  kStalled,  ///< no step decreases J
+  kRising,   ///< mending adds more to J than the steps take from it
+  kObstacle,
+  kStopped
+};
 /// "converged", "max-steps", ...
 std::string to_string(Termination termination);
 

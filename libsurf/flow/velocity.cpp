@@ -101,6 +101,9 @@ struct VelocitySystem<Dim>::Impl {
       : shape(the_shape), options(the_options), A(the_A) {
     rhs = -terms.derivative.cwiseProduct(shape.directions()).rowwise().sum();
     content_derivative = shape.content_derivative();
+    if (options.product == ScalarProduct::kHMinus1)
+      for (Eigen::Index i = 0; i < rhs.size(); ++i)  // what does not move, so that it may divide
+        if (shape.directions().row(i).isZero(0)) content_derivative[i] = shape.lumped_mass()[i];
     product_diagonal = shape.lumped_mass();
     has_direct_solver =
         options.product == ScalarProduct::kHMinus1 || terms.bilaplacian.maxCoeff() > 0;
@@ -219,6 +222,8 @@ struct VelocitySystem<Dim>::Impl {
       y = Eigen::VectorXd::Ones(shape.n_vertices());
       return;
     }
+    y = content_derivative;
+    if (y.isZero(0)) return;  // no vertex can move
     y = solve(tau, content_derivative);
     velocity.multiplier = content_derivative.dot(velocity.normal) / content_derivative.dot(y);
     velocity.normal -= velocity.multiplier * y;

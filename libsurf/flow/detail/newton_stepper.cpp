@@ -95,6 +95,8 @@ class NewtonStepper : public Stepper<Dim> {
     /// dC = int V dS, d2C = int kappa V W dS.
     void keep_content(const fem::Geometry<Dim>& shape, const fem::Curvature& curvature) {
       const Eigen::VectorXd q = shape.content_derivative();
+      content_direction = q;
+      if (q.isZero(0)) return;  // no vertex can move
       content_direction = norm->solve(q, 0);
       multiplier = -derivative.dot(content_direction) / q.dot(content_direction);
       diagonal += multiplier * shape.lumped_mass().cwiseProduct(curvature.mean);

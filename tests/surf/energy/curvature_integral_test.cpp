@@ -52,6 +52,26 @@ TYPED_TEST(Willmore, OfASphereConvergesToItsKnownValue) {
   EXPECT_LT(error(4), 0.02 * exact);
 }
 
+// Else the line where a border cuts a shape off would be pulled along the border.
+TYPED_TEST(Willmore, DoesNotDependOnWhereVerticesOnABorderLie) {
+  constexpr int Dim = TypeParam::value;
+  constexpr double kPlane = 0.5;
+  auto arrays = test::unit_sphere<Dim>(3);
+  fem::Border<Dim> border{Points<Dim>::Identity(1, Dim), {}};
+  for (Eigen::Index i = 0; i < arrays.X.rows(); ++i) {
+    border.planes.push_back(arrays.X(i, 0) >= kPlane);
+    arrays.X(i, 0) = std::min(arrays.X(i, 0), kPlane);
+  }
+  const fem::Geometry<Dim> shape(arrays.X, arrays.T, border);
+  auto J = willmore<Dim>();
+  J.reset(shape);
+  EXPECT_GT(J.value(), 1);
+  Points<Dim> flared = arrays.X;
+  for (Eigen::Index i = 0; i < flared.rows(); ++i)
+    if (border.planes[std::size_t(i)]) flared.row(i).template tail<Dim - 1>() *= 1.02;
+  EXPECT_NEAR(J.try_move(shape.moved_to(flared)), J.value(), 1e-12 * J.value());
+}
+
 // int kappa^2 dS does not depend on the scale of a surface and falls as 1/r on curves.
 TYPED_TEST(Willmore, ScalesAsItShouldToRounding) {
   constexpr int Dim = TypeParam::value;

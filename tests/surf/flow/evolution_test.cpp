@@ -47,6 +47,28 @@ TYPED_TEST(Evolution, DescendsMonotonicallyToTheSameMinimumWithEveryProductSchem
   EXPECT_LT(*highest - *lowest, 0.05 * *lowest);
 }
 
+/// Grows by more than a step shrinks it.
+template <int Dim>
+struct SwellingShape : PlainShape<Dim> {
+  using PlainShape<Dim>::PlainShape;
+  bool mend() override {
+    const fem::Geometry<Dim> now = this->geometry();
+    this->move_to((1 + 1.5 * this->longest / now.radius()) * now.points());
+    return true;
+  }
+};
+
+TYPED_TEST(Evolution, IsNotConvergedWhereTheEnergyRises) {
+  constexpr int Dim = TypeParam::value;
+  SwellingShape<Dim> shape(start<Dim>());
+  shape.longest = 0.02;
+  auto J = valley_energy<Dim>();
+  const FlowSummary summary = evolve<Dim>(shape, J, FlowOptions());
+  EXPECT_EQ(summary.termination, Termination::kRising) << summary.message;
+  EXPECT_GT(summary.final_energy, summary.initial_energy);
+  EXPECT_EQ(summary.steps.size(), 41u);
+}
+
 TYPED_TEST(Evolution, RecordsTheShapeAfterEachStep) {
   constexpr int Dim = TypeParam::value;
   PlainShape<Dim> shape(start<Dim>());
