@@ -325,10 +325,17 @@ ClickSearchPointer<Dim> search_clicks(const SearchGrid<Dim>& grid,
   if (!known) known = first_stroke<Dim>(grid, ordered.front(), options, progress, stop);
   while (known && known->clicks.size() < ordered.size()) {
     const Click<Dim>& next = ordered[known->clicks.size()];
+    bool has_asked = known->has_asked;
     if (evolved && !known->found.empty() && !known->has_evolved &&
-        is_on_its_side(known->inside(), on_grid(grid, next)))
+        is_on_its_side(known->inside(), on_grid(grid, next))) {
+      has_asked = true;
       if (ClickSearchPointer<Dim> seen = evolved(known, next)) known = std::move(seen);
+    }
     known = next_search(grid, known, next, options, progress, stop);
+    if (!known || known->has_asked == has_asked) continue;
+    auto out = std::make_shared<ClickSearch<Dim>>(*known);
+    out->has_asked = has_asked;
+    known = std::move(out);
   }
   return known;
 }
@@ -358,6 +365,7 @@ ClickSearchPointer<Dim> with_regions(const ClickSearch<Dim>& search,
                                      const ClickSearch<Dim>& before) {
   auto out = std::make_shared<ClickSearch<Dim>>(before);
   out->before = search.before;
+  out->has_asked = search.has_asked;
   out->clicks = search.clicks;
   for (const GridClick<Dim>& click : search.on_grid) {
     const bool is_known =
@@ -374,6 +382,14 @@ ClickSearchPointer<Dim> before_evolutions(ClickSearchPointer<Dim> search) {
   for (auto at = search; at; at = at->before)
     if (at->has_evolved) search = at->before;
   return search;
+}
+
+template <int Dim>
+const ClickSearch<Dim>* common_start(const ClickSearch<Dim>* a, const ClickSearch<Dim>* b) {
+  for (; a; a = a->before.get())
+    for (const ClickSearch<Dim>* of_b = b; of_b; of_b = of_b->before.get())
+      if (a == of_b) return a;
+  return nullptr;
 }
 
 template <int Dim>
@@ -402,6 +418,8 @@ std::vector<Region<Dim>> regions(const SearchGrid<Dim>& grid, const ClickSearch<
   template ClickSearchPointer<Dim> with_regions<Dim>(const ClickSearch<Dim>&,              \
                                                      const ClickSearch<Dim>&);             \
   template ClickSearchPointer<Dim> before_evolutions<Dim>(ClickSearchPointer<Dim>);        \
+  template const ClickSearch<Dim>* common_start<Dim>(const ClickSearch<Dim>*,              \
+                                                     const ClickSearch<Dim>*);             \
   template std::vector<Region<Dim>> regions<Dim>(const SearchGrid<Dim>&, const ClickSearch<Dim>&);
 SURF_INSTANTIATE(2)
 SURF_INSTANTIATE(3)

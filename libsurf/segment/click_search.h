@@ -34,6 +34,8 @@ struct ClickSearch {
   bool has_evolved = false;       ///< the chosen one is what has become of it
   std::optional<double> consent;  ///< of the last corrections that say enough
   bool says_little = false;       ///< the last click changed too little to judge the object anew
+  /// Whether EvolvedOf was asked before this click or an earlier one: options have a say in that.
+  bool has_asked = false;
   std::shared_ptr<const ClickSearch> before;  ///< one click or evolution less; null at the first
 
   /// Of the chosen one, in the box of the grid; in no box if nothing was found.
@@ -87,9 +89,14 @@ template <int Dim>
 ClickSearchPointer<Dim> with_regions(const ClickSearch<Dim>& search,
                                      const ClickSearch<Dim>& before);
 
-/// The last one before anything evolved; it and those before it depend on their clicks alone.
+/// The last one before anything evolved; it and those before it depend on their clicks alone, but
+/// for what has_asked says.
 template <int Dim>
 ClickSearchPointer<Dim> before_evolutions(ClickSearchPointer<Dim> search);
+
+/// The last one that both go on from, or are; null if there is none.
+template <int Dim>
+const ClickSearch<Dim>* common_start(const ClickSearch<Dim>* a, const ClickSearch<Dim>* b);
 
 /// Those that were found, best first.
 template <int Dim>

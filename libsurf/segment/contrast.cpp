@@ -6,14 +6,17 @@
 
 namespace surf::segment {
 
-double two_class_contrast(std::span<const float> values) {
+double two_class_contrast(std::span<const float> values, const std::array<float, 2>& usual) {
   constexpr int kBins = 1024;
   const auto [lowest, highest] = std::minmax_element(values.begin(), values.end());
   if (lowest == values.end() || !(*highest > *lowest)) return 1;
-  const double low = *lowest, width = double(*highest) - low;
+  const auto within = [&](float value) { return std::min(std::max(value, usual[0]), usual[1]); };
+  const double low = within(*lowest), width = double(within(*highest)) - low;
+  if (!(width > 0)) return 1;
   std::vector<double> counts(kBins), sums(kBins);
   double sum = 0;
-  for (const float value : values) {
+  for (const float each : values) {
+    const float value = within(each);
     const int bin = std::min(kBins - 1, int((value - low) / width * kBins));
     counts[bin] += 1;
     sums[bin] += value - low;

@@ -1,12 +1,17 @@
 // How far object and background are apart in intensity.
 #pragma once
 
+#include <array>
+#include <limits>
 #include <span>
 
 namespace surf::segment {
 
 /// Distance of the two means that explain most of the variance of the values when these are split
 /// at a threshold (Otsu), > 0: noise widens it far less than the range. 1 if all values are equal.
-double two_class_contrast(std::span<const float> values);
+/// @param usual  where nearly all values lie, see usual_range(): others count as the nearer end
+double two_class_contrast(std::span<const float> values,
+                          const std::array<float, 2>& usual = {std::numeric_limits<float>::lowest(),
+                                                               std::numeric_limits<float>::max()});
 
 }  // namespace surf::segment

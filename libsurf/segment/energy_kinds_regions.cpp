@@ -37,7 +37,9 @@ EnergyKind<Dim> chan_vese() {
     options.ray_spacing_mm = context.cell_mm();
     // Of a constant image the variance is rounding: nothing may be measured by it.
     const bool is_constant = !(variance > kConstant * all.intensity_squared / all.content);
-    options.intensity_scale = is_constant ? 1 : std::sqrt(variance);
+    // Of usual values the deviation is at most half of their range: a broken one has no say.
+    const double most = context.model.extent().width() / 2;
+    options.intensity_scale = is_constant || !(most > 0) ? 1 : std::min(std::sqrt(variance), most);
     return std::make_unique<energy::ChanVese<Dim>>(context.model.intensity(), all, options,
                                                    context.model.antiderivative());
   };
@@ -82,8 +84,7 @@ EnergyKind<Dim> local_means_kind() {
           "noise", "intensity", "means that differ by less are not told apart",
           ParameterRange::positive(),
           [](const Context& context) {
-            const auto [lowest, highest] = context.model.extent().range;
-            return std::max(context.seed.noise, 1e-6 * (double(highest) - lowest) + 1e-300);
+            return std::max(context.seed.noise, 1e-6 * context.model.extent().width() + 1e-300);
           },
           "that round the seeds")};
   kind.build = [](const Context& context, const EnergyTerm& term) {

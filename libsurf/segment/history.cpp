@@ -93,7 +93,8 @@ template <int Dim>
 const typename History<Dim>::Moment* History<Dim>::last_evolution(std::size_t n) const {
   while (n-- > 0) {
     const Action<Dim>& action = moments[n].action;
-    if (std::holds_alternative<Evolve<Dim>>(action)) return &moments[n];
+    const auto* evolved = std::get_if<Evolve<Dim>>(&action);
+    if (evolved && evolved->stopped_at != 0) return &moments[n];
     if (std::holds_alternative<TakeBackClick>(action) ||
         std::holds_alternative<SetOptions<Dim>>(action))
       return nullptr;
@@ -109,25 +110,37 @@ std::shared_ptr<const Result<Dim>> History<Dim>::settled() const {
 
 template <int Dim>
 std::shared_ptr<const Result<Dim>> History<Dim>::unfinished() const {
-  const Outcome outcome = now().state();
-  if (outcome != Outcome::kStopped && outcome != Outcome::kAtLimit) return nullptr;
-  std::shared_ptr<const Result<Dim>> last;
+  const Result<Dim>& result = *now().result;
+  // After a stop before the first step its stages are those of before, which may have come to rest.
+  const StageReport* last = result.ending_stage();
+  if (!last || (last->outcome != Outcome::kStopped && last->outcome != Outcome::kAtLimit) ||
+      result.energies.empty() || result.shape.elements.rows() == 0)
+    return nullptr;
   for (std::size_t n = n_done; n-- > 0;) {
     const Action<Dim>& action = moments[n].action;
-    const Object<Dim>& after = moments[n].after;
     if (const auto* evolved = std::get_if<Evolve<Dim>>(&action)) {
-      if (!last) last = after.result;
       if (evolved->stopped_at == 0) continue;  // it has the result, and the energy, of before
-      return !last->energies.empty() && last->shape.elements.rows() > 0 &&
-                     have_same_energy(after.options, now().options)
-                 ? last
-                 : nullptr;
+      return have_same_energy(moments[n].after.options, now().options) ? now().result : nullptr;
     }
     if (std::holds_alternative<Propose<Dim>>(action) || std::holds_alternative<Choose>(action) ||
         std::holds_alternative<TakeBackClick>(action))
       return nullptr;
   }
   return nullptr;
+}
+
+template <int Dim>
+bool History<Dim>::has_lost_click(const std::vector<Click<Dim>>& clicks) const {
+  for (std::size_t n = n_done; n-- > 0;) {
+    const Action<Dim>& action = moments[n].action;
+    const auto* evolved = std::get_if<Evolve<Dim>>(&action);
+    if (evolved && evolved->stopped_at != 0)
+      return !contains_all<Dim>(clicks, moments[n].after.clicks) ||
+             !contains_all<Dim>(clicks, evolved->others);
+    if (std::holds_alternative<Propose<Dim>>(action) || std::holds_alternative<Choose>(action))
+      return false;
+  }
+  return false;
 }
 
 template const std::shared_ptr<const Result<2>>& result_to_be_made<2>();

@@ -72,17 +72,22 @@ struct History {
   /// @param others  inside clicks of other objects, as outside clicks
   bool is_at_rest(const std::vector<Click<Dim>>& others, const ImageExtent<Dim>& extent) const;
   /// What an evolution has come to rest at, if nothing has been done since then but to click, to
-  /// propose and to choose; else null. @pre  has_settled()
+  /// propose, to choose and to stop another before its first step; else null. @pre  has_settled()
   std::shared_ptr<const Result<Dim>> settled() const;
   /// Whether the result of settled() is there, if there is one.
   bool has_settled() const { return has_settled(n_done); }
   /// What an evolution had reached when it was stopped or came to a limit, if nothing has been done
   /// since then but to click, and to set options that its energy does not depend on; else null.
   std::shared_ptr<const Result<Dim>> unfinished() const;
+  /// Whether a click by which the present shape has evolved is not among these. Of what was
+  /// proposed since then its search knows.
+  /// @param clicks  of the object, and inside clicks of others as outside clicks
+  bool has_lost_click(const std::vector<Click<Dim>>& clicks) const;
   /// How many moments there are before the first action that has to be repeated to make the present
   /// result, and settled(): up to one where both are there, or before an evolution that needs none.
   std::size_t n_before_repeated() const;
-  /// The last evolution among the first n moments, if settled() may be its result; else null.
+  /// The last evolution among the first n moments that came to its first step, if settled() may be
+  /// its result; else null.
   const Moment* last_evolution(std::size_t n) const;
   bool has_settled(std::size_t n) const {
     const Moment* moment = last_evolution(n);

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "libsurf/base/error.h"
 #include "libsurf/segment/detail/point_text.h"
@@ -14,8 +15,9 @@ namespace {
 
 constexpr double kRounding = 1e-3;  // cells: corners are written with some digits
 constexpr int kThinnest = 3;        // cells
-constexpr double kLeastGap = 8, kMostGap = 22, kNear = 4, kFar = 25;  // mm
-constexpr double kMostOfFar = 1.6;                                    // of all faces together
+constexpr double kLeastGap = 8, kMostGap = 22, kNear = 4, kFar = 25;  // mm, in boxes of kUsual
+constexpr double kUsual = 40;       // mm: in a smaller box all of these are shorter, as it is
+constexpr double kMostOfFar = 1.6;  // of all faces together
 
 /// The axis of the file that runs along this one.
 template <int Dim>
@@ -101,18 +103,23 @@ NodeSet<Dim> outside_faces(const SearchGrid<Dim>& grid) {
 
 template <int Dim>
 double box_fit(const SearchGrid<Dim>& grid, const NodeBox<Dim>& object) {
-  double near = 0, far = 0;
+  double near = 0, nearest_to_all = std::numeric_limits<double>::infinity(), far = 0;
+  int n_faces = 0;
   for (int axis = 0; axis < Dim; ++axis)
     for (const bool is_last : {false, true}) {
       if (!grid.is_outside_beyond(axis, is_last)) continue;
       const int before = object.lower[axis],
                 after = grid.box().size[axis] - object.lower[axis] - object.size[axis];
       const double gap = grid.node_mm() * (is_last ? after : before),
-                   too_near = std::max(0.0, kLeastGap - gap) / kNear,
-                   too_far = std::max(0.0, gap - kMostGap) / kFar;
+                   scale = std::min(1.0, grid.node_mm() * grid.box().size[axis] / kUsual),
+                   too_near = std::max(0.0, kLeastGap - gap / scale) / kNear,
+                   too_far = std::max(0.0, gap / scale - kMostGap) / kFar;
       near += 0.5 * too_near * too_near;
+      nearest_to_all = std::min(nearest_to_all, 0.5 * too_near * too_near);
+      ++n_faces;
       far += 0.5 * too_far * too_far;
     }
+  if (n_faces > 0) near -= n_faces * nearest_to_all;
   return std::exp(-near - std::min(far, kMostOfFar));
 }
 

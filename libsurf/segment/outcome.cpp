@@ -37,6 +37,7 @@ bool has_shape(Outcome outcome) {
 Outcome outcome_of(flow::Termination termination) {
   switch (termination) {
     case flow::Termination::kMaxSteps:
+    case flow::Termination::kRising:
     case flow::Termination::kObstacle:
       return Outcome::kAtLimit;
     case flow::Termination::kStopped:

@@ -81,12 +81,14 @@ bool is_large_enough(const Rung<Dim>& rung, double radius = kLeastObjectRadius) 
 }
 
 /// As if it were clicked in its middle: where the seeds are ranks regions, but a skull's inside is
-/// an object however near the bone it is clicked.
+/// an object however near the bone it is clicked. What lies on the border of the grid can be on no
+/// edge: it is the rest of the boundary that has to be.
 template <int Dim>
 bool stands_out(const Rung<Dim>& settled) {
   const RungFeatures& features = settled.features;
   if (is_large_enough(settled, kClearRadius) &&
-      std::pow(features.separation, 3) * features.edge_share > kClearBoundary)
+      std::pow(features.separation, 3) * features.edge_share >
+          kClearBoundary * (1 - settled.border_share))
     return true;
   return is_large_enough(settled) && settled_score(settled, 1) * std::exp(settled.border_share) >=
                                          kLeastScore<Dim> * (1 - settled.border_share);

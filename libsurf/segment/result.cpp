@@ -15,6 +15,12 @@ const StageReport* Result<Dim>::main_stage() const {
 }
 
 template <int Dim>
+const StageReport* Result<Dim>::ending_stage() const {
+  return !stages.empty() && stages.back().outcome == Outcome::kStopped ? &stages.back()
+                                                                       : main_stage();
+}
+
+template <int Dim>
 int Result<Dim>::n_steps() const {
   int n = 0;
   for (const StageReport& stage : stages) n += int(stage.flow.steps.size());

@@ -27,6 +27,8 @@ struct Result : Lengths {
 
   /// The stage whose outcome counts; null before the first one.
   const StageReport* main_stage() const;
+  /// The one that says how it ended: that one, or a later one that was stopped.
+  const StageReport* ending_stage() const;
   /// Its flow. Needs a stage.
   const flow::FlowSummary& last() const { return main_stage()->flow; }
   int n_steps() const;  ///< of all stages that move the shape

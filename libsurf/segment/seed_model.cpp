@@ -286,15 +286,15 @@ double estimate_edge_strength(const Field<Dim>& I, std::span<const Vector<Dim>> 
   };
   // Of small objects the wider ball reaches their edges. Without noise the background is 0, and
   // every ripple would count as a peak.
-  const double background =
-      std::max(std::min(near(1.5), near(3)), 2e-3 * extent.width() / voxel_mm);
+  const double measured = std::min(near(1.5), near(3));
+  const double background = std::max(measured, 2e-3 * extent.width() / voxel_mm);
   std::vector<double> peaks(centers.size() * std::size_t(rays.rows()));
   tbb::parallel_for(std::size_t(0), peaks.size(), [&](std::size_t n) {
     const auto ray = Eigen::Index(n) % rays.rows();
     peaks[n] = first_peak<Dim>(I, centers[n / std::size_t(rays.rows())], rays.row(ray).transpose(),
                                voxel_mm / 2, background, extent);
   });
-  return std::max({0.25 * median(peaks), 3 * background, 1e-30});
+  return std::max({0.25 * median(peaks), 3 * measured, 1e-30});
 }
 
 template <int Dim>

@@ -65,10 +65,16 @@ const History<Dim>& Segmentation<Dim>::find(Id id) const {
 }
 
 template <int Dim>
+bool Segmentation<Dim>::has_name(const std::string& name, Id besides) const {
+  return std::any_of(objects_.begin(), objects_.end(), [&](const auto& entry) {
+    return entry.first != besides && entry.second.now().name == name;
+  });
+}
+
+template <int Dim>
 void Segmentation<Dim>::check_name(const std::string& name, Id besides) const {
-  for (const auto& [id, history] : objects_)
-    if (id != besides && history.now().name == name)
-      throw UsageError(fmt::format("Object::name: there is an object '{}' already", name));
+  if (has_name(name, besides))
+    throw UsageError(fmt::format("Object::name: there is an object '{}' already", name));
 }
 
 template <int Dim>
@@ -76,6 +82,9 @@ typename Segmentation<Dim>::Id Segmentation<Dim>::add_object(const std::string& 
                                                              const std::optional<Colour>& colour) {
   Object<Dim> object;
   object.name = name.empty() ? fmt::format("object {}", next_) : name;
+  // A recipe's objects have names of other numbers than theirs.
+  for (Id n = next_; name.empty() && has_name(object.name, 0);)
+    object.name = fmt::format("object {}", ++n);
   check_name(object.name, 0);
   object.colour = colour.value_or(kColours[std::size_t(next_ - 1) % kColours.size()]);
   object.result = std::make_shared<const Result<Dim>>();
@@ -267,9 +276,13 @@ template <int Dim>
 std::vector<Candidate<Dim>> Segmentation<Dim>::candidates(Id id) {
   const Object<Dim>& now = object(id);
   if (!now.result->search) return {};
-  const std::shared_ptr<const SearchGrid<Dim>> grid =
-      fields_.search_grid(field_options(now.options, 0), now.options.sigma_mm, now.options.box_mm);
-  return segment::candidates<Dim>(setting(), *grid, *now.result->search);
+  return segment::candidates<Dim>(setting(), *grid_for(now.options), *now.result->search);
+}
+
+/// The grid of the search.
+template <int Dim>
+std::shared_ptr<const SearchGrid<Dim>> Segmentation<Dim>::grid_for(const Options<Dim>& options) {
+  return fields_.search_grid(field_options(options, 0), options.sigma_mm, options.box_mm);
 }
 
 template <int Dim>
@@ -280,8 +293,12 @@ const Result<Dim>& Segmentation<Dim>::choose(Id id, std::size_t proposal) {
                                  after.name, after.result->proposals.size()));
   Result<Dim> chosen;
   chosen.proposals = after.result->proposals;
-  if (after.result->search)
+  if (after.result->search) {
     chosen.search = with_choice(*after.result->search, chosen.proposals[proposal].place);
+    chosen.verdict = verdict(*grid_for(after.options), *chosen.search);
+    chosen.verdict_of_region = chosen.verdict;
+    fields_.shrink();
+  }
   chosen.chosen = proposal;
   chosen.shape = chosen.proposals[proposal].shape;
   chosen.outcome = Outcome::kProposed;
@@ -317,9 +334,12 @@ Result<Dim> Segmentation<Dim>::evolved(const History<Dim>& history,
       before.chosen != 0 && (!before.search || is_amended<Dim>(before.shape));
   const bool is_fitted = object.options.energies.empty() && !is_choice_lost &&
                          (!work.seeds_mm.empty() || object.options.initial.has_value());
-  const bool goes_on =
-      is_answer || (!has_lost && has_shape(before.outcome) &&
-                    (!is_fitted || history.unfinished()) && heeds<Dim>(before.shape, work.clicks));
+  // Clicks that an explicit energy has heeded are in no search.
+  const bool may_go_on = !has_lost && has_shape(before.outcome) &&
+                         before.shape.elements.rows() > 0 &&
+                         (object.options.energies.empty() || !history.has_lost_click(work.clicks));
+  const bool goes_on = is_answer || (may_go_on && (!is_fitted || history.unfinished()) &&
+                                     heeds<Dim>(before.shape, work.clicks));
   // Without an energy the clicks say more of the object than a body to start from does.
   const bool uses_initial =
       object.options.initial && (!object.options.energies.empty() || work.seeds_mm.empty());
@@ -334,14 +354,20 @@ Result<Dim> Segmentation<Dim>::evolved(const History<Dim>& history,
     throw UsageError(fmt::format(
         "'{}' has nothing to start from: no inside click and no initial shape", object.name));
   if (!goes_on) work.proposals.clear();
+  if (!goes_on && !object.options.energies.empty()) {
+    work.search = nullptr;  // what it begins with comes from none
+    work.chosen = 0;
+  }
   work.start_is_given = goes_on || uses_initial;
   if (goes_on && object.options.energies.empty()) work.verdict = before.verdict_of_region;
   if (goes_on) work.unfinished = history.unfinished();
   if (is_answer || !goes_on) work.settled = settled_without_energy(history);
   run_stages(work, checkpointing_);
   fields_.shrink();
-  // What was found earlier and is handed on is not of these clicks.
-  is_anew = !goes_on && !work.settled && (!work.search || work.search != before.search);
+  // What was found earlier and is handed on is not of these clicks, or not of these options.
+  const auto* handed_on = common_start<Dim>(work.search.get(), before.search.get());
+  is_anew = !goes_on && !work.settled &&
+            (!handed_on || (work.search != before.search && !handed_on->has_asked));
   return to_result(std::move(work));
 }
 
@@ -383,6 +409,8 @@ const Result<Dim>& Segmentation<Dim>::evolve_beside(Id id, const std::vector<Cli
   Result<Dim> result = evolved(find(id), others, counted, stop, action.is_anew);
   if (result.outcome == Outcome::kStopped) {
     if (keeps_stopped && !keeps_stopped()) return *object(id).result;
+    // The search that is made again was stopped: nothing of the checkpoint is there.
+    if (result.n_steps() == 0) n_calls = 0;
     action.stopped_at = n_calls;
     if (n_calls == 0) {
       result = stopped_before_first_step(*after.result, std::move(result));

@@ -52,7 +52,7 @@ class Segmentation {
 
   const Setting<Dim>& setting() const { return fields_.setting(); }
 
-  /// @param name    empty = "object 1", "object 2", ...
+  /// @param name    empty = "object 1", "object 2", ..., one that no object has
   /// @param colour  none = the next of a palette
   /// @throws UsageError  another object has the name
   Id add_object(const std::string& name = {}, const std::optional<Colour>& colour = {});
@@ -110,8 +110,8 @@ class Segmentation {
   /// click, from options.initial. After a click that was heeded has been taken back it begins anew,
   /// too. What has come to rest and obeys all clicks that were added since then stays as it is;
   /// what does not obey them evolves again, a large shape only where they change the region
-  /// (amend.h). What was stopped or came to a limit goes on with the energy that it had, unless
-  /// options that the energy depends on have changed.
+  /// (amend.h). What was stopped or came to a limit goes on with the energy that it had, all of it
+  /// also where a part was evolving alone, unless options that the energy depends on have changed.
   /// @param keeps_stopped  whether what a stop has left is kept; asked once it has stopped. If not,
   ///                       nothing has been done, and what was undone can be redone. None = it is
   /// @param keeps_undone  what was undone can be redone also after it has come to its end: redo()
@@ -171,6 +171,7 @@ class Segmentation {
  private:
   History<Dim>& find(Id id);
   const History<Dim>& find(Id id) const;
+  bool has_name(const std::string& name, Id besides) const;
   void check_name(const std::string& name, Id besides) const;
   void check_beside_others(Id id, const Click<Dim>& click) const;
   void add_click_unchecked_beside(Id id, const Click<Dim>& click);
@@ -179,6 +180,7 @@ class Segmentation {
   std::vector<Click<Dim>> others_of(Id id) const;
   /// @throws UsageError  an inside click is in a cell with that of another object
   std::vector<Click<Dim>> checked_others_of(Id id) const;
+  std::shared_ptr<const SearchGrid<Dim>> grid_for(const Options<Dim>& options);
   Work<Dim> work_for(const Object<Dim>& object, const std::vector<Click<Dim>>& others,
                      const ProgressOf<Dim>& progress, const std::stop_token& stop);
   const Result<Dim>& propose_beside(Id id, const std::vector<Click<Dim>>& others,

@@ -101,6 +101,7 @@ struct Work : Lengths {
   /// Of the stage that minimised one last, for a correction that follows; null: to be made again.
   std::shared_ptr<energy::EnergySum<Dim>> energy = {};
   double border_share = 0;                       ///< of the length or area on the image's border
+  std::optional<double> kept_content = {};       ///< of the start, where all stages keep it
   std::optional<Verdict<Dim>> verdict = {};      ///< of the chosen proposal
   std::optional<Certainty<Dim>> certainty = {};  ///< of the vertices of `shape`; none = unknown
   std::vector<StageReport> reports = {};

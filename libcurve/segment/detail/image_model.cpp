@@ -36,7 +36,9 @@ ImageModel::ImageModel(const Image& image, const segment::ImageExtent<2>& extent
       options_(options),
       intensity_(intensity_field(image, options)) {}
 
-double ImageModel::contrast() const { return segment::two_class_contrast(image_.values()); }
+double ImageModel::contrast() const {
+  return segment::two_class_contrast(image_.values(), extent().usual);
+}
 
 std::size_t ImageModel::memory_bytes() const {
   return image_.n_pixels() * sizeof(float) * std::size_t(1 + n_edge_indicators_);

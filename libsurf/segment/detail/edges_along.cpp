@@ -296,6 +296,19 @@ EdgesAlong edges_of(Profiles<Dim>& profiles, const ImageExtent<Dim>& extent, dou
   }
 }
 
+/// The points that do not lie on the border of the image, beyond which nothing is known: half of
+/// what is met across it is constant, so that noise and slopes would be too small. All if there are
+/// no others.
+template <int Dim>
+std::vector<Eigen::Index> within(const ImageExtent<Dim>& extent, const Points<Dim>& points) {
+  std::vector<Eigen::Index> out, all;
+  for (Eigen::Index i = 0; i < points.rows(); ++i) {
+    all.push_back(i);
+    if (extent.faces(points.row(i).transpose()) == 0) out.push_back(i);
+  }
+  return out.empty() ? all : out;
+}
+
 }  // namespace
 
 template <int Dim>
@@ -305,12 +318,13 @@ EdgesAlong edges_along(Fields<Dim>& fields, const Options<Dim>& options,
   const fem::Geometry<Dim> geometry(shape.points, shape.elements);
   const Points<Dim>& all = geometry.nodal_normals();
   const double thickness_mm = Dim * std::abs(geometry.enclosed()) / geometry.measure();
-  const Eigen::Index stride = 1 + shape.points.rows() / kMostProfiles;
-  const Eigen::Index n = (shape.points.rows() + stride - 1) / stride;
+  const std::vector<Eigen::Index> vertices = within<Dim>(extent, shape.points);
+  const std::size_t stride = 1 + vertices.size() / kMostProfiles;
+  const auto n = Eigen::Index((vertices.size() + stride - 1) / stride);
   Points<Dim> places(n, Dim), normals(n, Dim);
   for (Eigen::Index i = 0; i < n; ++i) {
-    places.row(i) = shape.points.row(i * stride);
-    normals.row(i) = all.row(i * stride).normalized();
+    places.row(i) = shape.points.row(vertices[std::size_t(i) * stride]);
+    normals.row(i) = all.row(vertices[std::size_t(i) * stride]).normalized();
   }
   const int reach = std::max(2, int(std::ceil(2 * reach_mm / extent.cell_mm())));
   const double cell = extent.cell_mm(), first = kFirstSigma * cell;

@@ -165,11 +165,9 @@ template <int Dim>
 Result<Dim> to_result(Work<Dim> work) {
   Result<Dim> out;
   out.stages = std::move(work.reports);
-  const StageReport* main = out.main_stage();
-  if (main && out.stages.back().outcome == Outcome::kStopped) main = &out.stages.back();
-  if (main) {
-    out.outcome = main->outcome;
-    out.message = main->message;
+  if (const StageReport* ending = out.ending_stage()) {
+    out.outcome = ending->outcome;
+    out.message = ending->message;
   }
   // A proposal is no result: an evolution that was stopped before its first step has none.
   std::optional<Vector<Dim>> disobeyed;

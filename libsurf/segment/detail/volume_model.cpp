@@ -84,7 +84,7 @@ double ImageModel::contrast() const {
       for (int i = 0; i < size[0]; i += stride)
         values.push_back(slice[std::size_t(j) * size[0] + i]);
   }
-  return two_class_contrast(values);
+  return two_class_contrast(values, extent().usual);
 }
 
 std::unique_ptr<energy::ShapeEnergy<3>> ImageModel::mumford_shah(

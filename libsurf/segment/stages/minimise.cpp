@@ -173,6 +173,13 @@ bool minimise(Work<Dim>& work, const Minimisation<Dim>& minimisation) {
   }
   if (no_energy) std::rethrow_exception(no_energy);
   flow::FlowOptions flow = minimisation.flow;
+  flow.stop = work.stop;
+  if (flow.keep_content && !flow.content) {  // that of the start, whatever a stage has changed
+    if (work.kept_content)
+      flow.content = work.kept_content;
+    else
+      work.kept_content = shape->geometry().enclosed();
+  }
   const bool is_fitted = are_fitted<Dim>(terms);
   const bool may_rest = is_fitted && !flow.step.tau_max;  // steps that are cut say nothing of rest
   if (may_rest)

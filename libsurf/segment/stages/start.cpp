@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "libsurf/fem/geometry.h"
+#include "libsurf/mesh/point_obstacles.h"
 #include "libsurf/segment/detail/edges_along.h"
 #include "libsurf/segment/detail/point_text.h"
 #include "libsurf/segment/seed_model.h"
@@ -67,6 +68,29 @@ Simplices<Dim> seed_balls(Work<Dim>& work) {
   return work.setting().joined(balls);
 }
 
+/// Its centre if it holds that, else places some cells in from vertices, as in a ring.
+template <int Dim>
+std::vector<Vector<Dim>> points_in(const Simplices<Dim>& shape, double cell_mm) {
+  constexpr Eigen::Index kMost = 32;
+  constexpr double kDepth = 2;  // cells
+  const Points<Dim> centre = shape.points.colwise().mean();
+  if (mesh::are_inside<Dim>(shape, centre).front()) return {Vector<Dim>(centre.row(0).transpose())};
+  const fem::Geometry<Dim> geometry(shape.points, shape.elements);
+  const Eigen::Index n = std::min(kMost, shape.points.rows());
+  Points<Dim> places(n, Dim);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const Eigen::Index vertex = i * shape.points.rows() / n;
+    places.row(i) = shape.points.row(vertex) -
+                    kDepth * cell_mm * geometry.nodal_normals().row(vertex).normalized();
+  }
+  const std::vector<char> flags = mesh::are_inside<Dim>(shape, places);
+  std::vector<Vector<Dim>> out;
+  for (Eigen::Index i = 0; i < n; ++i)
+    if (flags[std::size_t(i)]) out.push_back(places.row(i).transpose());
+  if (out.empty()) out.push_back(centre.row(0).transpose());
+  return out;
+}
+
 template <int Dim>
 class Start : public Stage<Dim> {
  public:
@@ -85,7 +109,10 @@ class Start : public Stage<Dim> {
     work.edge_length_mm = options.edge_length_mm.value_or(kEdgeLength * edge_scale(work, widest));
     work.geometry_tolerance_mm = options.geometry_tolerance_mm.value_or(widest);
     const auto model = work.fields.model(field_options(options, work.sigma_mm));
-    if (!work.seeds_mm.empty()) work.seed = seed_model(work, *model);
+    if (!work.seeds_mm.empty())
+      work.seed = seed_model(work, *model, work.seeds_mm);
+    else if (work.shape.points.rows() > 0)
+      work.seed = seed_model(work, *model, points_in<Dim>(work.shape, work.cell_mm()));
     work.seed_radius_mm = options.seed_radius_mm.value_or(
         std::max(std::clamp(0.7 * work.seed.radius_mm, kLeastRadius * cell, kMostRadius * cell),
                  std::min({kBlurs * edges.blur_mm, kShareOfNearest * edges.nearest_mm,
@@ -115,9 +142,9 @@ class Start : public Stage<Dim> {
     return std::min(widest, std::max(work.cell_mm(), kShareOfStart * start.radius()));
   }
 
-  static SeedModel seed_model(const Work<Dim>& work, const EnergyModel<Dim>& model) {
-    SeedModel out =
-        estimate_seed_model<Dim>(*model.intensity(), work.seeds_mm, work.setting().extent());
+  static SeedModel seed_model(const Work<Dim>& work, const EnergyModel<Dim>& model,
+                              const std::vector<Vector<Dim>>& seeds) {
+    SeedModel out = estimate_seed_model<Dim>(*model.intensity(), seeds, work.setting().extent());
     out.deviation = std::max(out.deviation, kLeastDeviation * work.setting().extent().width());
     return out;
   }

@@ -77,6 +77,19 @@ TEST(Amend, AClickOfWhichNothingIsLeftLeavesAllOfALargeSurface) {
   EXPECT_EQ(two.certainty->share_without_edge, one.certainty->share_without_edge);
 }
 
+TEST(Amend, IsNotForgottenByAStopBeforeTheFirstStep) {
+  Segmentation<3> s(make_setting(phantom(volume::PhantomKind::kSeparateBalls, 0.05)));
+  const int object = s.add_object();
+  s.set_options(object, fine());
+  s.add_click(object, inside(-0.5));
+  s.evolve(object);
+  s.add_click(object, inside(0.5));
+  std::stop_source stopped;
+  stopped.request_stop();
+  ASSERT_EQ(s.evolve(object, {}, stopped.get_token()).outcome, Outcome::kStopped);
+  EXPECT_TRUE(has_stage(s.evolve(object), "amend"));
+}
+
 /// A ball of nodes that loses a layer all round.
 struct LayeredChange {
   SearchGrid<3> grid{test::BallField({0, 0, 0}, 0.5), test::BallField::extent(),

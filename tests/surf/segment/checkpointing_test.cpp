@@ -98,6 +98,18 @@ TEST(ResumingFrom, AStopInACorrectionGoesBackToTheLastStep) {
   EXPECT_TRUE(resumed.states.empty());
 }
 
+// What the search found is in no state: a stop in it leaves nothing, in this run or not.
+TEST(ResumingFrom, AStopInTheSearchIsOneBeforeTheFirstStep) {
+  const ProgressOf<3> stopping = [](const std::string& stage, const auto&, const auto&) {
+    return stage != "propose";
+  };
+  const States all = run({}).states;
+  ASSERT_FALSE(all.empty());
+  const End whole = run({}, "", stopping);
+  ASSERT_EQ(whole.result.outcome, Outcome::kStopped);
+  expect_same(whole, run({}, all.back(), stopping));
+}
+
 INSTANTIATE_TEST_SUITE_P(, Resuming,
                          ::testing::Values(std::vector<EnergyTerm>{},
                                            std::vector<EnergyTerm>{{"minimal-surface", 1, {}}}),

@@ -33,5 +33,12 @@ TEST(TwoClassContrast, IsOneOfConstantValues) {
   EXPECT_EQ(two_class_contrast({}), 1);
 }
 
+// By its range alone all others would be in one of the bins.
+TEST(TwoClassContrast, IsNotThatOfOneBrokenValue) {
+  std::vector<float> values = two_classes(0);
+  values.push_back(1e6F);
+  EXPECT_NEAR(two_class_contrast(values, {1, 3}), 2, 1e-3);
+}
+
 }  // namespace
 }  // namespace surf::segment

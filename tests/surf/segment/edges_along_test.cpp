@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "libsurf/mesh/primitives.h"
 #include "libsurf/segment/segment.h"
 #include "libsurf/volume/phantom.h"
@@ -34,6 +36,29 @@ TEST(EdgesAlong, AskForMoreSmoothingUnderNoise) {
   const EdgesAlong clean = edges_of(96, 0), noisy = edges_of(96, 0.2);
   EXPECT_GT(noisy.sigma_mm, clean.sigma_mm);
   EXPECT_GT(noisy.noise, 100 * clean.noise);
+}
+
+// Across the border of the volume nothing changes: it says nothing of noise or slopes.
+TEST(EdgesAlong, AreNotMeasuredAcrossTheBorder) {
+  volume::PhantomOptions options;
+  options.size = {64, 64, 64};
+  options.noise = 0.1;
+  const volume::Volume whole = volume::make_phantom(options);
+  const double voxel = 2.0 / 63;
+  std::vector<float> values(64 * 64 * 12);  // slices through the middle
+  whole.copy_box({0, 0, 26}, {64, 64, 38}, values.data());
+  Eigen::Affine3d header = whole.index_to_world();
+  header.translate(Vector<3>(0, 0, 26));
+  const double half = 6 * voxel;
+  Triangles cut = mesh::ball(Vector<3>::Zero(), 0.6, 2 * voxel);
+  for (Eigen::Index i = 0; i < cut.points.rows(); ++i)
+    cut.points(i, 2) = std::clamp(cut.points(i, 2), -half, half);
+  Fields<3> fields(make_setting(whole)), of_slices(make_setting({{64, 64, 12}, header, values}));
+  const EdgesAlong all = edges_along<3>(fields, {}, mesh::ball(Vector<3>::Zero(), 0.6, 2 * voxel),
+                                        4 * voxel),
+                   some = edges_along<3>(of_slices, {}, cut, 4 * voxel);
+  EXPECT_NEAR(some.noise, all.noise, 0.3 * all.noise);
+  EXPECT_NEAR(some.slope, all.slope, 0.3 * all.slope);
 }
 
 /// A ball whose edge is that of a step blurred by 0.1 mm, 3.2 voxels.

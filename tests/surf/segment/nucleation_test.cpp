@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "libsurf/mesh/hierarchy.h"
+#include "libsurf/mesh/measure.h"
 #include "libsurf/mesh/primitives.h"
 #include "libsurf/segment/detail/surface_setting.h"
 #include "libsurf/segment/detail/volume_model.h"
@@ -90,6 +91,19 @@ TEST(Nucleation, IsWhatARunFromOutsideNeedsForACavity) {
     ASSERT_EQ(solids.size(), 1u);
     EXPECT_EQ(solids[0].cavities.size(), is_on ? 1u : 0u);
   }
+}
+
+// Each evolution after a cavity was opened would else keep what that has left.
+TEST(Nucleation, LeavesTheVolumeThatIsKept) {
+  SegmentOptions run;
+  run.initial = mesh::ball({0, 0, 0}, 0.6, 0.1);
+  run.energies = {{"chan-vese", 1, {}}, {"area", 0.02, {}}};
+  run.flow.keep_content = true;
+  const double kept = mesh::volume_mm3(segment(shell(), run).shape);
+  run.open_cavities = true;
+  const SegmentResult result = segment(shell(), run);
+  ASSERT_EQ(mesh::solids(mesh::shell_hierarchy(result.shape)).at(0).cavities.size(), 1u);
+  EXPECT_NEAR(mesh::volume_mm3(result.shape), kept, 1e-6 * kept);
 }
 
 // A stroke that ends in the cavity, whose middle is far from it.

@@ -116,6 +116,22 @@ TYPED_TEST(ObjectBoxes, FitWhatLeavesAMargin) {
   EXPECT_GT(box_fit(grid, small), box_fit(grid, at_face));
 }
 
+// Where the box was drawn close what is as near to all faces fits; a leak to one of them does not.
+TYPED_TEST(ObjectBoxes, FitWhatTheyAreDrawnCloseTo) {
+  constexpr int Dim = TypeParam::value;
+  const SearchGrid<Dim> grid = this->grid(this->corners(2, 46, 2, 46));
+  auto leak = NodeBox<Dim>::cube(2, 41);
+  EXPECT_EQ(box_fit(grid, leak), 1);
+  leak.lower[0] = 0;
+  leak.size[0] = 43;
+  EXPECT_LT(box_fit(grid, leak), 0.7);
+  // In a box of half the size half as near is as near.
+  const SearchGrid<Dim> less = this->grid(this->corners(14, 34, 14, 34));
+  auto near = NodeBox<Dim>::cube(6, 9);
+  near.lower[0] = 4;
+  EXPECT_GT(box_fit(less, near), 0.9);
+}
+
 TYPED_TEST(ObjectBoxes, KeepWhatIsFoundWithin) {
   constexpr int Dim = TypeParam::value;
   // The first ball of the dumbbell and a part of the bridge, which goes on beyond the box.

@@ -234,6 +234,36 @@ TEST(Recipe, IsLoadedWhereANameWasUsedAgain) {
   EXPECT_EQ(again.first(again.objects()[1]).name, "liver (2)") << "names are unique at any time";
 }
 
+TEST(Recipe, LeavesNamesForFurtherObjects) {
+  const auto setting = make_setting(phantom());
+  Segmentation<3> s(setting), again(setting);
+  for (int n = 0; n < 3; ++n) s.add_object();
+  s.remove_object(s.objects()[0]);
+  load<3>(to_recipe<3>(s), again);
+  EXPECT_EQ(again.object(again.add_object()).name, "object 4");
+  EXPECT_EQ(again.object(again.add_object()).name, "object 5");
+}
+
+// The second click was asked about under the first options: alone the last evolution would ask
+// under the others.
+TEST(Recipe, RepeatsWhatWasAskedUnderOtherOptions) {
+  const auto setting = make_setting(phantom(volume::PhantomKind::kSeparateBalls, 0.1));
+  Segmentation<3> s(setting), again(setting);
+  const int object = s.add_object();
+  s.add_click(object, inside(-0.5));
+  s.add_click(object, outside(-0.05));  // near the boundary, and on its side
+  s.evolve(object);
+  Options<3> options;
+  options.coarseness = 2;
+  s.set_options(object, options);
+  s.add_click(object, inside(0.5));
+  const Points<3> points = s.evolve(object).shape.points;
+  EXPECT_TRUE(std::get<Evolve<3>>(s.history(object)[2]).is_anew);
+  EXPECT_FALSE(std::get<Evolve<3>>(s.history(object).back()).is_anew);
+  load<3>(to_recipe<3>(s), again);
+  EXPECT_EQ(again.make(object).shape.points, points);
+}
+
 TEST(Recipe, RepeatsADialogueToTheByte) {
   Segmentation<3> s(make_setting(phantom(volume::PhantomKind::kSeparateBalls, 0.05)));
   const int object = s.add_object("two balls");

@@ -6,6 +6,7 @@
 #include <functional>
 #include <numbers>
 #include <numeric>
+#include <random>
 
 #include "libsurf/base/threads.h"
 #include "tests/surf/fixtures.h"
@@ -420,6 +421,23 @@ TEST(RegionSearchInSpace, WorksOnTwoSlices) {
   const auto regions = search<3>(image, {Vector<3>(30, 28, 0.5)});
   ASSERT_FALSE(regions.empty());
   EXPECT_NEAR(std::sqrt(content_of(regions.front()) / (2 * std::numbers::pi)), 15, kEdge);
+}
+
+// Most of its boundary is where the volume ends.
+TEST(RegionSearchInSpace, FindsADiscThroughSomeSlices) {
+  std::mt19937 random(7);
+  std::normal_distribution<float> normal;
+  for (const int n_slices : {8, 10}) {
+    std::vector<float> values;
+    for (int k = 0; k < n_slices; ++k)
+      for (int j = 0; j < 96; ++j)
+        for (int i = 0; i < 96; ++i)
+          values.push_back(float(std::hypot(i - 47.5, j - 47.5) < 28) + 0.05F * normal(random));
+    const LatticeImage<3> image({96, 96, n_slices}, Eigen::Affine3d::Identity(), values);
+    const auto regions = search<3>(image, {Vector<3>(48, 48, n_slices / 2)});
+    ASSERT_FALSE(regions.empty()) << n_slices;
+    EXPECT_NEAR(std::sqrt(content_of(regions.front()) / (n_slices * std::numbers::pi)), 28, kEdge);
+  }
 }
 
 }  // namespace

@@ -109,6 +109,17 @@ TEST(EdgeStrength, TakesNoiseForNoEdge) {
   EXPECT_GT(strength(volume), 2 * median(inside));
 }
 
+// As bone in a CT beside a soft organ.
+TEST(EdgeStrength, DoesNotGrowWithWhatIsFarAway) {
+  const auto volume = volume::make_phantom(ball(0.03));
+  std::vector<float> values(volume.n_voxels());
+  volume.copy_box({0, 0, 0}, volume.size(), values.data());
+  for (std::size_t at = values.size() - values.size() / 30; at < values.size(); ++at)
+    values[at] = 15;
+  const double lambda = strength(volume);
+  EXPECT_NEAR(strength({volume.size(), volume.index_to_world(), values}), lambda, 0.05 * lambda);
+}
+
 TEST(EdgeStrength, OfAnEmptyImageIsPositive) {
   const volume::Volume empty({8, 8, 8}, Eigen::Affine3d::Identity(), std::vector<float>(512, 3));
   EXPECT_GT(estimate_edge_strength<3>(*volume::intensity_field(empty, {}),

@@ -157,6 +157,46 @@ TEST(Segmentation, IsTheSameWheneverItWasStoppedBeforeItsFirstStep) {
   EXPECT_EQ(early->elements, late->elements);
 }
 
+std::stop_token stopped() {
+  std::stop_source out;
+  out.request_stop();
+  return out.get_token();
+}
+
+// A surface that is at rest and has a click on its side, but too near.
+TEST(Segmentation, EvolvesAfterAStopBeforeItsFirstStepAsWithoutIt) {
+  Options<3> options;
+  options.edge_length_mm = 0.05;
+  options.coarseness = 1;
+  Segmentation<3> one = ball(), other = ball();
+  for (Segmentation<3>* s : {&one, &other}) {
+    const int object = s->add_object();
+    s->set_options(object, options);
+    s->add_click(object, inside(0));
+    s->evolve(object);
+    s->add_click(object, inside(0.58));
+  }
+  ASSERT_EQ(other.evolve(1, {}, stopped()).outcome, Outcome::kStopped);
+  const Result<3>&at_once = one.evolve(1), &later = other.evolve(1);
+  EXPECT_EQ(later.stages.front().name, at_once.stages.front().name);
+  ASSERT_EQ(later.shape.points.rows(), at_once.shape.points.rows());
+  EXPECT_EQ(later.shape.points, at_once.shape.points);
+}
+
+// There is nothing to go on from, though no click is against that.
+TEST(Segmentation, BeginsWithTheInitialShapeAfterAStopBeforeItsFirstStep) {
+  Segmentation<3> s = ball();
+  const int object = s.add_object();
+  Options<3> options;
+  options.samples_mm = {{0, 0, 0}};
+  options.initial = s.setting().ball({0, 0, 0}, 0.4, 0.08);
+  options.energies = {{"chan-vese", 1, {}}, {"area", 0.01, {}}};
+  s.set_options(object, options);
+  ASSERT_EQ(s.evolve(object, {}, stopped()).shape.elements.rows(), 0);
+  EXPECT_EQ(s.evolve(object).start.points, s.setting().in_file_order(*options.initial).points);
+  EXPECT_NEAR(s.measures(object).content, 4 * std::numbers::pi / 3 * std::pow(0.6, 3), 0.03);
+}
+
 // An energy that is fitted to its start would be fitted to what it has found, again and again: a
 // liver grew by 16 % in three such changes.
 TEST(Segmentation, OptionsThatComeBackBringTheSurfaceBack) {
@@ -304,6 +344,37 @@ TEST(Segmentation, LosesWhatAClickThatIsTakenBackStoodFor) {
   EXPECT_NEAR(s.measures(object).content, one, 0.01 * one);
 }
 
+// And by an energy that was given, which looks for nothing: whether regions had been looked for
+// before or not, it is as if the click had never been made.
+TEST(Segmentation, LosesByAnEnergyWhatAClickThatIsTakenBackStoodFor) {
+  const auto setting = make_setting(phantom(volume::PhantomKind::kSeparateBalls));
+  Options<3> options;
+  options.energies = {{"minimal-surface", 1, {}}};
+  Segmentation<3> fresh(setting);
+  fresh.add_click(fresh.add_object(), inside(-0.5));
+  fresh.set_options(1, options);
+  const Points<3> one = fresh.evolve(1).shape.points;
+  for (const bool was_looked_for : {false, true}) {
+    Segmentation<3> s(setting);
+    const int object = s.add_object();
+    s.add_click(object, inside(-0.5));
+    s.add_click(object, inside(0.5));
+    if (was_looked_for) s.evolve(object);
+    s.set_options(object, options);
+    s.evolve(object);
+    EXPECT_EQ(s.measures(object).n_components, 2);
+    s.take_back_click(object, 1);
+    const Triangles left = s.evolve(object).shape;
+    ASSERT_EQ(left.points.rows(), one.rows()) << was_looked_for;
+    EXPECT_EQ(left.points, one) << was_looked_for;
+    // The next evolution goes on from there.
+    Options<3> other = options;
+    other.components.fill_cavities = true;
+    s.set_options(object, other);
+    EXPECT_EQ(s.evolve(object).start.points, setting->in_file_order(left).points);
+  }
+}
+
 TEST(Segmentation, TakesAnotherProposal) {
   Segmentation<3> s(make_setting(phantom(volume::PhantomKind::kShell)));
   const int object = s.add_object();
@@ -322,6 +393,18 @@ TEST(Segmentation, TakesAnotherProposal) {
   s.set_options(object, options);
   s.evolve(object);
   EXPECT_NEAR(s.measures(object).content, content, 0.1 * content);
+}
+
+TEST(Segmentation, KeepsItsVerdictWhereTheBestProposalIsChosen) {
+  Segmentation<3> s(make_setting(phantom(volume::PhantomKind::kShell)));
+  const int object = s.add_object();
+  s.add_click(object, inside(0.45));
+  const std::optional<Verdict<3>> verdict = s.propose(object).verdict;
+  ASSERT_TRUE(verdict);
+  for (std::size_t n = s.object(object).result->proposals.size(); n-- > 0;)
+    EXPECT_EQ(s.choose(object, n).verdict.has_value(), n == 0) << n;
+  EXPECT_EQ(s.object(object).result->verdict->text(), verdict->text());
+  EXPECT_TRUE(s.evolve(object).verdict_of_region);
 }
 
 // The last click's first; a click that changes nothing has none of its own.
