@@ -63,6 +63,23 @@ std::optional<std::array<Eigen::Vector2d, 2>> cut_box(const volume::Volume& volu
   return std::array<Eigen::Vector2d, 2>{box.min(), box.max()};
 }
 
+/// @param indices  within the volume
+std::vector<float> values_at(const volume::Volume& volume, const std::vector<Vector3d>& indices,
+                             BetweenVoxels between) {
+  std::vector<float> out;
+  if (between == BetweenVoxels::kLinear) {
+    const std::vector<double> values = volume::interpolate(volume, indices);
+    out.assign(values.begin(), values.end());
+    return out;
+  }
+  out.reserve(indices.size());
+  for (const Vector3d& index : indices) {
+    const Eigen::Array3i voxel = index.array().round().cast<int>();
+    out.push_back(volume.value(voxel[0], voxel[1], voxel[2]));
+  }
+  return out;
+}
+
 ImageSource source_of(const volume::Volume& volume, const std::string& which) {
   ImageSource source;
   source.path = volume.source().path;
@@ -128,7 +145,8 @@ Image VoxelSlices::slice(int k) const {
 }
 
 Image oblique_slice(const volume::Volume& volume, const Vector3d& point_ras_mm,
-                    const Vector3d& normal, std::optional<double> spacing_mm) {
+                    const Vector3d& normal, std::optional<double> spacing_mm,
+                    BetweenVoxels between) {
   if (!(normal.norm() > 0) || !normal.allFinite() || !point_ras_mm.allFinite())
     throw UsageError("a plane needs a finite point and a normal that is not 0");
   const double spacing = spacing_mm.value_or(volume.voxel_size());
@@ -159,10 +177,8 @@ Image oblique_slice(const volume::Volume& volume, const Vector3d& point_ras_mm,
           volume.world_to_index() * (frame * Vector3d(spacing * i, spacing * j, 0));
       indices.push_back(index.cwiseMax(0.0).cwiseMin(last));
     }
-  const std::vector<double> values = volume::interpolate(volume, indices);
-  return Image(size, pixel_to_plane({spacing, spacing}),
-               std::vector<float>(values.begin(), values.end()), source_of(volume, "oblique plane"),
-               frame, spacing);
+  return Image(size, pixel_to_plane({spacing, spacing}), values_at(volume, indices, between),
+               source_of(volume, "oblique plane"), frame, spacing);
 }
 
 Segments carried(const Segments& curves, const Eigen::Affine3d& from, const Eigen::Affine3d& to) {

@@ -41,13 +41,17 @@ class VoxelSlices {
   std::array<bool, 2> is_turned_;  // columns and rows run against the index
 };
 
+/// What a pixel has that lies between voxels. Between labels there is no value.
+enum class BetweenVoxels { kLinear, kNearest };
+
 /// The plane through a point across a normal: square pixels of `spacing_mm` (by default the
-/// volume's voxel size), linear interpolation, as large as the plane's part in the volume. Beyond
-/// the volume the values of its border go on. It is as thick as a pixel is wide. Rows run as nearly
-/// as can be to the patient's feet, or to the back if the plane is axial.
+/// volume's voxel size), as large as the plane's part in the volume. Beyond the volume the values
+/// of its border go on. It is as thick as a pixel is wide. Rows run as nearly as can be to the
+/// patient's feet, or to the back if the plane is axial.
 /// @throws UsageError  a normal of length 0, or the plane misses the volume
 Image oblique_slice(const volume::Volume& volume, const Eigen::Vector3d& point_ras_mm,
-                    const Eigen::Vector3d& normal, std::optional<double> spacing_mm = {});
+                    const Eigen::Vector3d& normal, std::optional<double> spacing_mm = {},
+                    BetweenVoxels between = BetweenVoxels::kLinear);
 
 /// Curves of one slice in the plane of another one, along that one's normal: each slice counts its
 /// millimetres from its own first pixel. Domains stay on the left.

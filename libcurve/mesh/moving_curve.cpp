@@ -61,8 +61,16 @@ MovingCurve::MovingCurve(const Segments& initial, const MovingCurveOptions& opti
     if (!operate(mesh_, surgery).is_resolved)
       throw InvalidMesh("the initial curves intersect and could not be rebuilt");
     note_rebuilt(start);
+  } else if (!intersections(mesh_.points(), mesh_.elements()).empty()) {
+    throw InvalidMesh(
+        "the initial curves, cut off at the image's border, meet one another or themselves, and a "
+        "fixed topology keeps them so; start from others, or with a free topology");
   }
-  if (mesh_.size() == 0) throw InvalidMesh("nothing is left of the initial curves");
+  if (mesh_.size() == 0)
+    throw InvalidMesh(fmt::format(
+        "nothing is left of the initial curves: none encloses {:.3g} mm^2 of the image; start from "
+        "larger ones, or with shorter edges or fewer levels",
+        min_content()));
   find_obstacles();
   mend_mesh(kRoundsAtTheStart);
   approach_held_points();

@@ -15,7 +15,8 @@ class MovingCurve : public mesh::MovingMesh<2> {
  public:
   /// Nodes outside the box start on its border. With kFree, curves that intersect become the
   /// boundary of the domain round which they wind.
-  /// @throws InvalidMesh  not a set of closed polygons, or nothing is left of them
+  /// @throws InvalidMesh  not a set of closed polygons, they meet and the topology is fixed, or
+  /// nothing is left of them
   /// @throws UsageError   options.error() is not empty
   MovingCurve(const Segments& initial, const MovingCurveOptions& options);
 

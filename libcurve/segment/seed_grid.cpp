@@ -56,6 +56,13 @@ Segments seed_grid(const Image& image, const SeedGridOptions& options) {
   if (const std::string error = options.error(); !error.empty()) throw UsageError(error);
   const double radius = options.radius_mm.value_or(0.3 * options.spacing_mm);
   const Eigen::AlignedBox2d box = extent_of(image);
+  constexpr double kMostCircles = 1e6;
+  const double n_circles = (box.sizes().array() / options.spacing_mm + 0.5).floor().prod();
+  if (!(n_circles <= kMostCircles))
+    throw UsageError(fmt::format(
+        "SeedGridOptions::spacing_mm = {} means {:.3g} circles, of which there may be {:g}; make "
+        "it larger",
+        options.spacing_mm, n_circles, kMostCircles));
   const Segments circles = grid_of_circles(box.min(), box.max(), options.spacing_mm, radius,
                                            std::min(options.edge_length_mm, radius / 2));
   Segments out =

@@ -20,7 +20,7 @@ struct SeedGridOptions {
 /// Circles on a grid over the image at whose centre it is brighter, or darker, than its mean: those
 /// all over it would lie as much in the background, and regions that compete might as well take
 /// that for the object.
-/// @throws UsageError  options.error() is not empty, or no circle is left
+/// @throws UsageError  options.error() is not empty, more than a million circles, or none is left
 Segments seed_grid(const Image& image, const SeedGridOptions& options);
 
 }  // namespace surf::curve

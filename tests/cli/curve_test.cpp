@@ -40,6 +40,14 @@ TEST_F(Curveseg, EvaluatesTheMaskThatItWritesWithPixelsOfAnySize) {
   must({"segment", "blob.tif", "--spacing", "0.4,0.5", "--seed", "128,128", "-o", "a.json",
         "--mask", "m.png", "-q"});
   EXPECT_GT(scores("a.json", "m.png")["dice"], 0.999);
+  auto cropped = json("a.json");
+  cropped["size"] = {300, 300};
+  write("files/b.json", cropped.dump());
+  const Outcome noted = must({"evaluate", "b.json", "--reference", "m.png"});
+  EXPECT_NE(noted.err.find("256 x 256 pixels, not the 300 x 300 that b.json was found on; pixels "
+                           "count as 1 mm"),
+            std::string::npos)
+      << noted.err;
   const Outcome refused = run({"evaluate", "a.json", "--reference", "m.png", "--label", "7"});
   EXPECT_EQ(refused.exit_code, 3);
   EXPECT_NE(refused.err.find("no pixel has the label 7"), std::string::npos) << refused.err;
@@ -241,7 +249,8 @@ TEST_F(Curveseg, SegmentsSlicesOfVolumes) {
             std::string::npos);
 }
 
-/// The same ball on any grid; 1 within it, as a label map has it, or with its edge a voxel wide.
+/// The same ball on any grid; 1 within it or its core, as a label map has it, or with its edge a
+/// voxel wide.
 void write_ball_on(const std::string& path, const Eigen::Affine3d& to_ras, const std::string& kind,
                    const std::array<int, 3>& size = {30, 28, 26}) {
   std::vector<float> values;
@@ -250,6 +259,7 @@ void write_ball_on(const std::string& path, const Eigen::Affine3d& to_ras, const
       for (int i = 0; i < size[0]; ++i) {
         const double depth = 11.7 - (to_ras * Eigen::Vector3d(i, j, k)).norm();
         values.push_back(kind == "labels" ? float(depth > 0)
+                         : kind == "core" ? float(depth > 5)
                                           : float(std::clamp(depth + 0.5, 0.0, 1.0)));
       }
   surf::volume::write_volume(path, {size, to_ras, values});
@@ -313,6 +323,16 @@ TEST_F(Curveseg, TakesMarksOfASliceWhereTheyLie) {
       << aside.err;
   EXPECT_EQ(above.exit_code, 3);
   EXPECT_NE(above.err.find("lies in another plane"), std::string::npos) << above.err;
+}
+
+// Labels were interpolated: where they end in a plane there were some that no voxel has.
+TEST_F(Curveseg, TakesMarksOnAnObliquePlane) {
+  const Eigen::Affine3d place(Eigen::Translation3d(-14.5, -13.5, -12.5));
+  write_ball_on(file("ball.nii"), place, "edge");
+  write_ball_on(file("marks.nii"), place, "core");
+  must({"segment", "ball.nii", "--plane", "0,0,0.3,0.2,0.1,1", "--marks", "marks.nii", "-o",
+        "c.json", "--json", "s.json", "-q"});
+  EXPECT_NEAR(json("s.json")["area_mm2"], M_PI * 11.7 * 11.7, 0.03 * M_PI * 11.7 * 11.7);
 }
 
 // Slices 0.4 mm apart with pixels of 1 mm, and an older file, which does not say so.
@@ -472,6 +492,14 @@ const std::vector<Row> kRows = {
      "misses the volume"},
     {"SliceAndPlane", segment({"--slice", "axial:1", "--plane", "0,0,0,0,0,1"}), 2, "give one"},
     {"EdgesBelowThePixel", segment({"--edge-length", "0.0001px"}), 2, "a fiftieth of a pixel"},
+    {"FrameOfImage", segment({"--frame-index", "3"}), 2,
+     "--frame-index: good.tif is an image, not a 4-D volume"},
+    {"PageOfSlice", in_slice({"--seed", "0,0,0", "--page", "1"}), 2, "--page: is of TIFF files"},
+    {"PlaneOfOblongPixels",
+     {"segment", "ball.nii", "--plane", "0,0,0,0,0,1", "--spacing", "1,2", "--seed", "8,8", "-o",
+      "out.json"},
+     2,
+     "--spacing: pixels of a --plane are square"},
     {"SpacingZero", segment({"--spacing", "0"}), 2, "--spacing: a spacing must be positive"},
     {"PageBeyond", segment({"--page", "4"}), 3, "there is no page 4"},
     {"NoOutput", {"segment", "good.tif", "--seed", "8,8"}, 2, "-o: an output file is missing"},
@@ -505,6 +533,13 @@ const std::vector<Row> kRows = {
     {"SeedInRasOfAnImage", segment({"--space", "ras", "--seed", "1,2,3"}), 2, "use px or mm"},
     {"CircleOfTwo", start({"--circle", "8,8"}), 2, "--circle: expected X,Y,RADIUS"},
     {"CircleUnit", start({"--circle", "8,8,3"}), 2, "a length with its unit"},
+    {"CirclesMeetFixed",
+     start({"--circle", "6,8,4px", "--circle", "10,8,4px", "--topology", "fixed"}), 6,
+     "meet one another or themselves, and a fixed topology keeps them so"},
+    {"CirclesTooSmall", start({"--circle", "8,8,0.5px"}), 6,
+     "of the image; start from larger ones, or with shorter edges"},
+    {"GridTooFine", start({"--seeds-grid", "0.001px"}), 2,
+     "--seeds-grid = 0.001 means 2.25e+08 circles"},
     {"GridTooWide", start({"--seeds-grid", "900px"}), 2, "more than the image"},
     {"StartTwice", start({"--circle", "8,8,3px", "--seeds-grid", "9px"}), 2, "give one of them"},
     {"ContourMissing", start({"--contour", "gone.json"}), 3, "gone.json: cannot be read"},
@@ -544,6 +579,10 @@ const std::vector<Row> kRows = {
     {"PhantomSize", {"phantom", "blob", "-o", "o.tif", "--size", "1"}, 2, "--size: expected N"},
     {"PhantomOutput", {"phantom", "blob", "-o", "o.jpg"}, 2, "ends in .tif or .png"},
     {"EvaluateMissing", {"evaluate", "gone.json", "--reference", "x.json"}, 3, "gone.json"},
+    {"EvaluateSliceOfContours",
+     {"evaluate", "crossed.csv", "--reference", "crossed.csv", "--slice", "axial:3"},
+     2,
+     "--slice: crossed.csv holds contours"},
     {"ConfigKey", segment({"--config", "key.json"}), 2, "'radios' is not an option of segment"},
     {"NoVerb", {}, 2, "subcommand is required"},
     {"VerbUnknown", {"segmnet"}, 2, "(see curveseg --help)"},

@@ -121,6 +121,19 @@ TEST_F(ObjectsProgram, AReferenceOfEachObjectIsItsOwnFile) {
   EXPECT_NE(refused.err.find("put {object} into its name"), std::string::npos) << refused.err;
 }
 
+TEST_F(ObjectsProgram, WithNothingToRepeatWasNotInterrupted) {
+  make_pair();
+  must(two({"-o", "{object}.stl", "--recipe", "r.json"}));
+  auto recipe = json("r.json");
+  recipe["objects"][1]["history"] = nlohmann::json::array();
+  std::ofstream(file("r.json")) << recipe;
+  const Outcome outcome = run({"replay", "r.json", "-o", "again-{object}.stl", "-q"});
+  EXPECT_EQ(outcome.exit_code, 7) << outcome.err;
+  EXPECT_NE(outcome.err.find("again-right.stl: nothing has been made of the clicks yet"),
+            std::string::npos)
+      << outcome.err;
+}
+
 // In one ball there is no edge between the two: the first has all but a dent round the other's
 // click.
 TEST_F(ObjectsProgram, WritesTheOthersWhereOneFails) {

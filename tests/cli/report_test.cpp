@@ -107,6 +107,27 @@ TEST_F(Report, TellsOfFailuresToo) {
   EXPECT_EQ(page.find("<canvas"), std::string::npos);
 }
 
+// How the evolution ended is not why there is no surface.
+TEST_F(Report, SaysWhyAResultWasNotWritten) {
+  const Outcome outcome = run({"segment", "ball.nii", "--seed", "0,0,0", "--min-component", "100ml",
+                               "-o", "a.stl", "--report", "r.html", "--json", "s.json", "-q"});
+  ASSERT_EQ(outcome.exit_code, 6) << outcome.err;
+  const std::string why = "the components that are asked for leave nothing";
+  EXPECT_NE(bytes("r.html").find("</b> no surface: " + why), std::string::npos);
+  EXPECT_TRUE(json("s.json").value("not_written", "").starts_with(why));
+}
+
+TEST_F(Report, TellsWhatEarlierObjectsHaveOfOne) {
+  must({"segment", "ball.nii", "--object", "first & best", "--seed", "0,0,0", "--object", "second",
+        "--seed", "2,2,2", "-o", "{object}.stl", "--report", "r.html", "--json", "s.json", "-q"});
+  const auto walls = json("s.json")["objects"][1]["walls"];
+  ASSERT_EQ(walls.size(), 1u);
+  const std::string ml = fmt::format("{:.4g} ml", walls[0]["removed_mm3"].get<double>() / 1000);
+  const std::string page = bytes("r.html");
+  EXPECT_NE(page.find(ml + " that first &amp; best has too went"), std::string::npos);
+  EXPECT_EQ(count(page, " has too went"), 1);
+}
+
 TEST_F(Report, RefusesWhatItCannotDo) {
   EXPECT_EQ(
       run({"segment", "ball.nii", "--seed", "0,0,0", "-o", "a.stl", "--report", "r.pdf"}).exit_code,

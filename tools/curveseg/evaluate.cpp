@@ -108,6 +108,11 @@ Image on_pixels_of_contours(const Request& request, const std::optional<ContourP
   if (!pixels)
     say("note: neither {} nor {} states a pixel size; pixels count as 1 mm (--spacing)\n",
         request.reference.path, request.contour);
+  else if (pixels->size != mask.size())
+    say("note: {} states no pixel size and has {} x {} pixels, not the {} x {} that {} was found "
+        "on; pixels count as 1 mm (--spacing)\n",
+        request.reference.path, mask.size()[0], mask.size()[1], pixels->size[0], pixels->size[1],
+        request.contour);
   if (!pixels || pixels->size != mask.size() || pixels->to_plane.isApprox(mask.pixel_to_plane()))
     return mask;
   const Image out(mask.size(), pixels->to_plane, mask.values(), mask.source());
@@ -145,6 +150,11 @@ ordered_json evaluate(const Request& request) {
     if (request.label)
       throw surf::UsageError(
           fmt::format("--label: {} holds contours and no labels", request.reference.path));
+    for (const auto& [option, value] :
+         {std::pair{"--slice", request.reference.slice}, {"--spacing", request.reference.spacing}})
+      if (!value.empty())
+        throw surf::UsageError(fmt::format("{}: {} holds contours, whose millimetres are its own",
+                                           option, request.reference.path));
     const Segments reference = surf::curve::read_contours(request.reference.path);
     const auto theirs = surf::curve::pixels_of_contours(request.reference.path);
     const Segments found = in_plane(curves, place, place_of(request.reference.path, theirs));

@@ -16,6 +16,7 @@ namespace surfseg::curve_program {
 namespace {
 
 using surf::UsageError;
+using surf::curve::BetweenVoxels;
 using surf::curve::SlicePlane;
 
 struct SliceChoice {
@@ -86,17 +87,27 @@ void ImageArguments::check() const {
   if (!slice.empty() && !plane.empty()) throw UsageError("--slice, --plane: give one of them");
   if (!slice.empty()) parse_slice(slice);
   if (!plane.empty()) parse_plane(plane);
-  parse_spacing(spacing);
+  const auto spacing_mm = parse_spacing(spacing);
+  if (spacing_mm && !plane.empty() && (*spacing_mm)[0] != (*spacing_mm)[1])
+    throw UsageError(fmt::format(
+        "--spacing: pixels of a --plane are square; expected one length; got '{}'", spacing));
   which.check();
   if (page < 0) throw UsageError(fmt::format("--page: expected 0 or more; got {}", page));
+  if (page > 0 && !(slice.empty() && plane.empty()))
+    throw UsageError("--page: is of TIFF files; --slice and --plane are of volumes");
 }
 
 surf::curve::Image ImageArguments::read() const {
   check();
   const auto spacing_mm = parse_spacing(spacing);
   if (slice.empty() && plane.empty()) {
-    if (surf::curve::is_image_file(path))
+    if (surf::curve::is_image_file(path)) {
+      if (which.frame_index > 0)
+        throw UsageError(fmt::format(
+            "--frame-index: {} is an image, not a 4-D volume; --page names a TIFF file's page",
+            path));
       return surf::curve::read_image(path, {.spacing_mm = spacing_mm, .page = page});
+    }
     // A volume is known by its own reader, whose message is the better one where it begins as one.
     try {
       which.read(path);
@@ -119,7 +130,8 @@ surf::curve::Image ImageArguments::read() const {
   const PlaneChoice choice = parse_plane(plane);
   return surf::curve::oblique_slice(
       volume, choice.point, choice.normal,
-      spacing_mm ? std::optional<double>((*spacing_mm)[0]) : std::nullopt);
+      spacing_mm ? std::optional<double>((*spacing_mm)[0]) : std::nullopt,
+      are_labels ? BetweenVoxels::kNearest : BetweenVoxels::kLinear);
 }
 
 void add_image_arguments(CLI::App& command, ImageArguments& a) {

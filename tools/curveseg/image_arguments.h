@@ -17,6 +17,7 @@ struct ImageArguments {
   std::string path, spacing, slice, plane;
   VolumeArguments which;
   int page = 0;
+  bool are_labels = false;  ///< not typed: pixels of --plane have the label of the nearest voxel
 
   /// What can be found wrong before the file is read.
   /// @throws surf::UsageError

@@ -141,6 +141,7 @@ class SegmentCurves : public CurveCommand {
         arguments_.marks, box(image().size()), has_inside, [&](const std::string& path) {
           ImageArguments which = arguments_.image;
           which.path = path;
+          which.are_labels = true;
           which.which.frame_index = 0;
           if (const std::string ending = surf::extension(path);
               ending != ".tif" && ending != ".tiff")

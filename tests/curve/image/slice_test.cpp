@@ -136,5 +136,22 @@ TEST(ObliqueSlice, InterpolatesThePlane) {
   EXPECT_THROW(oblique_slice(volume, point, {0, 0, 0}), UsageError);
 }
 
+// Half way between a voxel of label 2 and one of 0 lay a label 1.
+TEST(ObliqueSlice, HasNoLabelsThatNoVoxelHas) {
+  std::vector<float> labels(5 * 6 * 7);
+  for (std::size_t at = 0; at < labels.size(); ++at) labels[at] = at / 30 == 3 ? 2 : 0;
+  const volume::Volume volume({5, 6, 7}, Eigen::Affine3d::Identity(), labels);
+  for (const Eigen::Vector3d& normal : {Eigen::Vector3d(0, 0, 1), Eigen::Vector3d(1, 2, 3)}) {
+    const Image image = oblique_slice(volume, {2, 2.5, 3.5}, normal, 0.5, BetweenVoxels::kNearest);
+    for (const float label : image.values()) EXPECT_TRUE(label == 0 || label == 2) << label;
+    for (int j = 0; j < image.size()[1]; ++j)
+      for (int i = 0; i < image.size()[0]; ++i) {
+        const double z = (*image.plane_to_ras() * Eigen::Vector3d(0.5 * i, 0.5 * j, 0))[2];
+        if (std::abs(std::abs(z - 3) - 0.5) < 0.01) continue;
+        EXPECT_EQ(image.value(i, j), std::abs(z - 3) < 0.5 ? 2 : 0);
+      }
+  }
+}
+
 }  // namespace
 }  // namespace surf::curve

@@ -124,6 +124,15 @@ TEST(MovingCurve, WithFixedTopologyNeverTouchesItself) {
   EXPECT_EQ(n_components(curve), 4);
 }
 
+// They could never move apart, and what came of them was refused at the end.
+TEST(MovingCurve, WithFixedTopologyRefusesAStartThatMeetsItself) {
+  MovingCurveOptions options = options_with(kEdge);
+  const Segments both = joined({circle({0, 0}, 1, kEdge), circle({1.5, 0}, 1, kEdge)});
+  EXPECT_EQ(n_components(MovingCurve(both, options)), 1);
+  options.topology = Topology::kFixed;
+  EXPECT_THROW(MovingCurve(both, options), InvalidMesh);
+}
+
 TEST(MovingCurve, ReportsWhatItHoldsBack) {
   MovingCurveOptions options = options_with(kEdge);
   options.topology = Topology::kFixed;

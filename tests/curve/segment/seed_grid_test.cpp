@@ -57,6 +57,13 @@ TEST(SeedGrid, RefusesCirclesThatTouchAndAGridWiderThanTheImage) {
   EXPECT_THROW(seed_grid(image, options), UsageError);
 }
 
+// 1.6e11 circles: memory ran full.
+TEST(SeedGrid, RefusesMoreCirclesThanCanBeHeld) {
+  SeedGridOptions options;
+  options.spacing_mm = 128 / 4e5;
+  EXPECT_THROW(seed_grid(discs(false), options), UsageError);
+}
+
 TEST(SeedGrid, SaysWhereNothingStandsOut) {
   const Image flat({20, 20}, pixel_to_plane({1, 1}), std::vector<float>(400, 5.0f));
   SeedGridOptions options;
