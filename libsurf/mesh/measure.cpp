@@ -53,19 +53,24 @@ double volume_mm3(const Triangles& surface) {
 
 Vector<3> centroid(const Triangles& surface) {
   const Vector<3> base = base_point(surface);
-  Vector<3> of_volume = Vector<3>::Zero(), of_area = Vector<3>::Zero();
+  Vector<3> of_volume = Vector<3>::Zero(), of_area = Vector<3>::Zero(), opening = of_area;
   double sixfold = 0, doubled = 0;
   for (Eigen::Index row = 0; row < surface.elements.rows(); ++row) {
     const auto [a, b, c] = corners(surface, row);
     const Vector<3> sum = a + b + c - 3 * base;
     const double volume = triple(a - base, b - base, c - base);
-    const double area = (b - a).cross(c - a).norm();
+    const Vector<3> normal = (b - a).cross(c - a);
+    const double area = normal.norm();
     sixfold += volume;
     doubled += area;
+    opening += normal;              // of a closed surface nothing
     of_volume += volume * sum / 4;  // the tetrahedron's fourth corner is the base
     of_area += area * sum / 3;
   }
-  if (sixfold != 0) return base + of_volume / sixfold;
+  // What an open surface spans with the base is a matter of the base; holes of a few triangles do
+  // not matter.
+  constexpr double kMostOpen = 0.01;  // of the area
+  if (sixfold != 0 && opening.norm() <= kMostOpen * doubled) return base + of_volume / sixfold;
   return doubled > 0 ? Vector<3>(base + of_area / doubled) : base;
 }
 

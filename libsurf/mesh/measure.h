@@ -14,7 +14,8 @@ double area_mm2(const Triangles& surface);
 /// normals point outward; cavities count negative. Meaningless if open.
 double volume_mm3(const Triangles& surface);
 
-/// Centre of mass of the enclosed volume [mm, RAS]; of the area if the volume is zero.
+/// Centre of mass of the enclosed volume [mm, RAS]; of the area if the volume is zero or the
+/// surface is open.
 Vector<3> centroid(const Triangles& surface);
 
 /// One edge-connected part of a surface.

@@ -76,9 +76,13 @@ double quantile(std::vector<double> values, double share) {
 
 template <int Dim>
 Json certainty_to_json(const Certainty<Dim>& certainty) {
-  const std::vector<double> deviations(certainty.deviation_mm.begin(),
-                                       certainty.deviation_mm.end()),
-      strengths(certainty.edge_strength.begin(), certainty.edge_strength.end());
+  std::vector<double> deviations, strengths;
+  for (Eigen::Index i = 0; i < certainty.deviation_mm.size(); ++i) {
+    if (certainty.deviation_mm[i] == 0)
+      continue;  // on the image's border, where nothing is located
+    deviations.push_back(certainty.deviation_mm[i]);
+    strengths.push_back(certainty.edge_strength[i]);
+  }
   Json out = {
       {Keys<Dim>::content_deviation, certainty.content_deviation},
       {"deviation_mm",

@@ -8,6 +8,7 @@
 #include "libsurf/mesh/primitives.h"
 #include "tools/report/report.h"
 #include "tools/report/scene.h"
+#include "tools/report/sections.h"
 
 namespace surfseg::report {
 namespace {
@@ -70,6 +71,26 @@ TEST(ReportPage, ShowsASmallObjectBesideALargeOne) {
   EXPECT_EQ(
       seen.json[1]["triangles"].get<std::string>().size(),
       surf::base64(std::string(std::size_t(6 * finished[1].shape.elements.rows()), '0')).size());
+}
+
+TEST(ReportPage, NamesAFolderWhateverItsPathEndsIn) {
+  for (const char* path : {"ct", "ct/", "scans/ct", "scans/ct/"}) EXPECT_EQ(file_name(path), "ct");
+}
+
+// Numbers of nothing are not 0: an object between the centres of voxels has no mean.
+TEST(ReportPage, HasNoIntensitiesWithoutVoxels) {
+  surf::segment::Object<3> object;
+  object.result = std::make_shared<const surf::segment::Result<3>>();
+  surf::segment::Finished<3> finished;
+  ReportedObject<3> reported{&object, &finished, nlohmann::ordered_json::object()};
+  surf::mesh::RegionIntensities intensities;
+  intensities.shell = {.n_voxels = 7, .mean = 3};
+  reported.entry["intensities"] = intensities_json(intensities);
+  EXPECT_EQ(reported.entry["intensities"]["inside"].size(), 1u);
+  const std::string page = number_sections(reported);
+  EXPECT_NE(page.find("Inside: voxels</th><td>0<"), std::string::npos) << page;
+  EXPECT_EQ(page.find("Inside: mean"), std::string::npos);
+  EXPECT_NE(page.find("around: mean</th><td>3<"), std::string::npos);
 }
 
 }  // namespace

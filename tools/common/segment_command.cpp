@@ -324,16 +324,18 @@ ExitCode SegmentCommand<Dim>::run_one(const Input& input, const Objects& objects
   if (arguments_.candidates) candidates = write_candidates(*input.setting, objects[n]);
   const surf::segment::Finished<Dim>* shape =
       finished[n].finished ? &*finished[n].finished : nullptr;
-  const auto entries = [&](const surf::segment::Measures<Dim>* failed) {
+  const auto entries = [&](const surf::segment::Measures<Dim>* failed, const std::string& why) {
     auto out = ordered_json::parse(failed ? surf::segment::summary_json<Dim>(result, *failed)
                                           : surf::segment::summary_json<Dim>(result, shape));
+    if (!why.empty()) out["not_written"] = why;
     if (shape) measure(object, *shape, 0, out);
     if (objects.size() > 1) out["walls"] = walls_to_json(objects, finished, n);
     if (arguments_.candidates) out["candidates"] = candidates;
     return out;
   };
-  const auto tell_all = [&](ExitCode code, const surf::segment::Measures<Dim>* failed = nullptr) {
-    const ordered_json entry = entries(failed);
+  const auto tell_all = [&](ExitCode code, const std::string& why = {},
+                            const surf::segment::Measures<Dim>* failed = nullptr) {
+    const ordered_json entry = entries(failed, why);
     summarise(code, entry);
     write_report(code, {{&object, shape, entry}});
   };
@@ -342,13 +344,13 @@ ExitCode SegmentCommand<Dim>::run_one(const Input& input, const Objects& objects
   } catch (const surf::NoObject& error) {
     const ExitCode code = signal_exit_code() == kDone ? kNoObject : signal_exit_code();
     note_result(result, "");
-    tell_all(code);
+    tell_all(code, with_option_names(error.what(), program()));
     if (code != kNoObject) throw;
     throw surf::NoObject(fmt::format("{}: not written: {}", path, error.what()));
   } catch (const surf::InvalidMesh& error) {
     const auto measures = input.setting->measures(result.shape);
     note_result(result, "");
-    tell_all(kInvalidResult, &measures);
+    tell_all(kInvalidResult, error.what(), &measures);
     throw surf::InvalidMesh(fmt::format("{}: not written: {}", path, error.what()));
   }
   write(object, *shape);
@@ -401,10 +403,11 @@ ExitCode SegmentCommand<Dim>::run_several(const Input& input, const Objects& obj
       try {
         std::rethrow_exception(finished[n].failure);
       } catch (const surf::NoObject& error) {
-        entry["not_written"] = result.outcome == surf::segment::Outcome::kEmpty
+        const bool is_interrupted = signal_exit_code() != kDone;
+        entry["not_written"] = is_interrupted && result.outcome == surf::segment::Outcome::kEmpty
                                    ? "interrupted before it was begun"
                                    : with_option_names(error.what(), program());
-        if (signal_exit_code() == kDone) code = kNoObject;
+        if (!is_interrupted) code = kNoObject;
       } catch (const surf::InvalidMesh& error) {
         entry["not_written"] = error.what();
         code = kInvalidResult;

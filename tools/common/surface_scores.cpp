@@ -30,8 +30,10 @@ ordered_json overlap_json(const Triangles& surface, const Verification& verifica
   // A label's volume is that of its voxels, not of the surface between their centres.
   const double reference_volume =
       reference.labels ? overlap.second_mm3 : std::abs(surf::mesh::volume_mm3(reference.surface));
-  scores["dice"] = overlap.dice();
-  scores["jaccard"] = overlap.jaccard();
+  if (overlap.first_mm3 + overlap.second_mm3 > 0) {  // else both lie between the grid's points
+    scores["dice"] = overlap.dice();
+    scores["jaccard"] = overlap.jaccard();
+  }
   scores["volume_mm3"] = volume;
   scores["reference_volume_mm3"] = reference_volume;
   scores["volume_difference_percent"] = 100 * (volume - reference_volume) / reference_volume;

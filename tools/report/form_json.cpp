@@ -8,6 +8,7 @@ using nlohmann::ordered_json;
 ordered_json point_json(const surf::Vector<3>& point) { return {point[0], point[1], point[2]}; }
 
 ordered_json statistics_json(const surf::mesh::IntensityStatistics& of) {
+  if (of.n_voxels == 0) return {{"voxels", 0}};
   return {{"voxels", of.n_voxels},
           {"mean", of.mean},
           {"standard_deviation", of.standard_deviation},

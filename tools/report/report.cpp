@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <filesystem>
 #include <stdexcept>
 
 #include "libsurf/base/base64.h"
@@ -132,7 +131,7 @@ Text text_of(const Case& of) {
 
 std::string page_of(const Case& of, const Text& text, const Scene& shown) {
   std::string out(page_files().html);
-  const std::string file = std::filesystem::path(of.volume.source().path).filename().string();
+  const std::string file = file_name(of.volume.source().path);
   put(out, "/*style*/", std::string(page_files().style));
   put(out, "<!--title-->", html_text(file));
   put(out, "<!--heading-->", html_text(file));

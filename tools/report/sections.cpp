@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <vector>
 
 #include "tools/common/html.h"
 
@@ -97,9 +98,10 @@ std::string intensities_block(const ordered_json& intensities) {
     rows.add(where + ": mean", of, "mean");
     rows.add(where + ": standard deviation", of, "standard_deviation");
     rows.add(where + ": median", of, "median");
-    rows.add(where + ": 5 to 95 %",
-             fmt::format("{:.6g} to {:.6g}", of["percentile_5"].get<double>(),
-                         of["percentile_95"].get<double>()));
+    if (of.contains("percentile_5"))
+      rows.add(where + ": 5 to 95 %",
+               fmt::format("{:.6g} to {:.6g}", of["percentile_5"].get<double>(),
+                           of["percentile_95"].get<double>()));
   }
   return rows.html("Values of the voxels whose centres lie there, as the file has them.");
 }
@@ -214,7 +216,23 @@ std::string proposals_table(const ordered_json& proposals) {
   return out + "</table>\n";
 }
 
+/// What earlier objects have of it; verdict and border are those of the whole.
+std::vector<std::string> walls_of(const ordered_json& entry) {
+  std::vector<std::string> out;
+  for (const ordered_json& wall : part(entry, "walls"))
+    out.push_back(fmt::format(
+        "{:.4g} ml that {} has too went, which comes before it; {:.4g} cm² of its wall is theirs",
+        wall["removed_mm3"].get<double>() / 1000, text(wall, "with"),
+        wall["area_mm2"].get<double>() / 100));
+  return out;
+}
+
 }  // namespace
+
+std::string file_name(const std::string& path) {
+  const std::filesystem::path named(path);
+  return (named.has_filename() ? named : named.parent_path()).filename().string();
+}
 
 std::string name_of(const ReportedObject<3>& object) {
   return object.object->name.empty() ? "The surface" : object.object->name;
@@ -229,7 +247,8 @@ std::string trust_of(const ReportedObject<3>& object) {
 std::string verdict_section(const ReportedObject<3>& object) {
   const auto& result = *object.object->result;
   const bool has_failed = !object.finished;
-  std::string words = has_failed ? "no surface: " + result.message
+  const std::string why = text(object.entry, "not_written");
+  std::string words = has_failed ? "no surface: " + (why.empty() ? result.message : why)
                       : result.verdict
                           ? result.verdict->text()
                           : "no verdict: such ways of segmenting have not been measured; look at "
@@ -251,6 +270,8 @@ std::string verdict_section(const ReportedObject<3>& object) {
                           "the volume's border",
                           100 * result.border_share)
             : "does not touch the border of the volume");
+  if (!has_failed)
+    for (const std::string& wall : walls_of(object.entry)) line(false, wall);
   for (const std::string& note : result.notes) line(false, note);
   return out + "</ul>\n";
 }
@@ -280,7 +301,7 @@ std::string input_section(const Case& of) {
   const auto& volume = of.volume;
   const auto& source = volume.source();
   Rows rows("The volume");
-  rows.add("File", std::filesystem::path(source.path).filename().string());
+  rows.add("File", file_name(source.path));
   rows.add("Format", fmt::format("{}, {}", source.format, source.scalar_type));
   rows.add("Voxels",
            fmt::format("{} x {} x {}", volume.size()[0], volume.size()[1], volume.size()[2]));

@@ -20,6 +20,9 @@ std::string input_section(const Case& of);
 /// A paragraph for a paper, and what to cite.
 std::string methods_section(const Case& of);
 
+/// "ct" of the file or folder "scans/ct", and of "scans/ct/".
+std::string file_name(const std::string& path);
+
 /// "liver", or "The surface" of the only one.
 std::string name_of(const ReportedObject<3>& object);
 

@@ -12,6 +12,7 @@
 #include "libsurf/segment/finish_objects.h"
 #include "libsurf/volume/write_volume.h"
 #include "tools/common/exit_codes.h"
+#include "tools/common/field_names.h"
 #include "tools/common/outputs.h"
 #include "tools/common/replay.h"
 #include "tools/report/report.h"
@@ -139,6 +140,17 @@ surfseg::ReportedObject<3> reported(const State& state, const ObjectState& objec
     entry["intensities"] = report::intensities_json(
         surf::mesh::region_intensities(shape->shape, state.volume->volume));
   }
+  if (finished.failure) {
+    try {
+      std::rethrow_exception(finished.failure);
+    } catch (const surf::Error& error) {
+      entry["not_written"] = with_option_names(error.what(), "surfseg");
+    }
+  }
+  for (const surf::segment::Wall& wall : finished.walls)
+    entry["walls"].push_back({{"with", state.objects[wall.other].object.name},
+                              {"removed_mm3", wall.removed},
+                              {"area_mm2", wall.measure}});
   return {&object.object, shape, entry};
 }
 

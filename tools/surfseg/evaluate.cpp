@@ -6,7 +6,6 @@
 #include <optional>
 
 #include "libsurf/base/error.h"
-#include "libsurf/io/read_surface.h"
 #include "tools/common/outputs.h"
 #include "tools/common/report.h"
 #include "tools/common/surface_scores.h"
@@ -18,7 +17,6 @@ namespace surfseg {
 namespace {
 
 using nlohmann::ordered_json;
-using surf::Triangles;
 
 constexpr const char* kFooter =
     "SURFACE and a reference MESH are .stl, .obj, .ply or .vtp, in the space their header states\n"
@@ -41,14 +39,10 @@ struct Request {
   std::optional<int> label;
   std::string unstated_space = "lps";
   VolumeArguments which;
-
-  Triangles read(const std::string& path) const {
-    return surf::io::read_surface(path, {file_space(unstated_space)});
-  }
 };
 
 ordered_json evaluate(const Request& request) {
-  const Triangles surface = request.read(request.surface);
+  const surf::Triangles surface = read_compared(request.surface, request.unstated_space);
   ordered_json scores = {{"surface", request.surface},
                          {"reference", request.reference},
                          {"label", request.label ? ordered_json(*request.label) : ordered_json()}};
@@ -65,11 +59,15 @@ std::string text_of(const ordered_json& scores) {
     return fmt::format(fmt::runtime(format), value.get<double>());
   };
   const ordered_json &distance = scores["distance"], &quality = scores["quality"];
-  if (scores["dice"].is_null()) {
+  if (scores["volume_mm3"].is_null()) {
     lines.add("overlap", "none: a surface is open or not oriented and encloses no volume");
   } else {
-    lines.add("Dice", number(scores["dice"], "{:.4f}"));
-    lines.add("Jaccard", number(scores["jaccard"], "{:.4f}"));
+    if (scores["dice"].is_null()) {
+      lines.add("overlap", "unknown: no point of the grid over both lies in either of them");
+    } else {
+      lines.add("Dice", number(scores["dice"], "{:.4f}"));
+      lines.add("Jaccard", number(scores["jaccard"], "{:.4f}"));
+    }
     lines.add("volume", number(scores["volume_mm3"], "{:.1f} mm3") +
                             number(scores["volume_difference_percent"], " ({:+.2f} %)"));
     lines.add("reference volume", number(scores["reference_volume_mm3"], "{:.1f} mm3"));

@@ -9,6 +9,7 @@
 #include "libsurf/base/log.h"
 #include "libsurf/io/read_surface.h"
 #include "libsurf/mesh/from_label_map.h"
+#include "libsurf/mesh/measure.h"
 #include "tools/common/outputs.h"
 
 namespace surfseg {
@@ -38,12 +39,20 @@ std::optional<std::string> no_label_map(const surf::volume::Volume& volume) {
 
 }  // namespace
 
+surf::Triangles read_compared(const std::string& path, const std::string& unstated_space) {
+  surf::Triangles out = surf::io::read_surface(path, {file_space(unstated_space)});
+  if (!(surf::mesh::area_mm2(out) > 0))
+    throw surf::InputError(fmt::format(
+        "{}: none of its triangles has an area, so that nothing can be compared", path));
+  return out;
+}
+
 Reference read_reference(const std::string& path, const std::optional<int>& label,
                          const VolumeArguments& which, const std::string& unstated_space) {
   Reference reference;
   if (surf::io::is_readable_surface(path)) {
     if (label) throw surf::UsageError(fmt::format("--label: {} is a mesh and has no labels", path));
-    reference.surface = surf::io::read_surface(path, {file_space(unstated_space)});
+    reference.surface = read_compared(path, unstated_space);
   } else {
     reference.labels = which.read(path);
     if (const auto why = label ? std::nullopt : no_label_map(*reference.labels))

@@ -9,6 +9,11 @@
 
 namespace surfseg {
 
+/// A mesh to compare.
+/// @param unstated_space  if its header states none: "ras" or "lps"
+/// @throws surf::InputError  cannot be read, or has no area
+surf::Triangles read_compared(const std::string& path, const std::string& unstated_space);
+
 /// A mesh by its name's ending, else a label map.
 /// @param unstated_space  of a mesh whose header states none: "ras" or "lps"
 /// @throws surf::UsageError  a label of a mesh

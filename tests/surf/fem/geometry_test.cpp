@@ -257,11 +257,10 @@ TYPED_TEST(GeometryOf, ContentChangesByItsDerivativeAlongTheDirections) {
     return shape.moved_to(shape.points() + step * V.asDiagonal() * shape.directions()).enclosed();
   };
   const double difference = (content_at(kStep) - content_at(-kStep)) / (2 * kStep);
-  Eigen::VectorXd derivative = shape.content_derivative();
-  EXPECT_GT(derivative.minCoeff(), 0);
-  for (Eigen::Index i = 0; i < shape.n_vertices(); ++i)
-    if (shape.directions().row(i).isZero(0)) derivative[i] = 0;
+  const Eigen::VectorXd derivative = shape.content_derivative();
   EXPECT_NEAR(derivative.dot(V), difference, 1e-8);
+  for (Eigen::Index i = 0; i < shape.n_vertices(); ++i)
+    if (shape.directions().row(i).isZero(0)) EXPECT_EQ(derivative[i], 0);
 }
 
 TYPED_TEST(GeometryOf, WithoutElementsOnTheBorderIsAsWithoutABorder) {

@@ -4,6 +4,7 @@
 #include <sys/wait.h>
 
 #include <cstdlib>
+#include <fstream>
 #include <regex>
 
 #include "libsurf/io/write_surface.h"
@@ -120,6 +121,20 @@ TEST_F(EvaluateCommand, OpenSurfacesHaveDistancesButNoDice) {
   EXPECT_NE(output_.find("3 border edges"), std::string::npos);
 }
 
+// The grid that counts has 256 points along both together.
+TEST_F(EvaluateCommand, SurfacesBetweenThePointsOfTheGridHaveNoDice) {
+  io::write_surface(path("a.ply"), sphere({0, 0, 0}, 0.05, 2));
+  io::write_surface(path("b.ply"), sphere({300, 0.03, 0.02}, 0.05, 2));
+  ASSERT_EQ(run(fmt::format("{} --reference {} --json {}", path("a.ply"), path("b.ply"),
+                            path("scores.json"))),
+            0);
+  const std::string json = read(path("scores.json"));
+  EXPECT_NE(json.find("\"dice\": null"), std::string::npos) << json;
+  EXPECT_GT(number(json, "\"volume_mm3\""), 0);
+  EXPECT_EQ(output_.find("nan"), std::string::npos) << output_;
+  EXPECT_NE(output_.find("overlap            unknown: no point"), std::string::npos) << output_;
+}
+
 TEST_F(EvaluateCommand, FailsWithItsCodes) {
   const std::string a = ball("a.stl", 10), labels = ball_labels();
   EXPECT_EQ(run(a), 2);  // no reference
@@ -129,6 +144,16 @@ TEST_F(EvaluateCommand, FailsWithItsCodes) {
   EXPECT_EQ(run(fmt::format("{} --reference {}", a, path("none.nii"))), 3);
   EXPECT_EQ(run(fmt::format("{} --reference {} --label 9", a, labels)), 3);
   EXPECT_NE(output_.find("no voxel has the label 9"), std::string::npos) << output_;
+  const std::string line = path("line.ply");
+  std::ofstream(line) << "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\n"
+                         "property float y\nproperty float z\nelement face 1\n"
+                         "property list uchar int vertex_indices\nend_header\n"
+                         "0 0 0\n1 1 1\n2 2 2\n3 0 1 2\n";
+  for (const auto& [first, second] : {std::pair{line, a}, {a, line}}) {
+    EXPECT_EQ(run(fmt::format("{} --reference {}", first, second)), 3);
+    EXPECT_NE(output_.find("line.ply: none of its triangles has an area"), std::string::npos)
+        << output_;
+  }
   EXPECT_EQ(run(fmt::format("{} --reference {} --json {}", a, a, path("no/folder/s.json"))), 4);
 }
 

@@ -18,6 +18,32 @@ TEST(Measure, CubeIsExact) {
   EXPECT_NEAR((centroid(surface) - Vector<3>(0.5, 0.5, 0.5)).norm(), 0, kRounding);
 }
 
+// The volume that it spans with one of its points is rounding, and a quotient of two of that may be
+// anywhere.
+TEST(Measure, TheCentroidOfAnOpenSurfaceIsThatOfItsArea) {
+  const Eigen::Matrix3d turn =
+      Eigen::AngleAxisd(0.7, Vector<3>(1, 2, -0.5).normalized()).toRotationMatrix();
+  constexpr int n = 9;
+  std::vector<Vector<3>> points;
+  std::vector<std::array<int, 3>> elements;
+  for (int i = 0; i < n; ++i)
+    for (int j = 0; j < n; ++j) {
+      points.push_back(turn * Vector<3>(1.3 * (i - 4), 1.1 * (j - 4), 0) + Vector<3>(7, 8, 9));
+      const int at = i * n + j;
+      if (i + 1 == n || j + 1 == n) continue;
+      elements.push_back({at, at + 1, at + n});
+      elements.push_back({at + 1, at + n + 1, at + n});
+    }
+  for (const bool is_rounded : {false, true}) {  // as in an STL file
+    Triangles sheet = to_triangles(points, elements);
+    if (is_rounded) sheet.points = sheet.points.cast<float>().cast<double>().eval();
+    EXPECT_NEAR((centroid(sheet) - Vector<3>(7, 8, 9)).norm(), 0, 1e-5);
+  }
+  // A hole of one triangle is no matter.
+  EXPECT_NEAR((centroid(without_triangle(sphere({1, 2, 3}, 2, 4), 7)) - Vector<3>(1, 2, 3)).norm(),
+              0, 0.01);
+}
+
 TEST(Measure, FarFromTheOriginLosesNothing) {
   const Triangles surface = moved(cube(), {4096, -8192, 65536});  // coordinates stay exact
   EXPECT_EQ(volume_mm3(surface), volume_mm3(cube()));

@@ -54,9 +54,11 @@ TEST(EdgesAlong, AreNotMeasuredAcrossTheBorder) {
   for (Eigen::Index i = 0; i < cut.points.rows(); ++i)
     cut.points(i, 2) = std::clamp(cut.points(i, 2), -half, half);
   Fields<3> fields(make_setting(whole)), of_slices(make_setting({{64, 64, 12}, header, values}));
-  const EdgesAlong all = edges_along<3>(fields, {}, mesh::ball(Vector<3>::Zero(), 0.6, 2 * voxel),
-                                        4 * voxel),
-                   some = edges_along<3>(of_slices, {}, cut, 4 * voxel);
+  Options<3> options_now;
+  options_now.sigma_mm = voxel;  // noise is that which this leaves
+  const EdgesAlong all = edges_along<3>(fields, options_now,
+                                        mesh::ball(Vector<3>::Zero(), 0.6, 2 * voxel), 4 * voxel),
+                   some = edges_along<3>(of_slices, options_now, cut, 4 * voxel);
   EXPECT_NEAR(some.noise, all.noise, 0.3 * all.noise);
   EXPECT_NEAR(some.slope, all.slope, 0.3 * all.slope);
 }

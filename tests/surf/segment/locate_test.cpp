@@ -247,6 +247,18 @@ TEST_F(LocateStage, IsWrittenWithTheSurfaceAndInTheSummary) {
   }
 }
 
+// Where the surface ends because the volume does both are 0, which says nothing of the edges.
+TEST(Certainty, IsThatOfTheVerticesOffTheBorderInTheSummary) {
+  Result<3> result;
+  Finished<3> finished;
+  finished.certainty.emplace();
+  finished.certainty->deviation_mm = Eigen::VectorXd{{0, 0, 0, 0.5, 0.25, 1}};
+  finished.certainty->edge_strength = Eigen::VectorXd{{0, 0, 0, 20, 30, 10}};
+  const auto summary = nlohmann::json::parse(summary_json<3>(result, &finished)).at("certainty");
+  EXPECT_EQ(summary.at("deviation_mm").at("median"), 0.5);
+  EXPECT_EQ(summary.at("edge_strength").at("median"), 20);
+}
+
 TEST(LocateOption, ComesBackFromJson) {
   for (const std::optional<bool> locate : {std::optional<bool>(), {true}, {false}}) {
     SegmentOptions options;
