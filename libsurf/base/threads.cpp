@@ -1,6 +1,7 @@
 #include "libsurf/base/threads.h"
 
 #include <tbb/global_control.h>
+#include <tbb/task_arena.h>
 
 namespace surf {
 
@@ -13,5 +14,10 @@ ThreadLimit::ThreadLimit(int n_threads)
                                          std::size_t(n_threads))}) {}
 
 ThreadLimit::~ThreadLimit() = default;
+
+bool is_on_one_thread() {
+  return tbb::this_task_arena::max_concurrency() == 1 ||
+         tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism) == 1;
+}
 
 }  // namespace surf

@@ -16,4 +16,7 @@ class ThreadLimit {
   std::unique_ptr<Impl> impl_;
 };
 
+/// Whether the caller has but one thread, for whom nothing is done ahead of its turn.
+bool is_on_one_thread();
+
 }  // namespace surf

@@ -1,6 +1,7 @@
 #include "libsurf/mesh/surgery.h"
 
 #include <fmt/format.h>
+#include <tbb/parallel_for.h>
 
 #include <OpenMesh/Core/Utils/PropertyManager.hh>
 #include <algorithm>
@@ -8,10 +9,14 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <optional>
 #include <unordered_map>
+#include <utility>
+#include <vector>
 
 #include "libsurf/base/disjoint_sets.h"
 #include "libsurf/base/error.h"
+#include "libsurf/base/threads.h"
 #include "libsurf/mesh/bisection.h"
 #include "libsurf/mesh/detail/event_refinement.h"
 #include "libsurf/mesh/detail/rebuilt_regions.h"
@@ -102,14 +107,43 @@ class Surgery {
     }
   }
 
-  /// Plans what has no plan yet; false if a cluster has failed too often.
+  RegionPlan plan_of(const Cluster& cluster, const ConnectedSurface& surface, LargeParts& large,
+                     const std::vector<char>& is_event) const {
+    return plan_region(surface, large, is_event, {cluster.events, cluster.others, reach(cluster)},
+                       h_);
+  }
+
+  /// Of all clusters that have none, side by side, ahead of their turns.
+  std::vector<std::optional<RegionPlan>> plans_ahead(const ConnectedSurface& surface,
+                                                     LargeParts& large,
+                                                     const std::vector<char>& is_event) const {
+    std::vector<std::optional<RegionPlan>> out(clusters_.size());
+    if (is_on_one_thread()) return out;
+    tbb::parallel_for(std::size_t(0), clusters_.size(), [&](std::size_t c) {
+      const Cluster& cluster = clusters_[c];
+      if (!cluster.is_planned && cluster.n_failures < options_.max_attempts)
+        out[c] = plan_of(cluster, surface, large, is_event);
+    });
+    return out;
+  }
+
+  /// Plans what has no plan yet; false if a cluster has failed too often. Plans that were made
+  /// before there were other events are made anew.
   bool plan(const ConnectedSurface& surface, LargeParts& large, std::vector<char>& is_event) {
+    std::vector<std::optional<RegionPlan>> ahead;
+    bool are_stale = true;
     for (std::size_t c = 0; c < clusters_.size(); ++c) {
       Cluster& cluster = clusters_[c];
+      if (are_stale && !cluster.is_planned) {
+        ahead = plans_ahead(surface, large, is_event);
+        are_stale = false;
+      }
       while (!cluster.is_planned) {
         if (cluster.n_failures >= options_.max_attempts) return false;
-        RegionPlan plan_of_region = plan_region(
-            surface, large, is_event, {cluster.events, cluster.others, reach(cluster)}, h_);
+        RegionPlan plan_of_region = !are_stale && ahead[c]
+                                        ? std::move(*ahead[c])
+                                        : plan_of(cluster, surface, large, is_event);
+        ahead[c].reset();
         switch (plan_of_region.state) {
           case RegionPlan::State::kFits:
             cluster.patch = std::move(plan_of_region.patch);
@@ -121,6 +155,7 @@ class Surgery {
             else if (const double failed = reach(cluster);
                      take_in(plan_of_region.wanted, cluster, is_event)) {
               if (!std::isinf(failed)) ++cluster.n_failures;
+              are_stale = true;
             } else {
               // The same again would fail again: on to another reach.
               do ++cluster.n_failures;

@@ -5,6 +5,7 @@
 #include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <numbers>
 
 namespace surf::segment {
@@ -269,7 +270,8 @@ SeedModel estimate_seed_model(const SearchGrid<Dim>& grid, const Vector<Dim>& se
 template <int Dim>
 double estimate_edge_strength(const Field<Dim>& I, std::span<const Vector<Dim>> seeds,
                               const ImageExtent<Dim>& extent) {
-  constexpr int kRays = 48;  // each costs the tiles it crosses
+  constexpr int kRays = 48;                  // each costs the tiles it crosses
+  constexpr double kLeastPronounced = 0.25;  // of the peaks
   const Frame<Dim> frame(extent);
   const double voxel_mm = frame.spacing;
   const std::vector<Vector<Dim>> centers = cell_centers(extent, seeds);
@@ -294,7 +296,13 @@ double estimate_edge_strength(const Field<Dim>& I, std::span<const Vector<Dim>> 
     peaks[n] = first_peak<Dim>(I, centers[n / std::size_t(rays.rows())], rays.row(ray).transpose(),
                                voxel_mm / 2, background, extent);
   });
-  return std::max({0.25 * median(peaks), 3 * measured, 1e-30});
+  std::vector<double> pronounced;
+  std::copy_if(peaks.begin(), peaks.end(), std::back_inserter(pronounced),
+               [&](double peak) { return peak > 5 * background; });
+  // The others may end at the border of the image, before there is an edge.
+  if (kLeastPronounced * double(peaks.size()) <= double(pronounced.size()))
+    return std::max(0.25 * median(std::move(pronounced)), 3 * measured);
+  return std::max({0.25 * median(std::move(peaks)), 3 * background, 1e-30});
 }
 
 template <int Dim>

@@ -47,7 +47,8 @@ std::vector<std::array<int, Dim>> nearest_nodes(const Vector<Dim>& index,
 /// Edge strength lambda for (5.1): a quarter of the median, over rays from the seeds, of the first
 /// pronounced peak of |grad I|, but at least three times the median of |grad I| round the seeds,
 /// within 1.5 or 3 cells, whichever is less, so that what varies there counts as no edge. Scales
-/// with the intensities; does not look beyond the first edges.
+/// with the intensities; does not look beyond the first edges. Rays that meet no such peak have no
+/// say if a quarter of them do.
 /// @return [intensity / mm], > 0
 template <int Dim>
 double estimate_edge_strength(const Field<Dim>& I, std::span<const Vector<Dim>> seeds,

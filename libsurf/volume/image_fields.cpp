@@ -65,12 +65,19 @@ const Grid& SmoothedVolume::grid() const { return smoother_->grid(); }
 
 std::size_t SmoothedVolume::memory_bytes() const { return smoother_->memory_bytes(); }
 
+NodalValues SmoothedVolume::values() const {
+  return [smoother = smoother_](const Index3& lower, const Index3& upper, float* out) {
+    const ValueBox box = smoother->box(lower, upper);
+    std::copy(box.values.begin(), box.values.end(), out);
+  };
+}
+
 std::shared_ptr<const TiledField> SmoothedVolume::intensity() const {
-  return std::make_shared<const TiledField>(
-      grid(), [smoother = smoother_](const Index3& lower, const Index3& upper, float* out) {
-        const ValueBox box = smoother->box(lower, upper);
-        std::copy(box.values.begin(), box.values.end(), out);
-      });
+  return std::make_shared<const TiledField>(grid(), values());
+}
+
+std::shared_ptr<const SplineIntegral> SmoothedVolume::intensity_integral() const {
+  return std::make_shared<const SplineIntegral>(grid(), values());
 }
 
 std::shared_ptr<const TiledField> SmoothedVolume::edge_indicator(double lambda,

@@ -4,6 +4,7 @@
 #include <memory>
 #include <optional>
 
+#include "libsurf/volume/spline_integral.h"
 #include "libsurf/volume/tiled_field.h"
 #include "libsurf/volume/volume.h"
 
@@ -62,6 +63,8 @@ class SmoothedVolume {
   const Grid& grid() const;
   /// Smoothed intensities as a C^2 field.
   std::shared_ptr<const TiledField> intensity() const;
+  /// Its integral along the first axis of the grid.
+  std::shared_ptr<const SplineIntegral> intensity_integral() const;
   /// Edge indicator H = 1 / (1 + |grad I|^2 / lambda^2), thesis (5.1), as a C^2 field: H is
   /// computed at the grid's nodes from the smoothed intensities and then approximated by one cubic
   /// B-spline, whose own derivatives are grad H and D2H.
@@ -73,6 +76,8 @@ class SmoothedVolume {
   std::size_t memory_bytes() const;
 
  private:
+  NodalValues values() const;
+
   std::shared_ptr<const Smoother> smoother_;
 };
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <utility>
 #include <vector>
 
@@ -50,6 +51,12 @@ std::optional<Flips::FlipPlan> Flips::plan(EdgeHandle edge) const {
   const double before = std::max(angle_cosines(a, b, c).sharpest, angle_cosines(b, a, d).sharpest);
   const double after = std::max(angle_cosines(c, d, b).sharpest, angle_cosines(d, c, a).sharpest);
   if (!(after < before)) return std::nullopt;
+  if (options_
+          .box) {  // else it would cut off an edge of the box, or the line where the surface ends
+    const std::uint8_t of_edge = options_.box->faces(a) & options_.box->faces(b);
+    if ((of_edge & options_.box->faces(c)) != (of_edge & options_.box->faces(d)))
+      return std::nullopt;
+  }
   const Vector3d mean = area_normal(a, b, c) + area_normal(b, a, d);
   if (turns_too_far(mean, area_normal(c, d, b)) || turns_too_far(mean, area_normal(d, c, a)))
     return std::nullopt;

@@ -3,14 +3,13 @@
 #pragma once
 
 #include <tbb/enumerable_thread_specific.h>
-#include <tbb/global_control.h>
 #include <tbb/parallel_for.h>
-#include <tbb/task_arena.h>
 
 #include <type_traits>
 #include <utility>
 #include <vector>
 
+#include "libsurf/base/threads.h"
 #include "libsurf/mesh/detail/star_patch.h"
 
 namespace surf::mesh {
@@ -29,9 +28,7 @@ void plan_ahead(const Mending& work, const std::vector<Item>& items, const Verti
                 const MayTry& may_try, const Plan& plan, const CarryOut& carry_out) {
   using Planned = std::invoke_result_t<const Plan&, const Item&, StarPatch&>;
   constexpr std::size_t kAhead = 256;  // planned at once
-  const bool is_alone =
-      tbb::this_task_arena::max_concurrency() == 1 ||
-      tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism) == 1;
+  const bool is_alone = is_on_one_thread();
   tbb::enumerable_thread_specific<StarPatch> patches([&work] { return StarPatch(work); });
   // Of those whose stars meet one is planned ahead: where it is carried out the others would have
   // been planned for nothing.

@@ -265,11 +265,17 @@ bool LargeParts::are_known_to_bound(int triangle) {
   if (part_[triangle] < 0) return false;
   Part& part = parts_[part_[triangle]];
   if (part.n_triangles < kLarge) return false;
-  if (!part.bounds)
-    part.bounds =
-        winding_beside(surface_.triangles.points, surface_.triangles.elements, part.largest)
-            .outer == 0;
-  return *part.bounds;
+  const auto known = [&] {
+    const std::lock_guard lock(mutex_);
+    return part.bounds;
+  };
+  if (const auto bounds = known()) return *bounds;
+  const bool bounds =
+      winding_beside(surface_.triangles.points, surface_.triangles.elements, part.largest).outer ==
+      0;
+  const std::lock_guard lock(mutex_);
+  part.bounds = bounds;
+  return bounds;
 }
 
 std::vector<int> remove_phantom_parts(const ConnectedSurface& surface, LargeParts& large,

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <limits>
+#include <mutex>
 #include <optional>
 #include <vector>
 
@@ -40,6 +41,7 @@ bool add_necks(const ConnectedSurface& surface, const std::vector<int>& core,
                std::vector<int>& near);
 
 /// Parts of a surface between its events that are too large to be looked at for each region anew.
+/// Several threads may ask.
 class LargeParts {
  public:
   /// @param surface  must outlive this object
@@ -60,6 +62,7 @@ class LargeParts {
   const ConnectedSurface& surface_;
   std::vector<int> part_;  // of the triangles; -1 = event
   std::vector<Part> parts_;
+  std::mutex mutex_;  // of what is known of the parts
 };
 
 /// Removes parts of the surface that border on what is removed, cross no event and do not bound the

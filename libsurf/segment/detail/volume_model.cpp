@@ -53,7 +53,15 @@ std::shared_ptr<const Field<3>> ImageModel::make_edge_indicator(double lambda) c
 std::size_t ImageModel::memory_bytes() const {
   std::size_t out = smoothed_.memory_bytes() + intensity_->memory_bytes();
   for (const auto& field : edge_indicators_) out += field->memory_bytes();
+  if (integral_) out += integral_->memory_bytes();
   return out;
+}
+
+std::optional<energy::Antiderivative<3>> ImageModel::antiderivative() const {
+  const volume::Grid& grid = smoothed_.grid();
+  if (double(grid.size[0]) * grid.size[1] * grid.size[2] > kMostIntegrated) return {};
+  if (!integral_) integral_ = smoothed_.intensity_integral();
+  return energy::Antiderivative<3>{grid.index_to_world.linear().col(0), integral_};
 }
 
 /// One pass over the voxels, needed by the outer mean only.

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <array>
+#include <memory>
+#include <optional>
 #include <vector>
 
 #include "libsurf/base/index_box.h"
@@ -29,6 +31,8 @@ class ImageModel : public EnergyModel<3> {
 
   const volume::Volume& volume() const { return volume_; }
   std::shared_ptr<const Field<3>> intensity() const override { return intensity_; }
+  /// Where there are at most kMostIntegrated nodes, since whole rows of them are kept.
+  std::optional<energy::Antiderivative<3>> antiderivative() const override;
   /// Of the two classes of voxels.
   double contrast() const override;
   std::size_t memory_bytes() const override;
@@ -40,11 +44,14 @@ class ImageModel : public EnergyModel<3> {
   energy::ImageTotals sum_up() const override;
 
  private:
+  static constexpr double kMostIntegrated = 1 << 24;
+
   volume::Volume volume_;
   volume::SmoothedVolume smoothed_;
   volume::DerivativeFilter filter_;
   std::shared_ptr<const volume::TiledField> intensity_;
   mutable std::vector<std::shared_ptr<const volume::TiledField>> edge_indicators_;
+  mutable std::shared_ptr<const volume::SplineIntegral> integral_;  // null until it is asked for
 };
 
 }  // namespace surf::segment
