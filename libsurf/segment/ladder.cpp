@@ -132,6 +132,29 @@ NodeSet<Dim> core(const NodeBox<Dim>& grid, const NodeSet<Dim>& inside, double r
   return out;
 }
 
+/// A core with what lies straight between it and the border of the grid, which a ball round a node
+/// of the core does not fill: where an object goes on beyond the border its opening ends there as
+/// it is, without a rim or a corner rounded by r.
+template <int Dim>
+NodeSet<Dim> up_to_border(const NodeBox<Dim>& grid, NodeSet<Dim> core, double r) {
+  const NodeBox<Dim> box = core.box();
+  const int reach = int(std::floor(r));
+  for (int axis = 0; axis < Dim; ++axis) {
+    const int size = box.size[axis];
+    if (has_few_slices(grid, axis) || reach >= size) continue;
+    NodeSet<Dim> low = core, high = core;
+    low.erase_layers(axis, box.lower[axis] == 0 ? reach + 1 : 0, size);
+    high.erase_layers(axis, 0, box.lower[axis] + size == grid.size[axis] ? size - 1 - reach : size);
+    for (int step = 0; step < reach; ++step) {
+      low |= low.next_along(axis);
+      high |= high.previous_along(axis);
+    }
+    core |= low;
+    core |= high;
+  }
+  return core;
+}
+
 /// The component of a window that holds the seeds, in its own box; of no box if there is none.
 template <int Dim>
 NodeSet<Dim> window_at(const SeedView<Dim>& view, const Ladder& ladder, double level) {
@@ -152,7 +175,8 @@ Rung<Dim> opening(const SeedView<Dim>& view, const NodeSet<Dim>& window, double 
   if (starts.empty()) return rung;
   deep = deep.component(starts);
   const NodeBox<Dim> box = deep.bounds(int(std::ceil(r)) + kMargin);
-  rung.inside = (deep.in(box).dilated(r) & window.in(box)).filled();
+  rung.inside =
+      (up_to_border(view.grid.box(), deep.in(box), r).dilated(r) & window.in(box)).filled();
   rung.neck_radius = r;
   measure(view.grid.box(), view.grid.level(), view.edge, rung);
   return rung;

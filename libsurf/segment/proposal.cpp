@@ -16,8 +16,13 @@ namespace {
 
 /// The shape ended at the outer faces of the cells where it leaves the box of their centres;
 /// vertices that come to the same place there, at its corners and edges, become one.
+/// @param depth  of the outermost nodes below the faces, in cells: beside an edge of the box the
+///               shape of a level ends on its faces so far from it, and cuts it off. What lies on
+///               one of two such faces goes to the edge; less than 0: it stays cut off
 template <int Dim>
-Simplices<Dim> in_box(const ImageExtent<Dim>& extent, const Simplices<Dim>& shape) {
+Simplices<Dim> in_box(
+    const ImageExtent<Dim>& extent, const Simplices<Dim>& shape,
+    const Eigen::Array<double, Dim, 1>& depth = Eigen::Array<double, Dim, 1>::Constant(-1)) {
   using Array = Eigen::Array<double, Dim, 1>;
   Array last;
   for (int axis = 0; axis < Dim; ++axis) last[axis] = extent.size[axis] - 1;
@@ -32,8 +37,16 @@ Simplices<Dim> in_box(const ImageExtent<Dim>& extent, const Simplices<Dim>& shap
       continue;
     }
     // Rounded, so that places that differ by rounding alone are one.
-    const Array ended =
-        (index < 0).select(extent.first(), (index > last).select(extent.last(), index));
+    Array ended = (index < 0).select(extent.first(), (index > last).select(extent.last(), index));
+    for (int axis = 0; axis < Dim; ++axis) {
+      if (index[axis] >= 0 && index[axis] <= last[axis]) continue;
+      for (int other = 0; other < axis; ++other) {
+        if (index[other] <= extent.first()[other] + depth[other])
+          ended[other] = extent.first()[other];
+        if (index[other] >= extent.last()[other] - depth[other])
+          ended[other] = extent.last()[other];
+      }
+    }
     const Array at = (ended * 1e6).round() / 1e6;
     std::array<double, Dim> key;
     std::copy(at.begin(), at.end(), key.begin());
@@ -69,13 +82,24 @@ bool is_sound(const Setting<Dim>& setting, const Simplices<Dim>& shape) {
 /// pass; nothing if that does not either.
 template <int Dim>
 std::optional<Simplices<Dim>> boundary(const Setting<Dim>& setting, const Region<Dim>& region) {
+  constexpr double kRounding = 1e-6;
   std::vector<float> values = region.share;
+  const Eigen::Array<double, Dim, 1> half_nodes =
+      (setting.extent().world_to_index.linear() * region.node_to_world.linear())
+          .diagonal()
+          .cwiseAbs()
+          .array() /
+      2;
   for (const bool is_smooth : {true, false}) {
     if (!is_smooth)
       for (float& value : values) value = value > 0.5f ? 1.f : 0.f;
-    Simplices<Dim> out = in_box<Dim>(
-        setting.extent(), setting.shape_of_level(values, region.size, region.node_to_world, 0.5));
-    if (is_sound<Dim>(setting, out)) return out;
+    const Simplices<Dim> level =
+        setting.shape_of_level(values, region.size, region.node_to_world, 0.5);
+    for (const bool is_sharp : {true, false}) {
+      Simplices<Dim> out = is_sharp ? in_box<Dim>(setting.extent(), level, half_nodes + kRounding)
+                                    : in_box<Dim>(setting.extent(), level);
+      if (is_sound<Dim>(setting, out)) return out;
+    }
   }
   return std::nullopt;
 }

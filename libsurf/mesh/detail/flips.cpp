@@ -51,11 +51,11 @@ std::optional<Flips::FlipPlan> Flips::plan(EdgeHandle edge) const {
   const double before = std::max(angle_cosines(a, b, c).sharpest, angle_cosines(b, a, d).sharpest);
   const double after = std::max(angle_cosines(c, d, b).sharpest, angle_cosines(d, c, a).sharpest);
   if (!(after < before)) return std::nullopt;
-  if (options_
-          .box) {  // else it would cut off an edge of the box, or the line where the surface ends
-    const std::uint8_t of_edge = options_.box->faces(a) & options_.box->faces(b);
-    if ((of_edge & options_.box->faces(c)) != (of_edge & options_.box->faces(d)))
-      return std::nullopt;
+  if (options_.box) {  // else it would cut off an edge of the box
+    const std::uint8_t of_edge = options_.box->faces(a) & options_.box->faces(b),
+                       with_c = of_edge & options_.box->faces(c),
+                       with_d = of_edge & options_.box->faces(d);
+    if (with_c != 0 && with_d != 0 && with_c != with_d) return std::nullopt;
   }
   const Vector3d mean = area_normal(a, b, c) + area_normal(b, a, d);
   if (turns_too_far(mean, area_normal(c, d, b)) || turns_too_far(mean, area_normal(d, c, a)))

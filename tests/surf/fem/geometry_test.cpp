@@ -260,7 +260,9 @@ TYPED_TEST(GeometryOf, ContentChangesByItsDerivativeAlongTheDirections) {
   const Eigen::VectorXd derivative = shape.content_derivative();
   EXPECT_NEAR(derivative.dot(V), difference, 1e-8);
   for (Eigen::Index i = 0; i < shape.n_vertices(); ++i)
-    if (shape.directions().row(i).isZero(0)) EXPECT_EQ(derivative[i], 0);
+    if (shape.directions().row(i).isZero(0)) {
+      EXPECT_EQ(derivative[i], 0);
+    }
 }
 
 TYPED_TEST(GeometryOf, WithoutElementsOnTheBorderIsAsWithoutABorder) {
