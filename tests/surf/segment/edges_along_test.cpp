@@ -2,8 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
-
 #include "libsurf/mesh/primitives.h"
 #include "libsurf/segment/segment.h"
 #include "libsurf/volume/phantom.h"
@@ -49,11 +47,11 @@ TEST(EdgesAlong, AreNotMeasuredAcrossTheBorder) {
   whole.copy_box({0, 0, 26}, {64, 64, 38}, values.data());
   Eigen::Affine3d header = whole.index_to_world();
   header.translate(Vector<3>(0, 0, 26));
-  const double half = 6 * voxel;
+  Fields<3> fields(make_setting(whole)), of_slices(make_setting({{64, 64, 12}, header, values}));
   Triangles cut = mesh::ball(Vector<3>::Zero(), 0.6, 2 * voxel);
   for (Eigen::Index i = 0; i < cut.points.rows(); ++i)
-    cut.points(i, 2) = std::clamp(cut.points(i, 2), -half, half);
-  Fields<3> fields(make_setting(whole)), of_slices(make_setting({{64, 64, 12}, header, values}));
+    cut.points.row(i) =
+        of_slices.setting().extent().clamped(cut.points.row(i).transpose()).transpose();
   Options<3> options_now;
   options_now.sigma_mm = voxel;  // noise is that which this leaves
   const EdgesAlong all = edges_along<3>(fields, options_now,
