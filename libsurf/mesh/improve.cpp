@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <numbers>
 #include <optional>
@@ -117,12 +118,35 @@ class Improvement {
     return places;
   }
 
+  /// Along the line on which the surface ends on a face of the box, as far as its neighbours there
+  /// are from being equally far, in the direction in that face that keeps the volume.
+  std::vector<Vector3d> places_along_line(VertexHandle vertex, const StarPatch& patch) const {
+    const Vector3d& z = work_.point(vertex);
+    Vector3d middle = Vector3d::Zero();
+    int n_ends = 0;
+    for (const HalfedgeHandle spoke : mesh_.voh_range(vertex)) {
+      if (work_.is_on_border(mesh_.face_handle(spoke)) ==
+          work_.is_on_border(mesh_.opposite_face_handle(spoke)))
+        continue;
+      middle += 0.5 * work_.point(mesh_.to_vertex_handle(spoke));
+      ++n_ends;
+    }
+    const unsigned faces = options_.box->faces(z);
+    if (n_ends != 2 || !std::has_single_bit(faces)) return {};
+    const Vector3d of_face = options_.box->normals().row(std::countr_zero(faces)).transpose();
+    const Vector3d along = of_face.cross(patch.rim_normal(z));
+    if (!(along.norm() > 0.01 * patch.rim_normal(z).norm())) return {};
+    const Vector3d shift = (middle - z).dot(along) / along.squaredNorm() * along;
+    return {z + shift, z + 0.5 * shift, z + 0.2 * shift};
+  }
+
   std::optional<StarPlan> plan_move(VertexHandle vertex, StarPatch& patch) const {
-    if (work_.ends_on_border(vertex)) return std::nullopt;
     patch.collect(vertex);
     // By 1 % of the angle at least, so that sweeps end.
     const double angle = std::acos(std::min(1.0, sharpest(patch.before)));
-    std::vector<Vector3d> places = places_in_plane(patch, work_.point(vertex));
+    std::vector<Vector3d> places = work_.ends_on_border(vertex)
+                                       ? places_along_line(vertex, patch)
+                                       : places_in_plane(patch, work_.point(vertex));
     work_.keep_on_border(vertex, vertex, places);
     const auto best = patch.best_place(places, std::cos(1.01 * angle),
                                        std::max(options_.max_length, longest_spoke(patch.before)));

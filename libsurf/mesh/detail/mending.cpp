@@ -24,15 +24,16 @@ Mending::Mending(TriMesh& mesh_now, const ImproveOptions& options_now)
       changed_(mesh_now.n_vertices(), 0),
       witnesses_(mesh_now.n_faces()) {}
 
+bool Mending::is_on_border(FaceHandle face) const {
+  std::uint8_t common = 0xff;
+  for (const VertexHandle corner : mesh.fv_range(face)) common &= options.box->faces(point(corner));
+  return common != 0;
+}
+
 bool Mending::ends_on_border(VertexHandle vertex) const {
   if (!options.box || options.box->faces(point(vertex)) == 0) return false;
   bool is_on = false, is_off = false;
-  for (const FaceHandle face : mesh.vf_range(vertex)) {
-    std::uint8_t common = 0xff;
-    for (const VertexHandle corner : mesh.fv_range(face))
-      common &= options.box->faces(point(corner));
-    (common != 0 ? is_on : is_off) = true;
-  }
+  for (const FaceHandle face : mesh.vf_range(vertex)) (is_on_border(face) ? is_on : is_off) = true;
   return is_on && is_off;
 }
 

@@ -78,6 +78,8 @@ class Mending {
     return false;
   }
 
+  /// Whether a face lies in one of the box's. @pre  there is a box
+  bool is_on_border(OpenMesh::FaceHandle face) const;
   /// Whether a vertex has faces on the box's border and others.
   bool ends_on_border(OpenMesh::VertexHandle vertex) const;
   /// Places for what stands for both vertices: in the faces of the box that they lie on, and where
