@@ -16,6 +16,7 @@ namespace {
 constexpr double kRounding = 1e-3;  // cells: corners are written with some digits
 constexpr int kThinnest = 3;        // cells
 constexpr double kLeastGap = 8, kMostGap = 22, kNear = 4, kFar = 25;  // mm, in boxes of kUsual
+constexpr int kClose = 2;  // nodes: what reaches a face has leaked, however close the box is drawn
 constexpr double kUsual = 40;       // mm: in a smaller box all of these are shorter, as it is
 constexpr double kMostOfFar = 1.6;  // of all faces together
 
@@ -104,7 +105,7 @@ NodeSet<Dim> outside_faces(const SearchGrid<Dim>& grid) {
 template <int Dim>
 double box_fit(const SearchGrid<Dim>& grid, const NodeBox<Dim>& object) {
   double near = 0, nearest_to_all = std::numeric_limits<double>::infinity(), far = 0;
-  int n_faces = 0;
+  int n_faces = 0, least_nodes = kClose;
   for (int axis = 0; axis < Dim; ++axis)
     for (const bool is_last : {false, true}) {
       if (!grid.is_outside_beyond(axis, is_last)) continue;
@@ -116,10 +117,11 @@ double box_fit(const SearchGrid<Dim>& grid, const NodeBox<Dim>& object) {
                    too_far = std::max(0.0, gap / scale - kMostGap) / kFar;
       near += 0.5 * too_near * too_near;
       nearest_to_all = std::min(nearest_to_all, 0.5 * too_near * too_near);
+      least_nodes = std::min(least_nodes, is_last ? after : before);
       ++n_faces;
       far += 0.5 * too_far * too_far;
     }
-  if (n_faces > 0) near -= n_faces * nearest_to_all;
+  if (n_faces > 0 && least_nodes >= kClose) near -= n_faces * nearest_to_all;
   return std::exp(-near - std::min(far, kMostOfFar));
 }
 

@@ -41,8 +41,8 @@ NodeSet<Dim> outside_faces(const SearchGrid<Dim>& grid);
 /// over the gaps to the faces beyond which the object cannot be; 1 if there is none. What reaches a
 /// face has nearly always leaked; what stays far from one may be a part of the object. Along an
 /// axis along which the box is shorter than 40 mm the lengths are, too; and what is as near to all
-/// faces is so because the box was drawn close: of each face's share of `near` the least counts for
-/// none.
+/// faces, and no nearer than two nodes, is so because the box was drawn close: of each face's share
+/// of `near` the least counts for none.
 /// @param object  the box of its nodes, without a margin
 template <int Dim>
 double box_fit(const SearchGrid<Dim>& grid, const NodeBox<Dim>& object);
