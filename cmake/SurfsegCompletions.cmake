@@ -9,7 +9,7 @@ function(surfseg_add_completions program)
       COMMAND ${CMAKE_COMMAND} -E make_directory ${CMAKE_BINARY_DIR}/completion
       COMMAND ${PROJECT_SOURCE_DIR}/tools/completion/make-completion.sh ${shell}
               $<TARGET_FILE:${program}> ${output}
-      DEPENDS ${program} ${PROJECT_SOURCE_DIR}/tools/completion/make-completion.sh
+      DEPENDS ${program} ${SURFSEG_OWN_LIBRARIES} ${PROJECT_SOURCE_DIR}/tools/completion/make-completion.sh
       COMMENT "Writing the completion of ${program} for ${shell}"
       VERBATIM)
     set(SURFSEG_COMPLETIONS ${SURFSEG_COMPLETIONS} ${output})

@@ -31,6 +31,7 @@ file(CREATE_LINK ${PROJECT_SOURCE_DIR}/data/presets ${CMAKE_BINARY_DIR}/share/su
      SYMBOLIC)
 
 if(SURFSEG_BUILD_TOOLS)
+  set(SURFSEG_OWN_LIBRARIES surf curve)  # a part of the help is theirs; a change of them links no program anew
   include(SurfsegManPages)
   include(SurfsegCompletions)
   install(FILES ${PROJECT_SOURCE_DIR}/packaging/surfseg-studio.desktop DESTINATION share/applications)

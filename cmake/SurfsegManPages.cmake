@@ -16,7 +16,8 @@ function(surfseg_add_man_page program verb name)
     COMMAND ${CMAKE_COMMAND} -E make_directory ${CMAKE_BINARY_DIR}/man
     COMMAND ${PROJECT_SOURCE_DIR}/tools/man/make-page.sh $<TARGET_FILE:${program}>
             ${PROJECT_VERSION} "${verb}" "${name}" ${output}
-    DEPENDS ${program} ${PROJECT_SOURCE_DIR}/tools/man/make-page.sh
+    DEPENDS ${program} ${SURFSEG_OWN_LIBRARIES} ${PROJECT_SOURCE_DIR}/tools/man/make-page.sh
+            ${PROJECT_SOURCE_DIR}/cmake/SurfsegManPages.cmake  # whose list it reads
     COMMENT "Writing man page ${page}.1"
     VERBATIM)
   set(SURFSEG_MAN_PAGES ${SURFSEG_MAN_PAGES} ${output} PARENT_SCOPE)

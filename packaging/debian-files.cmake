@@ -3,14 +3,15 @@
 # looks for it.
 set(root ${CPACK_TEMPORARY_INSTALL_DIRECTORY}/usr)
 file(GLOB programs ${root}/bin/*)
-file(GLOB libraries ${root}/lib/*.so.*.*.*)
-file(GLOB_RECURSE modules ${root}/lib/python3/*.so)
-foreach(file ${programs} ${libraries} ${modules})
+file(GLOB_RECURSE libraries ${root}/*.so.*.*.* ${root}/_surfseg*.so)  # whatever the folders are
+foreach(file ${programs} ${libraries})
   file(RPATH_REMOVE FILE ${file})
 endforeach()
 
 set(documents ${root}/share/doc/surfseg)
 file(MAKE_DIRECTORY ${documents})
+file(CHMOD ${root}/share/doc ${documents}  # whatever the umask is
+     PERMISSIONS OWNER_READ OWNER_WRITE OWNER_EXECUTE GROUP_READ GROUP_EXECUTE WORLD_READ WORLD_EXECUTE)
 file(COPY ${CPACK_SURFSEG_SOURCE}/CHANGELOG.md ${CPACK_SURFSEG_SOURCE}/README.md
      DESTINATION ${documents} FILE_PERMISSIONS OWNER_READ OWNER_WRITE GROUP_READ WORLD_READ)
 file(RENAME ${documents}/CHANGELOG.md ${documents}/changelog)

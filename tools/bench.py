@@ -330,8 +330,10 @@ def table(rows, skipped):
 
 
 def plot(rows, case):
-    """CPU seconds against N of one case, both logarithmic, as SVG."""
+    """CPU seconds against N of one case, both logarithmic, as SVG; None if no program has come to an end."""
     rows = [dict(r, cpu_s=max(r["cpu_s"], 1e-3)) for r in rows if r["case"] == case and "cpu_s" in r]
+    if not rows:
+        return None
     low = math.floor(math.log10(min(r["cpu_s"] for r in rows)))
     high = max(low + 1, math.ceil(math.log10(max(r["cpu_s"] for r in rows))))
     curves = {}
@@ -342,10 +344,19 @@ def plot(rows, case):
                      [(10.0**power, f"{10.0**power:g} s") for power in range(low, high + 1)], math.log10)
 
 
-def write_document(path, text):
-    page = path.read_text()
-    if BEGIN not in page or END not in page:
+def page_of(path):
+    """Its text, if a table can be put into it."""
+    try:
+        page = path.read_text()
+    except OSError as error:
+        raise SystemExit(f"bench.py: {path}: {error.strerror}") from None
+    if not re.search(f"{BEGIN}.*{END}", page, re.S):
         raise SystemExit(f"bench.py: {path}: has no {BEGIN} ... {END} to put the table between")
+    return page
+
+
+def write_document(path, text):
+    page = page_of(path)
     path.write_text(re.sub(f"{BEGIN}.*{END}", lambda _: f"{BEGIN}\n{text}\n{END}", page, flags=re.S))
 
 
@@ -370,6 +381,8 @@ def main():
         parser.error("--sizes: at least 16; --runs: at least 1")
     if a.light:
         a.runs, a.output = 1, "-"
+    if str(a.output) != "-":
+        page_of(a.output)  # before hours of work
     programs = [Surfseg("surfseg, its seed alone", a.surfseg, []),
                 Surfseg("surfseg, minimal-surface", a.surfseg,
                         ["--energy", "minimal-surface", "--radius", "0.15mm"])]
@@ -413,10 +426,13 @@ def main():
     if str(a.output) == "-":
         print(text)
     else:
-        picture = a.output.parent / "pictures" / "bench-time.svg"
-        picture.parent.mkdir(exist_ok=True)
-        picture.write_text(plot(rows, "noisy ball" if len(a.sizes) > 1 else rows[0]["case"]))
-        write_document(a.output, text + f"\n\n![CPU seconds against N](pictures/{picture.name})")
+        drawing = plot(rows, "noisy ball" if len(a.sizes) > 1 else rows[0]["case"])
+        if drawing:
+            picture = a.output.parent / "pictures" / "bench-time.svg"
+            picture.parent.mkdir(exist_ok=True)
+            picture.write_text(drawing)
+            text += f"\n\n![CPU seconds against N](pictures/{picture.name})"
+        write_document(a.output, text)
     return 1 if any("failure" in r and r["program"].startswith("surfseg") for r in rows) else 0
 
 

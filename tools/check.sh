@@ -8,7 +8,7 @@
 #   tools/check.sh [--programs NAME,...] [--again] [PART...]   default: all four
 #
 # --programs: only these test programs in asan and tsan, such as surf_base_tests,surf_flow_tests.
-# A run that was ended goes on: what passed is remembered in build/check until code or a test
+# A run that was ended goes on: what passed is remembered in build/check until code, a test or a page
 # changes, or --again. All cores are used, at a low priority. Exit code 1 if anything was found, or
 # a part could not be looked at; what, is in build/check/PART.log, and in build/tsan/report.PID for
 # each process that tsan found something in, whoever started it: a program that a test ends may have
@@ -40,11 +40,10 @@ done
 
 state=build/check
 mkdir -p "$state"
-code=(libsurf libcurve tools tests cmake CMakeLists.txt CMakePresets.json)
-version=$({
-  git ls-files -s "${code[@]}"
-  git diff "${code[@]}"
-} | sha1sum | cut -c1-40)
+code=(libsurf libcurve tools tests cmake packaging data docs README.md CMakeLists.txt CMakePresets.json)
+# Files that git does not know yet, too; what has gone is an error of sha1sum, which counts as well.
+version=$(git ls-files -coz --exclude-standard -- "${code[@]}" | { xargs -0r sha1sum 2>&1 || true; } |
+  sha1sum | cut -c1-40)
 if [[ -n $again || $(cat "$state/version" 2>/dev/null) != "$version" ]]; then
   rm -f "$state"/*.passed "$state"/*.log build/tsan/report.*
   echo "$version" >"$state/version"
@@ -113,7 +112,8 @@ tidy() {
   cmake --preset tidy >/dev/null
   touch "$passed"
   : >"$log"
-  sources=$(git ls-files 'libsurf/*.cpp' 'libcurve/*.cpp' 'tools/*.cpp' | grep -vxFf "$passed" || true)
+  sources=$(git ls-files -co --exclude-standard 'libsurf/*.cpp' 'libcurve/*.cpp' 'tools/*.cpp' |
+    grep -vxFf "$passed" || true)
   # shellcheck disable=SC2016 # the arguments are those of the shell that xargs starts
   [[ -z $sources ]] || xargs -d '\n' -n 1 -P "$(nproc)" nice -n 15 bash -c '
     if said=$(clang-tidy --quiet -p build/tidy "$2" 2>/dev/null); then echo "$2" >>"$0"

@@ -21,6 +21,11 @@ done
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 
+# A row without numbers, with the first line of the last error; the others go on.
+failed() {  # volume structure what
+  echo "| $1 | $2 | - | - | - | - | - | - | - | $3: $(head -1 "$work/error" | cut -c1-120 | tr '|' '/') |"
+}
+
 # One run; prints a row of the table.
 row() {  # volume structure mask seed [option...]
   local volume=$1 structure=$2 mask=$3 seed=$4 code=0
@@ -29,15 +34,19 @@ row() {  # volume structure mask seed [option...]
   timeout --signal=INT --kill-after=60 "$limit" "$surfseg" segment "$data/$volume" "--seed=$seed" \
     -o "$work/s.stl" --json "$work/s.json" --quiet "$@" 2>"$work/error" || code=$?
   if [ ! -f "$work/s.stl" ]; then
-    echo "| $volume | $structure | - | - | - | - | - | - | - | exit $code: $(head -1 "$work/error" | cut -c1-120 | tr '|' '/') |"
+    failed "$volume" "$structure" "exit $code"
     return
   fi
-  "$surfseg" evaluate "$work/s.stl" --reference "$data/$mask" --json "$work/e.json" >/dev/null
+  "$surfseg" evaluate "$work/s.stl" --reference "$data/$mask" --json "$work/e.json" >/dev/null 2>"$work/error" || {
+    failed "$volume" "$structure" "evaluate: exit $?"
+    return
+  }
   jq -rn --slurpfile s "$work/s.json" --slurpfile e "$work/e.json" --arg v "$volume" \
     --arg t "$structure" --arg c "$code" '
-    def d($n): . * pow(10; $n) | round / pow(10; $n);
+    def d($n): if . == null then "-" else . * pow(10; $n) | round / pow(10; $n) end;
     $s[0] as $s | $e[0] as $e |
-    "| \($v) | \($t) | **\($e.dice | d(3))** | \($e.volume_difference_percent | d(1)) | \($e.distance.mean_mm | d(2)) | \($e.distance.p95_mm | d(2)) | \($s.triangles) | \($s.min_angle_deg | d(1)) | \($s.time_s | d(1)) | \(if $c == "0" then "" else "exit \($c): " end)\($s.outcome): \($s.stop_message) |"'
+    "| \($v) | \($t) | **\($e.dice | d(3))** | \($e.volume_difference_percent | d(1)) | \($e.distance.mean_mm | d(2)) | \($e.distance.p95_mm | d(2)) | \($s.triangles) | \($s.min_angle_deg | d(1)) | \($s.time_s | d(1)) | \(if $c == "0" then "" else "exit \($c): " end)\($s.outcome): \($s.stop_message) |"' \
+    2>"$work/error" || failed "$volume" "$structure" "summary"
 }
 
 header() {
@@ -46,7 +55,7 @@ header() {
 }
 
 entries() {
-  jq -r '.entries[] | select(.volume) | [.volume, .structure, .mask, (.calm_seed_ras_mm | join(","))] | @tsv' \
+  jq -r '.entries[] | select(.volume and .mask and .calm_seed_ras_mm) | [.volume, .structure, .mask, (.calm_seed_ras_mm | join(","))] | @tsv' \
     "$data/seeds.json"
 }
 

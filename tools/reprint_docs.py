@@ -148,7 +148,7 @@ def main():
     wanted = [(name, words) for name, words in STUDIES if not arguments.pages or name in arguments.pages]
     missing = [words[0] for _, words in wanted if not (arguments.binaries / words[0]).exists()]
     if missing:
-        parser.error(f"{arguments.binaries}: {', '.join(missing)} missing: build the project first")
+        parser.error(f"{arguments.binaries}: {', '.join(missing)} missing: build the target studies first")
     return 0 if all([check(name, words, arguments.binaries, arguments.write) for name, words in wanted]) else 1
 
 

@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -116,6 +117,13 @@ void write_into_stream(const std::string& path,
   copy_into(std::move(written), path);
 }
 
+/// The file that takes another's place has its permissions; where there was none, what the umask
+/// leaves.
+void keep_permissions(const fs::path& before, const fs::path& now) {
+  struct stat found;
+  if (::stat(before.c_str(), &found) == 0) (void)!::chmod(now.c_str(), found.st_mode & 0777);
+}
+
 /// Of one file that is being written: processes in containers have the same numbers, and threads of
 /// one may write the same name at once.
 std::string own_word() {
@@ -163,6 +171,10 @@ bool is_stream(const std::string& path) {
          is_of_a_process(end_of_links(path));
 }
 
+bool may_be_written(const std::string& path) {
+  return ::faccessat(AT_FDCWD, path.c_str(), W_OK, AT_EACCESS) == 0 || errno == ENOENT;
+}
+
 void write_atomically(const std::string& path,
                       const std::function<void(const std::string&)>& write) {
   if (is_stream(path)) return write_into_stream(path, write);
@@ -173,6 +185,8 @@ void write_atomically(const std::string& path,
     throw OutputError(fmt::format("{}: the folder {} does not exist", path, folder.string()));
   if (fs::is_directory(target, status))
     throw OutputError(fmt::format("{}: is a folder; give a file name", path));
+  if (!may_be_written(target.string()))
+    throw OutputError(fmt::format("{}: cannot be written: {}", path, std::strerror(errno)));
   std::string name = target.filename().string();
   if (name.size() > kMostOfTheName)
     name = fmt::format("{:x}-{}", std::hash<std::string>()(name),
@@ -182,6 +196,7 @@ void write_atomically(const std::string& path,
     write(temporary.string());
     if (!sync(temporary))
       throw OutputError(fmt::format("{}: cannot be written: {}", path, std::strerror(errno)));
+    keep_permissions(target, temporary);
     fs::rename(temporary, target, status);
     if (status) throw OutputError(fmt::format("{}: cannot be written: {}", path, status.message()));
     sync(folder);  // of the name; some file systems do not know how

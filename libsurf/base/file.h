@@ -9,12 +9,18 @@
 namespace surf {
 
 /// Calls write(temporary) with a name beside `path` that has the same ending, waits until it is on
-/// the disk, and renames it to `path`; if write throws, the temporary is removed and `path` is as
-/// it was. Where `path` is a link the file it leads to is written, and the link stays. A device, a
-/// pipe or /dev/stdout gets the bytes when all of them are ready, and stays what it is.
-/// @throws OutputError  the folder does not exist or cannot be written to, the rename fails
+/// the disk, and renames it to `path`, with the permissions of a file that was there; if write
+/// throws, the temporary is removed and `path` is as it was. Where `path` is a link the file it
+/// leads to is written, and the link stays. A device, a pipe or /dev/stdout gets the bytes when all
+/// of them are ready, and stays what it is.
+/// @throws OutputError  the folder does not exist or cannot be written to, nor can the file that is
+///                      there, the rename fails
 void write_atomically(const std::string& path,
                       const std::function<void(const std::string&)>& write);
+
+/// Whether the file that is there, if one is, may be written to; else errno says why not. Another
+/// can take the place of a write-protected one, which is not what its owner wanted.
+bool may_be_written(const std::string& path);
 
 /// Whether `path` takes bytes but is no file that another could take the place of: a device, a
 /// pipe, a socket, and what a descriptor of a process has open, as /dev/stdout.

@@ -21,7 +21,7 @@ struct ImageTotals {
 /// divergence theorem gives int_Gamma P direction . nu dS.
 template <int Dim>
 struct Antiderivative {
-  Vector<Dim> direction;
+  Vector<Dim> direction;                ///< as long as the cells of I
   std::shared_ptr<const Field<Dim>> P;  ///< its value
 };
 

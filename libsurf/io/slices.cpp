@@ -30,6 +30,14 @@ Box box_of(const volume::Volume& volume) {
   return {lower, upper};
 }
 
+/// Of the triangles: a file may hold more points.
+Box box_of(const Triangles& surface) {
+  Box box;
+  for (const auto element : surface.elements.rowwise())
+    for (const int vertex : element) box.extend(Vector<3>(surface.points.row(vertex)));
+  return box;
+}
+
 /// Half the extent of a voxel along a world axis.
 double half_voxel(const volume::Volume& volume, int axis) {
   return 0.5 * volume.index_to_world().linear().row(axis).cwiseAbs().sum();
@@ -54,8 +62,7 @@ Vector<3> cut_at(const Vector<3>& point, const volume::Volume& volume) {
 /// @param center  in the volume
 Box shown_box(const Triangles& surface, const std::vector<Mark>& marks,
               const volume::Volume& volume, const Vector<3>& center) {
-  Box box(center, center);
-  for (const auto point : surface.points.rowwise()) box.extend(Vector<3>(point.transpose()));
+  Box box = box_of(surface).extend(center);
   const Vector<3> margin = Vector<3>::Constant(0.5 * box.sizes().maxCoeff());
   box = Box(box.min() - margin, box.max() + margin);
   for (const Mark& mark : marks) {
@@ -165,10 +172,10 @@ Picture draw_sheet(const Triangles& surface, const volume::Volume& volume,
   const int n_pixels = (options.width + kGap) / options.columns - kGap;  // of one slice
   const double mm_per_pixel = box.sizes()[view.across] / n_pixels;
   const int n_slices = options.n_slices, rows = (n_slices + options.columns - 1) / options.columns;
-  const Box whole = box_of(volume);
+  const Box whole = box_of(volume), around = box_of(surface);
   const double first = whole.min()[view.normal], last = whole.max()[view.normal];
-  const double lower = std::clamp(surface.points.col(view.normal).minCoeff(), first, last);
-  const double upper = std::clamp(surface.points.col(view.normal).maxCoeff(), first, last);
+  const double lower = std::clamp(around.min()[view.normal], first, last);
+  const double upper = std::clamp(around.max()[view.normal], first, last);
 
   std::vector<SliceView> slices;
   for (int n = 0; n < n_slices; ++n) {

@@ -114,7 +114,11 @@ std::string shape_path(const std::string& stem) {
   return stem.substr(0, stem.size() - (is_of_surf ? std::strlen(".surf") : 0)) + ".shape.gii";
 }
 
-std::string mtl_path(const std::string& stem) { return stem + ".mtl"; }
+/// Without blanks: OBJ's mtllib would take such a name for several.
+std::string mtl_path(const std::string& stem) {
+  std::filesystem::path path(stem);
+  return path.replace_filename(word_of(path.filename().string()) + ".mtl").string();
+}
 
 /// What stands in a file beside the surface; "" if nothing.
 std::string shape_content(const WriteOptions& options) {

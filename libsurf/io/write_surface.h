@@ -74,8 +74,8 @@ std::vector<std::string> surface_endings();
 std::string writable_surfaces();
 
 /// The file that write_surface() may write beside `path`: NAME.shape.gii of a GIFTI file, NAME.mtl
-/// of an OBJ file; "" if there is none. One that it wrote for an earlier surface is removed if
-/// there is nothing to write into it now.
+/// of an OBJ file, with _ for each blank of NAME; "" if there is none. One that it wrote for an
+/// earlier surface is removed if there is nothing to write into it now.
 std::string file_beside(const std::string& path);
 
 }  // namespace surf::io

@@ -109,8 +109,9 @@ std::optional<Mesh> cut(const Triangles& surface, const ImageBox<3>& box, double
 
 Triangles clipped(const Triangles& surface, const ImageBox<3>& box) {
   const auto rows = surface.points.rowwise();
-  if (std::all_of(rows.begin(), rows.end(),
-                  [&](const auto& point) { return box.contains(point.transpose()); }))
+  // What has been clipped lies on the faces to rounding only, and is not cut again.
+  if (std::none_of(rows.begin(), rows.end(),
+                   [&](const auto& point) { return box.is_beyond(point.transpose()); }))
     return surface;
   // A surface that winds about a face may come to touch itself there; not so where it is put on it.
   std::optional<Triangles> best;

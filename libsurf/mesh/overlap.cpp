@@ -141,11 +141,12 @@ Overlap overlap(const Triangles& first, const Triangles& second, int samples_alo
   for (const Triangles* surface : {&first, &second})
     for (const auto element : surface->elements.rowwise())
       for (const int vertex : element) box.extend(Vector<3>(surface->points.row(vertex)));
-  const double spacing = box.sizes().maxCoeff() / samples_along;
-  if (box.isEmpty() || !(spacing > 0)) return {};
-  std::array<int, 3> size;
-  for (int axis = 0; axis < 3; ++axis)
-    size[axis] = std::max(1, static_cast<int>(std::ceil(box.sizes()[axis] / spacing)));
+  if (box.isEmpty()) return {};
+  // Along each axis its own: between the points of a cubic grid a thin plate is lost.
+  const Vector<3> spacing = box.sizes() / samples_along;
+  const double sample_mm3 = spacing.prod();
+  if (!(sample_mm3 > 0)) return {};
+  const std::array<int, 3> size{samples_along, samples_along, samples_along};
   const Eigen::Affine3d grid = Eigen::Translation3d(box.min()) * Eigen::Scaling(spacing) *
                                Eigen::Translation3d(Vector<3>::Constant(0.5));
   const auto a = rasterize(first, size, grid), b = rasterize(second, size, grid);
@@ -155,7 +156,6 @@ Overlap overlap(const Triangles& first, const Triangles& second, int samples_alo
     n_second += b[at];
     n_common += a[at] & b[at];
   }
-  const double sample_mm3 = spacing * spacing * spacing;
   return {double(n_first) * sample_mm3, double(n_second) * sample_mm3,
           double(n_common) * sample_mm3};
 }

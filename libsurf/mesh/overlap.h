@@ -29,8 +29,8 @@ struct Overlap {
 Overlap overlap(const Triangles& surface, const volume::Volume& labels, std::optional<int> label,
                 int samples_per_axis = 1);
 
-/// Of the insides of two surfaces, sampled on a common cubic grid over both, aligned with the
-/// world's axes, with `samples_along` points along its longest side.
+/// Of the insides of two surfaces, sampled on a common grid over both, aligned with the world's
+/// axes, with `samples_along` points along each side.
 Overlap overlap(const Triangles& first, const Triangles& second, int samples_along = 256);
 
 }  // namespace surf::mesh

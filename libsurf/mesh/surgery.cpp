@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 #include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
 
 #include <OpenMesh/Core/Utils/PropertyManager.hh>
 #include <algorithm>
@@ -30,6 +31,7 @@ namespace {
 
 constexpr double kGrowthOfReach = 1.6;
 constexpr int kMostGrowths = 3;
+constexpr int kAheadPerThread = 2;
 constexpr int kLocalGrowths = 4;  // of a patch that intersects others, before its reach grows
 
 /// One call of operate().
@@ -113,37 +115,33 @@ class Surgery {
                        h_);
   }
 
-  /// Of all clusters that have none, side by side, ahead of their turns.
-  std::vector<std::optional<RegionPlan>> plans_ahead(const ConnectedSurface& surface,
-                                                     LargeParts& large,
-                                                     const std::vector<char>& is_event) const {
-    std::vector<std::optional<RegionPlan>> out(clusters_.size());
-    if (is_on_one_thread()) return out;
-    tbb::parallel_for(std::size_t(0), clusters_.size(), [&](std::size_t c) {
-      const Cluster& cluster = clusters_[c];
-      if (!cluster.is_planned && cluster.n_failures < options_.max_attempts)
-        out[c] = plan_of(cluster, surface, large, is_event);
+  /// The next clusters without a plan, side by side ahead of their turns: a few, since what one of
+  /// them takes in makes the plans of all others stale.
+  void plan_ahead(std::size_t first, const ConnectedSurface& surface, LargeParts& large,
+                  const std::vector<char>& is_event) {
+    if (is_on_one_thread()) return;
+    const auto n_wanted = std::size_t(kAheadPerThread * tbb::this_task_arena::max_concurrency());
+    std::vector<Cluster*> next;
+    for (std::size_t c = first; c < clusters_.size() && next.size() < n_wanted; ++c)
+      if (!clusters_[c].is_planned && !clusters_[c].ahead &&
+          clusters_[c].n_failures < options_.max_attempts)
+        next.push_back(&clusters_[c]);
+    tbb::parallel_for(std::size_t(0), next.size(), [&](std::size_t n) {
+      next[n]->ahead = plan_of(*next[n], surface, large, is_event);
     });
-    return out;
   }
 
   /// Plans what has no plan yet; false if a cluster has failed too often. Plans that were made
   /// before there were other events are made anew.
   bool plan(const ConnectedSurface& surface, LargeParts& large, std::vector<char>& is_event) {
-    std::vector<std::optional<RegionPlan>> ahead;
-    bool are_stale = true;
     for (std::size_t c = 0; c < clusters_.size(); ++c) {
       Cluster& cluster = clusters_[c];
-      if (are_stale && !cluster.is_planned) {
-        ahead = plans_ahead(surface, large, is_event);
-        are_stale = false;
-      }
+      if (!cluster.is_planned && !cluster.ahead) plan_ahead(c, surface, large, is_event);
       while (!cluster.is_planned) {
         if (cluster.n_failures >= options_.max_attempts) return false;
-        RegionPlan plan_of_region = !are_stale && ahead[c]
-                                        ? std::move(*ahead[c])
-                                        : plan_of(cluster, surface, large, is_event);
-        ahead[c].reset();
+        RegionPlan plan_of_region =
+            cluster.ahead ? std::move(*cluster.ahead) : plan_of(cluster, surface, large, is_event);
+        cluster.ahead.reset();
         switch (plan_of_region.state) {
           case RegionPlan::State::kFits:
             cluster.patch = std::move(plan_of_region.patch);
@@ -155,7 +153,7 @@ class Surgery {
             else if (const double failed = reach(cluster);
                      take_in(plan_of_region.wanted, cluster, is_event)) {
               if (!std::isinf(failed)) ++cluster.n_failures;
-              are_stale = true;
+              for (Cluster& each : clusters_) each.ahead.reset();
             } else {
               // The same again would fail again: on to another reach.
               do ++cluster.n_failures;
@@ -202,6 +200,7 @@ class Surgery {
       into.others.insert(into.others.end(), clusters_[c].others.begin(), clusters_[c].others.end());
       into.n_failures = std::max(into.n_failures, clusters_[c].n_failures);
       into.is_planned = false;
+      into.ahead.reset();
     }
     clusters_ = std::move(joined);
     return clusters_.size() < n_before;

@@ -33,15 +33,16 @@ int n_invalid_triangles(const Triangles& surface) {
 void check_edges(const std::vector<EdgeUse>& uses, Verification& result) {
   for_each_edge(uses, [&](std::span<const EdgeUse> edge) {
     const std::pair<int, int> vertices(edge[0].low, edge[0].high);
-    if (edge.size() == 1) {
+    const bool is_point = edge[0].low == edge[0].high;  // of a triangle with two equal corners
+    if (edge.size() == 1 && !is_point) {
       ++result.n_border_edges;
       list(result.border_edges, vertices);
-    } else if (edge.size() > 2 || vertices.first == vertices.second) {
+    } else if (edge.size() > 2 || is_point) {
       ++result.n_nonmanifold_edges;
       list(result.nonmanifold_edges, vertices);
       const auto n_forward = std::count_if(edge.begin(), edge.end(),
                                            [](const EdgeUse& use) { return use.is_forward; });
-      result.n_unbalanced_edges += 2 * n_forward != std::ssize(edge);
+      result.n_unbalanced_edges += !is_point && 2 * n_forward != std::ssize(edge);
     } else if (edge[0].is_forward == edge[1].is_forward) {
       ++result.n_misoriented_edges;
     }
@@ -77,7 +78,7 @@ void check_vertices(const Triangles& surface, const std::vector<EdgeUse>& uses,
     }
 }
 
-/// For closed, consistently oriented components.
+/// Of a solid.
 int n_inverted_components(const Triangles& surface) {
   const std::vector<Shell> shells = shell_hierarchy(surface).shells;
   return static_cast<int>(std::count_if(shells.begin(), shells.end(), [](const Shell& shell) {
@@ -115,9 +116,9 @@ Verification verify(const Triangles& surface) {
   check_geometry(surface, result);
   result.closed = result.n_border_edges == 0;
   result.manifold = result.n_nonmanifold_edges == 0 && result.n_nonmanifold_vertices == 0;
-  if (result.closed && result.n_nonmanifold_edges == 0 && result.n_misoriented_edges == 0) {
+  if (result.is_solid()) {
     result.n_inverted_components = n_inverted_components(surface);
-    result.outward = result.n_inverted_components == 0;
+    result.outward = result.n_nonmanifold_edges == 0 && result.n_inverted_components == 0;
   }
   return result;
 }

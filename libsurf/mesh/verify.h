@@ -23,11 +23,11 @@ struct Verification {
   int n_triangles = 0;
   int n_components = 0;  ///< joined by edges
   int n_border_edges = 0;
-  int n_nonmanifold_edges = 0;     ///< of three and more triangles
+  int n_nonmanifold_edges = 0;     ///< of three and more triangles, and from a vertex to itself
   int n_nonmanifold_vertices = 0;  ///< where fans touch that no edge joins
   int n_misoriented_edges = 0;     ///< both triangles run along them the same way
   int n_unbalanced_edges = 0;      ///< non-manifold ones that more triangles run along one way
-  int n_inverted_components = 0;   ///< normals point the wrong way
+  int n_inverted_components = 0;   ///< of a solid: normals point the wrong way
   int n_degenerate = 0;            ///< triangles with collinear corners, exactly
   int n_self_intersections = 0;    ///< pairs, see self_intersections.h
   int n_invalid = 0;               ///< triangles with a missing or non-finite point; if any, the

@@ -4,6 +4,7 @@
 
 #include "libsurf/base/error.h"
 #include "libsurf/fem/stiffness.h"
+#include "libsurf/segment/detail/float_step.h"
 
 namespace surf::segment {
 namespace {
@@ -28,8 +29,10 @@ Finished<Dim> checked(const Setting<Dim>& setting, const Simplices<Dim>& shape,
   Finished<Dim> out;
   out.shape = setting.rounded_to_file(shape, extension);
   out.measures = setting.measures(out.shape);
-  if (!out.measures.passed) throw InvalidMesh(out.measures.verdict);
-  return out;
+  if (out.measures.passed) return out;
+  if (out.shape.points == shape.points || !setting.measures(shape).passed)
+    throw InvalidMesh(out.measures.verdict);
+  throw InvalidMesh(out.measures.verdict + float_step_text(float_step<Dim>(shape.points)));
 }
 
 }  // namespace

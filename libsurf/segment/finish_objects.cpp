@@ -7,12 +7,14 @@
 
 #include "libsurf/base/error.h"
 #include "libsurf/fem/geometry.h"
+#include "libsurf/segment/detail/float_step.h"
 
 namespace surf::segment {
 namespace {
 
 constexpr double kLeastThickness = 0.5;  // cells, of a piece that a cut leaves
 constexpr double kLeastContent = 1;      // cells
+constexpr double kMostOfGap = 0.25;      // between two floats of a file
 
 template <int Dim>
 double power(double x) {
@@ -45,12 +47,13 @@ void measure_wall(const Setting<Dim>& setting, const Simplices<Dim>& shape,
   }
 }
 
-/// What the earlier objects leave of a shape that is rounded already.
+/// What the earlier objects leave of a result.
 template <int Dim>
-Finished<Dim> beside_others(const Setting<Dim>& setting, Finished<Dim> finished,
+Finished<Dim> beside_others(const Setting<Dim>& setting, const Result<Dim>& result,
                             std::span<const FinishedObject<Dim>> earlier,
                             const std::string& extension, std::span<const std::string> names,
                             FinishedObject<Dim>& out) {
+  Finished<Dim> finished = finish<Dim>(setting, result, extension);
   const auto name = [&](std::size_t n) {
     return n < names.size() ? "'" + names[n] + "'" : fmt::format("object {}", n + 1);
   };
@@ -62,6 +65,11 @@ Finished<Dim> beside_others(const Setting<Dim>& setting, Finished<Dim> finished,
                                          return setting.rounded_to_file(shape, extension);
                                        }};
   const Simplices<Dim> whole = finished.shape;
+  // Of a gap of a few floats rounding may leave nothing.
+  std::string why;
+  if (const double step = float_step<Dim>(whole.points);
+      whole.points != result.shape.points && step > kMostOfGap * options.gap_mm)
+    why = float_step_text(step);
   for (std::size_t n = 0; n < earlier.size(); ++n) {
     if (!earlier[n].finished) continue;
     mesh::Parted<Dim> left;
@@ -69,8 +77,8 @@ Finished<Dim> beside_others(const Setting<Dim>& setting, Finished<Dim> finished,
       left = setting.parted(finished.shape, earlier[n].finished->shape, options);
     } catch (const InvalidMesh& none) {
       throw InvalidMesh(
-          fmt::format("beside {}: {}; click outside where one of the two leaks into the other",
-                      name(n), none.what()));
+          fmt::format("beside {}: {}; click outside where one of the two leaks into the other{}",
+                      name(n), none.what(), why));
     }
     if (!left.has_changed) continue;
     if (left.shape.elements.rows() == 0)
@@ -86,9 +94,9 @@ Finished<Dim> beside_others(const Setting<Dim>& setting, Finished<Dim> finished,
   // A later cut may bring the shape near an earlier wall again only by rounding; it is looked at.
   for (std::size_t n = 0; n < earlier.size(); ++n)
     if (earlier[n].finished && setting.do_overlap(finished.shape, earlier[n].finished->shape))
-      throw InvalidMesh(fmt::format("overlaps {}, though it was cut at its wall", name(n)));
+      throw InvalidMesh(fmt::format("overlaps {}, though it was cut at its wall{}", name(n), why));
   finished.measures = setting.measures(finished.shape);
-  if (!finished.measures.passed) throw InvalidMesh(finished.measures.verdict);
+  if (!finished.measures.passed) throw InvalidMesh(finished.measures.verdict + why);
   for (Wall& wall : out.walls)
     measure_wall<Dim>(setting, finished.shape, earlier[wall.other].finished->shape, wall);
   out.whole = whole;
@@ -106,8 +114,7 @@ std::vector<FinishedObject<Dim>> finish_objects(const Setting<Dim>& setting,
   for (const Result<Dim>* result : results) {
     FinishedObject<Dim> object;
     try {
-      object.finished = beside_others<Dim>(setting, finish<Dim>(setting, *result, extension), out,
-                                           extension, names, object);
+      object.finished = beside_others<Dim>(setting, *result, out, extension, names, object);
     } catch (const NoObject&) {
       object.failure = std::current_exception();
     } catch (const InvalidMesh&) {

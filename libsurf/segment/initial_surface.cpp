@@ -1,10 +1,13 @@
 #include "libsurf/segment/initial_surface.h"
 
+#include <fmt/format.h>
+
 #include <Eigen/LU>
 #include <algorithm>
 
 #include "libsurf/base/error.h"
 #include "libsurf/base/image_box.h"
+#include "libsurf/mesh/clip.h"
 #include "libsurf/mesh/fit_ellipsoid.h"
 #include "libsurf/mesh/primitives.h"
 #include "libsurf/mesh/verify.h"
@@ -51,7 +54,13 @@ void check_initial(const Triangles& surface, const volume::Volume& volume) {
   const ImageBox<3> box{volume.size(), volume.index_to_world(), volume.world_to_index()};
   for (const auto& point : surface.points.rowwise())
     if (box.contains(point.transpose())) return;
-  throw InputError("no vertex of the initial surface lies in the volume; is it in another space?");
+  // Large triangles may pass through the volume, or all of them round it.
+  try {
+    mesh::clipped(surface, box);
+  } catch (const InvalidMesh& error) {
+    throw InputError(
+        fmt::format("cannot start from this surface: {}; is it in another space?", error.what()));
+  }
 }
 
 }  // namespace surf::segment

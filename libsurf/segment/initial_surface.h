@@ -33,7 +33,7 @@ InitialSurface fitted_ellipsoid(const Points<3>& points_ras_mm, double edge_leng
 Eigen::Matrix3d voxel_axes(const volume::Volume& volume);
 
 /// @throws InputError  the surface is not closed, manifold, outward and free of
-///                     self-intersections, or no vertex of it lies in the volume
+///                     self-intersections, or nothing of what it encloses lies in the volume
 void check_initial(const Triangles& surface, const volume::Volume& volume);
 
 }  // namespace surf::segment

@@ -92,8 +92,9 @@ Reader reader_of(const std::string& path) {
   if (std::filesystem::is_directory(path, status)) return read_dicom;
   const std::string bytes = first_bytes(path);
   if (bytes.empty()) throw InputError(fmt::format("{}: is empty; get the file again", path));
-  const bool is_data_half = path.ends_with(".img") || path.ends_with(".img.gz");
-  if (const Reader reader = by_content(bytes); reader && !is_data_half) return reader;
+  const bool may_be_half = path.ends_with(".img") || path.ends_with(".img.gz");
+  if (const Reader reader = by_content(bytes); reader && (!may_be_half || reader == read_dicom))
+    return reader;
   if (path.ends_with(".img.gz") || path.ends_with(".hdr.gz")) return read_nifti;
   if (const Reader reader = by_extension(path)) return reader;
   throw NotAVolume(fmt::format("{}: not a volume; {}", path, kFormats));
@@ -133,6 +134,10 @@ std::vector<std::string> volume_files(const std::string& path) {
     out.insert(out.end(), files.begin(), files.end());
   }
   return out;
+}
+
+bool is_dicom_image(const std::string& path) {
+  return SURF_LATE(surf_dicom, surf_is_dicom_image)(path);
 }
 
 std::vector<DicomSeries> dicom_series(const std::string& folder) {

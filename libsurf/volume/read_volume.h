@@ -44,12 +44,16 @@ struct ReadOptions {
 Volume read_volume(const std::string& path, const ReadOptions& options = {});
 
 /// All files that read_volume() may read: of a pair both, the header first; of a header those that
-/// it names for its voxels, of a pattern of names all in its folder (the header may then be there
-/// twice); of a folder, or of one DICOM file, all in the folder, sorted. Only headers are read.
+/// it names for its voxels, of a pattern of names all in its folder that fit it; of a folder, or of
+/// one DICOM file, all in the folder, sorted. Only headers are read.
 /// @throws InputError  as read_volume: missing, not a volume, a broken header, a data file that it
 ///                     names and that is missing
 /// @throws NotAVolume
 std::vector<std::string> volume_files(const std::string& path);
+
+/// Whether a DICOM file is part of a series of images: reports and segmentations lie beside them.
+/// @throws InputError  as read_volume: missing, damaged
+bool is_dicom_image(const std::string& path);
 
 /// One of the series in a folder of DICOM files.
 struct DicomSeries {

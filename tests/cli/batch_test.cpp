@@ -362,8 +362,8 @@ TEST_F(Batch, ObjectsOfARecipeHaveTheirLastNames) {
   recipe["objects"][1]["history"].push_back({{"do", "rename"}, {"name", "left kidney"}});
   put("unfit.json", recipe.dump());
   put("list.tsv",
-      "name\tscan\trecipe\treference\na\tv.nii.gz\tr.json\tm.nii.gz\n"
-      "b\tv.nii.gz\tunfit.json\tm.nii.gz\n");
+      "name\tscan\trecipe\treference\treference-label\na\tv.nii.gz\tr.json\tm.nii.gz\t\n"
+      "b\tv.nii.gz\tunfit.json\tm.nii.gz\t\nc\tv.nii.gz\tr.json\tm.nii.gz\t2\n");
   const Outcome outcome = batch();
   EXPECT_TRUE(has(outcome, "a: done")) << outcome.err;
   EXPECT_EQ(bytes(anat("a", "dseg.tsv")), "index\tname\n1\tliver\n2\tspleen\n");
@@ -371,6 +371,8 @@ TEST_F(Batch, ObjectsOfARecipeHaveTheirLastNames) {
   for (const auto& object : json(anat("a", "surfseg.json"))["objects"])
     EXPECT_GT(object["dice"], 0.99) << object["name"];
   EXPECT_TRUE(has(outcome, "b: failed (3): unfit.json: object 'left kidney': expected a name"))
+      << outcome.err;
+  EXPECT_TRUE(has(outcome, "c: failed (2): reference-label: several objects have the labels 1, 2"))
       << outcome.err;
 }
 

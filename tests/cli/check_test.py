@@ -56,6 +56,19 @@ class Check(unittest.TestCase):
         # What has passed is not asked for again.
         self.assertEqual(self.check(fails="run:1"), (0, out))
 
+    # A new file was not asked for, as long as git did not know it, nor were data and pages.
+    def test_what_changes_is_looked_at_anew(self):
+        both = FIRST + "2/2 Test #2: C.D .......   Passed    0.01 sec\\n"
+        for name in ("tests/new_test.cpp", "data/presets/new.json", "docs/new.md"):
+            self.check(says=both)
+            for text in ("one", "two"):
+                (self.root / name).parent.mkdir(parents=True, exist_ok=True)
+                (self.root / name).write_text(text)
+                self.assertIn("1 tests passed", self.check(says=FIRST)[1], name)
+                self.check(says=both)
+            (self.root / name).unlink()
+            self.assertIn("1 tests passed", self.check(says=FIRST)[1], name)
+
     def test_a_test_that_fails_is_counted(self):
         code, out = self.check(says=FIRST + "2/2 Test #2: C.D .......***Failed    0.01 sec\\n",
                                fails="run:8")

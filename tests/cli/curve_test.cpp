@@ -53,6 +53,51 @@ TEST_F(Curveseg, EvaluatesTheMaskThatItWritesWithPixelsOfAnySize) {
   EXPECT_NE(refused.err.find("no pixel has the label 7"), std::string::npos) << refused.err;
 }
 
+// What lay beyond the mask did not count, and where nothing counted it was a Dice of 1.
+TEST_F(Curveseg, EvaluatesWhatLiesBeyondAMask) {
+  const auto write_square = [&](const std::string& name, double x, double y, double side) {
+    write(
+        "files/" + name,
+        fmt::format("polygon,ring,x_mm,y_mm\n0,0,{0},{1}\n0,0,{2},{1}\n0,0,{2},{3}\n0,0,{0},{3}\n",
+                    x, y, x + side, y + side));
+  };
+  const auto write_columns = [&](const std::string& name, int first, int last) {
+    std::vector<std::uint8_t> mask(16 * 16, 0);
+    for (int j = 4; j < 12; ++j)
+      for (int i = first; i <= last; ++i) mask[j * 16 + i] = 1;
+    surf::curve::write_mask(file(name), {16, 16}, mask);
+  };
+  write_columns("none.png", 1, 0);
+  write_columns("left.png", 0, 3);
+  write_columns("right.png", 12, 15);
+  write_square("over-left.csv", -4.5, 3.5, 8);
+  write_square("over-right.csv", 11.5, 3.5, 8);
+  write_square("beyond.csv", 100, 100, 4);
+  for (const std::string side : {"left", "right"}) {  // 64 pixels, 32 of them in the mask
+    const auto half = scores("over-" + side + ".csv", side + ".png");
+    EXPECT_DOUBLE_EQ(half["dice"], 2.0 * 32 / (64 + 32)) << side;
+    EXPECT_DOUBLE_EQ(half["jaccard"], 0.5) << side;
+  }
+  for (const char* mask : {"left.png", "none.png"})
+    EXPECT_EQ(scores("beyond.csv", mask)["dice"], 0.0) << mask;
+
+  write_square("between.csv", 2.2, 2.2, 0.5);
+  write("files/flat.csv", "polygon,ring,x_mm,y_mm\n0,0,0,0\n0,0,5,0\n0,0,9,0\n");
+  for (const auto& [contour, reference] :
+       {std::pair{"between.csv", "none.png"}, {"flat.csv", "flat.csv"}}) {
+    const auto unknown = scores(contour, reference);
+    EXPECT_TRUE(unknown["dice"].is_null() && unknown["jaccard"].is_null()) << unknown;
+    const std::string text = must({"evaluate", contour, "--reference", reference}).out;
+    EXPECT_NE(text.find("overlap            unknown: no pixel's centre"), std::string::npos)
+        << text;
+  }
+
+  write_square("far.csv", 1e12, 0, 4);
+  const Outcome far = run({"evaluate", "far.csv", "--reference", "left.png"});
+  EXPECT_EQ(far.exit_code, 3);
+  EXPECT_NE(far.err.find("too many to compare"), std::string::npos) << far.err;
+}
+
 TEST_F(Curveseg, FindsABlobFromLandmarksByEveryFlow) {
   make("blob");
   write("files/points.txt", "233 128\n23 128\n128 233\n128 23\n202,202\n54,54\n");
@@ -494,6 +539,8 @@ const std::vector<Row> kRows = {
     {"EdgesBelowThePixel", segment({"--edge-length", "0.0001px"}), 2, "a fiftieth of a pixel"},
     {"FrameOfImage", segment({"--frame-index", "3"}), 2,
      "--frame-index: good.tif is an image, not a 4-D volume"},
+    {"SeriesOfImage", segment({"--series-uid", "1.2"}), 2,
+     "--series-uid: good.tif is an image, not a volume"},
     {"PageOfSlice", in_slice({"--seed", "0,0,0", "--page", "1"}), 2, "--page: is of TIFF files"},
     {"PlaneOfOblongPixels",
      {"segment", "ball.nii", "--plane", "0,0,0,0,0,1", "--spacing", "1,2", "--seed", "8,8", "-o",
@@ -583,6 +630,26 @@ const std::vector<Row> kRows = {
      {"evaluate", "crossed.csv", "--reference", "crossed.csv", "--slice", "axial:3"},
      2,
      "--slice: crossed.csv holds contours"},
+    {"EvaluateFrameOfContours",
+     {"evaluate", "crossed.csv", "--reference", "crossed.csv", "--frame-index", "2"},
+     2,
+     "--frame-index: crossed.csv holds contours"},
+    {"EvaluateSeriesOfContours",
+     {"evaluate", "crossed.csv", "--reference", "crossed.csv", "--series-uid", "1.2"},
+     2,
+     "--series-uid: crossed.csv holds contours"},
+    {"EvaluateSeriesOfImage",
+     {"evaluate", "crossed.csv", "--reference", "good.tif", "--series-uid", "1.2"},
+     2,
+     "--series-uid: good.tif is an image"},
+    {"EvaluateAPoint",
+     {"evaluate", "point.csv", "--reference", "point.csv"},
+     3,
+     "point.csv: its contours have a length of 0 mm"},
+    {"EvaluateAgainstAPoint",
+     {"evaluate", "crossed.csv", "--reference", "point.csv"},
+     3,
+     "point.csv: its contours have a length of 0 mm"},
     {"ConfigKey", segment({"--config", "key.json"}), 2, "'radios' is not an option of segment"},
     {"NoVerb", {}, 2, "subcommand is required"},
     {"VerbUnknown", {"segmnet"}, 2, "(see curveseg --help)"},
@@ -608,6 +675,7 @@ TEST_P(CurvesegBadInput, EndsInOneClearLine) {
   put("empty.png", "");
   put("broken.json", "{\"type\": \"Polygon\"}");
   put("key.json", "{\"radios\": 3}");
+  put("point.csv", "polygon,ring,x_mm,y_mm\n0,0,2,2\n0,0,2,2\n0,0,2,2\n0,0,2,2\n");
   put("crossed.csv", "polygon,ring,x_mm,y_mm\n0,0,2,2\n0,0,9,9\n0,0,9,2\n0,0,2,8\n");
   expect_refusal("curveseg");
 }

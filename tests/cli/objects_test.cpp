@@ -6,12 +6,10 @@
 #include "libsurf/mesh/rasterize.h"
 #include "libsurf/volume/read_volume.h"
 #include "libsurf/volume/write_volume.h"
-#include "tests/cli/program.h"
+#include "tests/cli/rows.h"
 
 namespace surfseg::test {
 namespace {
-
-using Words = std::vector<std::string>;
 
 class ObjectsProgram : public Program {
  protected:
@@ -44,6 +42,15 @@ class ObjectsProgram : public Program {
     return out;
   }
 };
+
+TEST_F(ObjectsProgram, HaveTheFilesBesideTheirOwnCheckedByTheirNames) {
+  make_pair();
+  const auto outcome = run({"segment", "v.nii.gz", "--object", "left kidney", "--seed", "-9,0,0",
+                            "-o", "{object}.obj", "--json", "left_kidney.mtl", "-q"});
+  EXPECT_EQ(outcome.exit_code, 2);
+  EXPECT_NE(outcome.err.find("--json: left_kidney.mtl: is -o too"), std::string::npos)
+      << outcome.err;
+}
 
 TEST_F(ObjectsProgram, WritesEachAndOneMapOfLabels) {
   make_pair();
@@ -115,10 +122,21 @@ TEST_F(ObjectsProgram, AReferenceOfEachObjectIsItsOwnFile) {
   }
   for (const auto& reference : references({"--reference-label", "2"}))
     EXPECT_TRUE(reference.contains("not_compared")) << reference;
-  const Outcome refused =
-      run(two({"-o", "{object}.stl", "--reference", "left.nii.gz", "--reference-label", "1"}));
-  EXPECT_EQ(refused.exit_code, 2);
-  EXPECT_NE(refused.err.find("put {object} into its name"), std::string::npos) << refused.err;
+  must(two({"-o", "{object}.stl", "--recipe", "r.json"}));
+  const Words replay = {"replay", "r.json", "-o", "again-{object}.stl", "-q"},
+              one_label = {"--reference", "left.nii.gz", "--reference-label", "1"};
+  for (const Words& words : {two({"-o", "{object}.stl"}), replay}) {
+    const Outcome refused = run(joined(words, one_label));
+    EXPECT_EQ(refused.exit_code, 2);
+    EXPECT_NE(refused.err.find("put {object} into its name"), std::string::npos) << refused.err;
+  }
+  must(joined({"replay", "r.json", "-o", "left-again.stl", "--object", "left", "-q"}, one_label));
+  std::filesystem::remove(file("right.nii.gz"));
+  const Outcome missing = run(joined(replay, {"--reference", "{object}.nii.gz"}));
+  EXPECT_EQ(missing.exit_code, 3);
+  EXPECT_NE(missing.err.find("--reference: right.nii.gz: there is no such file"), std::string::npos)
+      << missing.err;
+  EXPECT_FALSE(exists("again-left.stl"));  // before anything is computed
 }
 
 TEST_F(ObjectsProgram, WithNothingToRepeatWasNotInterrupted) {

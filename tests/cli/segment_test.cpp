@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "libsurf/base/error.h"
 #include "libsurf/io/read_surface.h"
 #include "libsurf/mesh/distance.h"
 #include "libsurf/mesh/measure.h"
@@ -15,6 +16,7 @@
 #include "libsurf/volume/read_volume.h"
 #include "libsurf/volume/write_volume.h"
 #include "tests/cli/ball.h"
+#include "tests/surf/not_root.h"
 #include "tools/common/outputs.h"
 
 namespace surfseg::test {
@@ -389,6 +391,15 @@ TEST_F(Segment, WhatAKilledCheckOfAFolderHasLeftIsInNobodysWay) {
   write("files/.surfseg-" + std::to_string(::getpid()) + "-probe", "");
   EXPECT_NO_THROW(check_outputs({{"-o", file("s.stl")}}));
   EXPECT_EQ(files().size(), 1u);
+}
+
+TEST_F(Segment, WriteProtectedOutputsAreRefusedBeforeTheWork) {
+  write("files/s.stl", "kept");
+  std::filesystem::permissions(file("s.stl"), std::filesystem::perms(0444));
+  std::filesystem::permissions(path("files"), std::filesystem::perms::all);
+  const surf::test::NotRoot anybody;
+  EXPECT_NO_THROW(check_outputs({{"-o", file("t.stl")}}));
+  EXPECT_THROW(check_outputs({{"-o", file("s.stl")}}), surf::OutputError);
 }
 
 // What a run reads it does not write over.

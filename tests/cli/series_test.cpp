@@ -84,5 +84,56 @@ TEST_F(SeriesRecipe, IsOneOfItsFolderInABatchToo) {
       << outcome.err;
 }
 
+/// What is read with a scan or a reference is not written over, whatever its name.
+class SeriesOutputs : public FileTest {
+ protected:
+  SeriesOutputs() {
+    write_both(file("ct"));
+    for (const std::string& name : files())
+      if (name.ends_with("-5.dcm")) std::filesystem::remove(name);
+  }
+  static Words segment(const std::string& scan, const Words& more) {
+    return joined({"segment", scan, "--initial-ball", "0,0,0,2mm", "--energy", "area", "--volume",
+                   "keep", "-q", "-o", "a.ply"},
+                  more);
+  }
+  void expect_kept(const Words& command, const std::string& name, const std::string& piece) const {
+    const std::string before = bytes(name);
+    const Outcome outcome = run(command);
+    EXPECT_EQ(outcome.exit_code, 2) << outcome.err;
+    EXPECT_NE(outcome.err.find(name + ": is a part of " + piece), std::string::npos) << outcome.err;
+    EXPECT_EQ(bytes(name), before);
+  }
+};
+
+TEST_F(SeriesOutputs, AreNoSlices) {
+  const std::string one = "ct/i03-4.dcm", other = "ct/i10-4.dcm";  // of the slices 0 and 1
+  ASSERT_TRUE(exists(one) && exists(other));
+  for (const std::string& scan : {std::string("ct"), other})
+    for (const char* option : {"--json", "--recipe"})
+      expect_kept(segment(scan, {option, one}), one, "the input; give another file name");
+  must(segment("ct", {"--recipe", "r.json"}));
+  expect_kept({"replay", "r.json", "-q", "-o", "b.ply", "--json", one}, one, "the input");
+}
+
+// What runs have left beside the slices is written anew.
+TEST_F(SeriesOutputs, MayBeBesideTheSlices) {
+  surf::volume::write_segmentation(file("ct/a.seg.dcm"), {"", {8, 8, 8}, {}}, "1.2.3.9");
+  for (int n = 0; n < 2; ++n) {
+    must(segment("ct", {"--json", "ct/s.json", "--recipe", "ct/r.json"}));
+    must({"replay", "ct/r.json", "-q", "-o", "ct/a.ply"});
+  }
+  must(segment("ct", {"--json", "ct/a.seg.dcm"}));
+}
+
+TEST_F(SeriesOutputs, AreNoVoxelsOfAHeader) {
+  put("v.mhd",
+      "ObjectType = Image\nNDims = 3\nDimSize = 8 8 8\nElementType = MET_UCHAR\n"
+      "ElementDataFile = v.raw\n");
+  put("v.raw", std::string(512, '\1'));
+  expect_kept(segment("v.mhd", {"--json", "v.raw"}), "v.raw", "the input");
+  expect_kept(segment("ct", {"--reference", "v.mhd", "--json", "v.raw"}), "v.raw", "--reference");
+}
+
 }  // namespace
 }  // namespace surfseg::test

@@ -283,12 +283,13 @@ class Rules(InAFolder):
 
     def test_collecting_takes_away_what_killed_jobs_have_left(self):
         one = self.read("done")
-        (FOLDER / "out/.sub-c0.partial/sub-c0/anat").mkdir(parents=True)
-        pathlib.Path("out/.sub-c0.partial/sub-c0/anat/half.stl").touch()
-        pathlib.Path("out/.surfseg-12-group.html").touch()
-        pathlib.Path("out/.bidsignore").touch()
+        pathlib.Path("out").mkdir(exist_ok=True)
+        for name in (".surfseg-12-group.html", ".surfseg-13-group.tsv", ".bidsignore"):
+            pathlib.Path("out", name).touch()
+        os.utime("out/.surfseg-12-group.html", (1, 1))
+        (FOLDER / "out/.sub-c0.partial-used12/sub-c0/anat").mkdir(parents=True)  # of one that runs, perhaps
         self.assertEqual(one.collect(), 0)
-        self.assertEqual(os.listdir("out"), [".bidsignore"])
+        self.assertEqual(sorted(os.listdir("out")), [".bidsignore", ".sub-c0.partial-used12", ".surfseg-13-group.tsv"])
 
 
 if __name__ == "__main__":

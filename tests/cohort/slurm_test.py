@@ -43,9 +43,10 @@ def make_cohort():
 
 
 def content(name):
-    """Of every file in a folder."""
+    """Of every file in a folder, but of folders that a killed job may have left: surfseg sees later that nobody uses them."""
     folder = FOLDER / name
-    return {str(path.relative_to(folder)): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+    return {str(path.relative_to(folder)): path.read_bytes() for path in folder.rglob("*")
+            if path.is_file() and ".partial-" not in str(path)}
 
 
 def summaries(name):

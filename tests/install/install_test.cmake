@@ -34,6 +34,19 @@ if(HAS_PROGRAM)
   endif()
 endif()
 
+# The module finds the libraries from where it is, which is not the build folder's.
+if(MODULE AND EXISTS ${prefix}/${MODULE})
+  execute_process(COMMAND ${PYTHON} -c "import numpy" RESULT_VARIABLE lacks_numpy ERROR_QUIET)
+  if(NOT lacks_numpy)
+    cmake_path(GET MODULE PARENT_PATH folder)
+    run(${CMAKE_COMMAND} -E env PYTHONPATH=${prefix}/${folder}
+        ${PYTHON} -c "print(__import__('surfseg').__file__)")
+    if(NOT output MATCHES "^${prefix}/")
+      message(FATAL_ERROR "the installed module is not what is imported: ${output}")
+    endif()
+  endif()
+endif()
+
 # The tree itself must not be needed: the stranger is a copy outside of it.
 file(COPY ${STRANGER} DESTINATION ${SCRATCH})
 run(${CMAKE_COMMAND} -G Ninja -S ${SCRATCH}/stranger -B ${SCRATCH}/build

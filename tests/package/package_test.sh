@@ -10,7 +10,7 @@ fail() { echo "$1"; exit 1; }
 
 rm -rf "$scratch"
 mkdir -p "$scratch"
-(cd "$build" && cpack -G DEB -B "$scratch" > "$scratch/cpack.log" 2>&1) ||
+(umask 077 && cd "$build" && cpack -G DEB -B "$scratch" > "$scratch/cpack.log" 2>&1) ||
   { cat "$scratch/cpack.log"; exit 1; }
 deb=$(ls "$scratch"/surfseg_"$version"_*.deb)
 
@@ -27,6 +27,9 @@ for file in bin/surfseg bin/curveseg bin/surfseg-slicer share/man/man1/surfseg-s
     lib/cmake/surfseg/surfsegConfig.cmake; do
   grep -qx "./usr/$file" <<< "$files" || fail "the package lacks /usr/$file"
 done
+
+hidden=$(dpkg-deb -c "$deb" | awk '$1 !~ /^(l|-r..r..r|dr.xr.xr.x)/')
+[ -z "$hidden" ] || fail "not for everybody: $hidden"
 
 root=$scratch/root
 dpkg-deb -x "$deb" "$root"

@@ -1,16 +1,19 @@
 """The module on phantoms: what comes out, what stops it, what is refused."""
 
 import json
+import locale
 import os
 import pathlib
 import re
 import resource
+import shutil
 import signal
 import struct
 import subprocess
 import sys
 import threading
 import time
+import warnings
 import zlib
 
 import nibabel
@@ -221,6 +224,24 @@ def test_evaluates_as_the_program_does(tmp_path, ball):
             tmp_path / "scores.json")
     theirs = json.loads((tmp_path / "scores.json").read_text())
     assert theirs["distance"]["mean_mm"] == pytest.approx(scores["distance"]["mean_mm"])
+
+
+def test_references_are_looked_at_as_the_program_does(tmp_path, ball):
+    scan = tmp_path / "scan.nii"
+    nibabel.save(nibabel.Nifti1Image(-ball_in()[0], OBLIQUE), scan)
+    with pytest.warns(UserWarning, match="scan.nii: .* is no label: is this a label map"):
+        surfseg.evaluate(ball, scan)
+    with warnings.catch_warnings(), pytest.raises(UserWarning, match="is this a label map"):
+        warnings.simplefilter("error")
+        surfseg.evaluate(ball, scan)
+    line = tmp_path / "line.ply"
+    line.write_text("ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
+                    "property float z\nelement face 1\nproperty list uchar int vertex_indices\n"
+                    "end_header\n0 0 0\n1 1 1\n2 2 2\n3 0 1 2\n")
+    with pytest.raises(surfseg.InputError, match="line.ply: none of its triangles has an area"):
+        surfseg.evaluate(ball, line)
+    with pytest.raises(surfseg.UsageError, match="line.ply is a mesh and has no labels"):
+        surfseg.evaluate(ball, line, label=1)
 
 
 def test_an_add_that_is_refused_leaves_the_dialogue_as_it_was():
@@ -565,6 +586,33 @@ def test_options_are_those_of_the_program(ball):
         surfseg.segment(values, [centre], OBLIQUE, preset="no-such")
 
 
+@pytest.fixture
+def decimal_comma(tmp_path, monkeypatch):
+    """Of the process, as Qt sets it for its user."""
+    before = locale.setlocale(locale.LC_NUMERIC)
+    for is_made in (False, True):
+        if is_made and shutil.which("localedef"):
+            subprocess.run(["localedef", "-i", "de_DE", "-f", "UTF-8", tmp_path / "de_DE.UTF-8"], capture_output=True)
+            monkeypatch.setenv("LOCPATH", str(tmp_path))
+        try:
+            locale.setlocale(locale.LC_NUMERIC, "de_DE.UTF-8")
+            break
+        except locale.Error:
+            pass
+    else:
+        pytest.skip("no locale with a decimal comma, nor localedef and de_DE")
+    yield
+    locale.setlocale(locale.LC_NUMERIC, before)
+
+
+def test_numbers_have_a_point_whatever_the_process_has(decimal_comma):
+    values, centre = ball_in()
+    options = {"energy": "minimal-surface", "max_iterations": 2, "alpha": 0.25, "tolerance": 1.5e-3}
+    commas = surfseg.segment(values, [centre], OBLIQUE, **options)
+    locale.setlocale(locale.LC_NUMERIC, "C")
+    assert np.array_equal(surfseg.segment(values, [centre], OBLIQUE, **options).vertices, commas.vertices)
+
+
 def test_false_and_none_are_values_of_options(ball):
     values, centre = ball_in()
 
@@ -583,6 +631,25 @@ def test_false_and_none_are_values_of_options(ball):
             vertices(fil_cavities=value)
     with pytest.raises(surfseg.UsageError, match="expected a length"):
         vertices(edge_length=False)
+
+
+def test_options_win_over_a_preset(tmp_path, monkeypatch):
+    volume = surfseg.phantom("ball", size=16)
+    monkeypatch.setenv("SURFSEG_PRESETS", str(tmp_path))
+    for name, flags in (("bare", ("no-settle", "no-locate", "fill-cavities")), ("sure", ("locate",))):
+        (tmp_path / f"{name}.json").write_text(json.dumps(dict.fromkeys(flags, True)))
+
+    def recipe(**options):
+        dialogue = surfseg.Segmentation(volume)
+        dialogue.set_options(**options)
+        return dialogue.recipe()
+
+    assert recipe(preset="bare") == recipe(settle=False, locate=False, fill_cavities=True)
+    assert recipe(preset="bare", settle=True, locate=True, fill_cavities=False) == recipe(locate=True)
+    assert recipe(preset="bare", no_settle=False) == recipe(locate=False, fill_cavities=True)
+    assert recipe(preset="sure", locate=False) == recipe(locate=False) != recipe()
+    with pytest.raises(surfseg.UsageError, match="contradict"):
+        recipe(locate=True, no_locate=True)
 
 
 @pytest.mark.parametrize("words, image, seeds, affine", [

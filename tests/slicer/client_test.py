@@ -88,6 +88,19 @@ class Client(WithStudio):
         clicks = self.idle()["objects"][0]["clicks"]
         self.assertEqual([tuple(c["point"]) for c in clicks], [two, (-8, 0, 1)])
 
+    def test_what_the_page_did_meanwhile_is_no_reason_to_take_another_click(self):
+        one, two, three = LEFT, (-9.75, 2, 0.1), (-9.75, 0, 2)
+        self.studio.set_points(self.object, [one, two, three], [])
+        seen = self.idle()
+        self.studio.do("delete_click", object=self.object, index=0)
+        for wanted in ([one, (-8, 1, 0), three], [one, three]):
+            with self.assertRaisesRegex(client.StudioRefused, "not where it was") as refused:
+                self.studio.set_points(self.object, wanted, [], state=seen)
+            self.assertEqual(refused.exception.status, 409)
+            clicks = self.idle()["objects"][0]["clicks"]
+            self.assertEqual([tuple(c["point"]) for c in clicks], [two, three])
+        self.assertEqual(self.studio.set_points(self.object, [two], []), 1)  # by a state of its own
+
     def until_it_has_evolved(self, watch):
         """The surfaces that are new meanwhile, and the state at the end."""
         seen, end = [], time.time() + 120
@@ -196,6 +209,11 @@ class WithoutStudio(unittest.TestCase):
             with self.assertRaises(client.StudioError, msg=wrong):
                 client.parse_address(wrong)
 
+    def test_knows_the_same_program_by_its_token(self):
+        one = client.Studio("http://127.0.0.1:8911/?token=ab")
+        self.assertTrue(one.is_same_as(client.Studio("http://localhost:8911/?token=ab")))
+        self.assertFalse(one.is_same_as(client.Studio("http://127.0.0.1:8911/?token=cd")))
+
     def test_reads_surfaces(self):
         head = struct.pack("<4I", 3, 1, 1, 5)
         body = struct.pack("<9f", *range(9)) + struct.pack("<3I", 0, 1, 2) + struct.pack("<3f", 7, 8, 9)
@@ -219,11 +237,11 @@ class WithoutStudio(unittest.TestCase):
         self.assertEqual(client.changes([one, three], [three, one]), [])
         self.assertEqual(client.changes([], [three, one]), [click(*one), click(*three)])
         self.assertEqual(client.changes([one, two, three], [("inside", far), two, three]),
-                         [{"action": "move_click", "index": 0, "point": list(far)}])
-        self.assertEqual(client.changes([one, two, three], [two]),
-                         [{"action": "delete_click", "index": 0}, {"action": "delete_click", "index": 1}])
+                         [{"action": "move_click", "index": 0, "was": [1, 0, 0], "point": list(far)}])
+        delete = lambda index, one: {"action": "delete_click", "index": index, "was": list(one[1])}  # noqa: E731
+        self.assertEqual(client.changes([one, two, three], [two]), [delete(0, one), delete(1, three)])
         self.assertEqual(client.changes([one, three], [one, ("inside", far)]),
-                         [{"action": "delete_click", "index": 1}, click("inside", far)])
+                         [delete(1, three), click("inside", far)])
         self.assertEqual(client.changes([one], [("inside", (1.00000001, 0, 0))]), [])
 
     def test_changes_make_the_clicks_those_that_are_wanted(self):
@@ -231,7 +249,11 @@ class WithoutStudio(unittest.TestCase):
             """As the studio does them."""
             clicks = list(clicks)
             for a in actions:
-                side = a.get("side") or clicks.pop(a["index"])[0]
+                if a["action"] == "click":
+                    side = a["side"]
+                else:
+                    side, was = clicks.pop(a["index"])
+                    self.assertEqual(list(was), a["was"])
                 if a["action"] != "delete_click":
                     clicks.append((side, tuple(a["point"])))
             return clicks

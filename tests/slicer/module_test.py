@@ -109,28 +109,70 @@ class Module(unittest.TestCase):
         self.logic.poll()
         self.assertEqual(self.words(), "Place a point inside the object")
 
+    def test_sends_points_again_where_the_page_was_faster(self):
+        self.studio.state.return_value = state()
+        self.studio.set_points.side_effect = [module.StudioRefused("not where it was", 409), 1]
+        self.logic.observe(Points((2, (1, 2, 3))), None)
+        for _ in range(3):
+            self.logic.poll()
+        self.assertEqual(self.studio.set_points.call_count, 2)
+        self.assertEqual(self.words(), "Place a point inside the object")
+
     def test_connecting_to_the_studio_that_it_started_leaves_it(self):
-        own, other = mock.Mock(port=8911), mock.Mock(port=8912)
+        own = module.Studio("http://127.0.0.1:8911/?token=ab")
         self.logic._process = process = mock.Mock(studio=own)
-        process.is_running.return_value = True
         self.logic._join(own)
         self.logic._has_new_points = False
-        with mock.patch.object(module, "Studio", return_value=mock.Mock(port=8911)):
+        with mock.patch.object(module.Studio, "state"):
+            self.logic.connect("http://localhost:8911/?token=ab")
+            process.end.assert_not_called()
+            self.assertIs(self.logic.studio, own)
+            self.assertTrue(self.logic._has_new_points, "they are sent again")
+            # The port of one that has ended may be another's.
+            self.logic.connect("http://127.0.0.1:8911/?token=cd")
+            process.end.assert_called_once_with()
+            self.assertIsNot(self.logic.studio, own)
+            self.logic._process = process = mock.Mock(studio=self.logic.studio)
+            self.logic.connect("http://127.0.0.1:8912/?token=cd")
+            process.end.assert_called_once_with()
+            self.assertEqual(self.logic.studio.port, 8912)
+
+    def connect_again(self):
+        self.studio.is_same_as.return_value = True
+        with mock.patch.object(module, "Studio"):
             self.logic.connect("http://127.0.0.1:8911/?token=ab")
-        process.end.assert_not_called()
-        self.assertIs(self.logic.studio, own)
-        self.assertTrue(self.logic._has_new_points, "they are sent again")
-        with mock.patch.object(module, "Studio", return_value=other):
-            self.logic.connect("http://127.0.0.1:8912/?token=ab")
-        process.end.assert_called_once_with()
-        self.assertIs(self.logic.studio, other)
-        # The port of one that has ended may be another's.
-        self.logic._process = process = mock.Mock(studio=own)
-        process.is_running.return_value = False
-        with mock.patch.object(module, "Studio", return_value=mock.Mock(port=8911)):
-            self.logic.connect("http://127.0.0.1:8911/?token=ab")
-        process.end.assert_called_once_with()
-        self.assertIsNot(self.logic.studio, own)
+        self.logic.poll()
+        return [sorted(points) for points in self.studio.set_points.call_args[0][1:]]
+
+    def test_connecting_again_takes_clicks_that_the_page_made(self):
+        inside = Points((2, (1, 2, 3)))
+        self.studio.state.return_value = state()
+        self.logic.observe(inside, Points())
+        self.logic.poll()
+        self.studio.state.return_value = state(clicks=[{"side": "inside", "point": [1, 2, 3]},
+                                                       {"side": "outside", "point": [7, 8, 9]}])
+        self.assertEqual(self.connect_again(), [[[1, 2, 3]], [[7, 8, 9]]])
+
+    def test_connecting_again_brings_nothing_back_that_was_moved_or_removed(self):
+        inside = Points((2, (1, 2, 3)), (2, (4, 5, 6)))
+        self.studio.state.return_value = state()
+        self.logic.observe(inside, Points())
+        self.logic.poll()
+        # It did not answer in time, and has not done it.
+        self.studio.state.return_value = state(clicks=[{"side": "inside", "point": [1, 2, 3]},
+                                                       {"side": "inside", "point": [4, 5, 6]}])
+        inside.points = ((2, (1, 2, 4)), (2, (4, 5, 6)))
+        self.logic._points_changed()
+        self.studio.set_points.side_effect = module.StudioError("no studio answers")
+        with self.assertRaises(module.StudioError):
+            self.logic.poll()
+        self.studio.set_points.side_effect = None
+        inside.points = ((2, (1, 2, 5)),)
+        self.assertEqual(self.connect_again(), [[[1, 2, 5]], []])
+        # What another studio has was not sent to it.
+        self.logic._join(self.studio)
+        self.logic.poll()
+        self.assertEqual(sorted(self.studio.set_points.call_args[0][1]), [[1, 2, 3], [1, 2, 5], [4, 5, 6]])
 
     def test_shows_surface_and_verdict(self):
         self.studio.state.return_value = state(

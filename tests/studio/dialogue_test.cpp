@@ -6,23 +6,28 @@
 #include <dlfcn.h>
 #include <gtest/gtest.h>
 #include <httplib.h>
+#include <nifti/nifti1.h>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cerrno>
 #include <chrono>
 #include <cstdlib>
+#include <cstring>
 #include <functional>
 #include <limits>
 #include <new>
 #include <string>
 #include <thread>
+#include <vector>
 
 #include "libsurf/volume/write_volume.h"
 #include "tests/surf/io/scratch_folder.h"
 #include "tests/surf/segment/phantoms.h"
 #include "tools/studio/access.h"
 #include "tools/studio/folder.h"
+#include "tools/studio/gzip.h"
 #include "tools/studio/server.h"
 #include "tools/studio/volume_file.h"
 
@@ -179,12 +184,46 @@ TEST(LaunchCode, OpensOnceWithinAMinute) {
 }
 
 // Textures of graphics have 2048 voxels along an axis.
-TEST(DisplayOfAVolume, IsCoarserWhereAnAxisIsLongerThanATexture) {
+TEST(DisplayOfAVolume, IsCoarserAlongAnAxisThatIsLongerThanATexture) {
   for (const auto& [longest, factor] : {std::pair(2048, 1), {2049, 2}, {4096, 2}, {4097, 3}}) {
     const std::vector<float> values(std::size_t(longest) * 4);
     const surf::volume::Volume volume({2, longest, 2}, Eigen::Affine3d::Identity(), values);
-    EXPECT_EQ(display_of(volume).coarser_by, factor) << longest;
+    EXPECT_EQ(display_of(volume).coarser_by, (std::array{1, factor, 1})) << longest;
   }
+}
+
+// A click that lies in a slice lies in the volume, also in the last one.
+TEST(VolumeFile, CoarserOnesHaveTheBoxOfTheVolume) {
+  const std::array<int, 3> size = {7, 2, 3};
+  std::vector<float> values;
+  for (int k = 0; k < size[2]; ++k)
+    for (int j = 0; j < size[1]; ++j)
+      for (int i = 0; i < size[0]; ++i) values.push_back(float(2 * i + 50 * j + 20 * k));
+  Eigen::Affine3d affine(Eigen::Translation3d(10, 20, 30));
+  affine.scale(Eigen::Vector3d(-0.5, 0.75, 2));
+  const surf::volume::Volume volume(size, affine, values);
+  const std::string bytes = gunzip(volume_file(volume, {3, 1, 2}), 352 + 3 * 2 * 2);
+
+  nifti_1_header header;
+  std::memcpy(&header, bytes.data(), sizeof header);
+  EXPECT_EQ((std::array{header.dim[1], header.dim[2], header.dim[3]}),
+            (std::array<short, 3>{3, 2, 2}));
+  const auto place = [&](const Eigen::Vector3d& index) {
+    const Eigen::Vector4d at = index.homogeneous();
+    Eigen::Vector3d out(0, 0, 0);
+    for (int column = 0; column < 4; ++column)
+      out += at[column] *
+             Eigen::Vector3d(header.srow_x[column], header.srow_y[column], header.srow_z[column]);
+    return out;
+  };
+  constexpr double kTolerance = 1e-5;  // floats of some 10 mm
+  EXPECT_LT((place({-0.5, -0.5, -0.5}) - affine * Eigen::Vector3d(-0.5, -0.5, -0.5)).norm(),
+            kTolerance);
+  EXPECT_LT((place({2.5, 1.5, 1.5}) - affine * Eigen::Vector3d(6.5, 1.5, 2.5)).norm(), kTolerance);
+  EXPECT_NEAR(header.pixdim[1], 0.5 * 7 / 3, kTolerance);
+  // 2, 3 and 2 voxels along the first axis, 1 and 2 along the last.
+  const std::vector<int> means(bytes.begin() + 352, bytes.end());
+  EXPECT_EQ(means, (std::vector{1, 6, 11, 51, 56, 61, 31, 36, 41, 81, 86, 91}));
 }
 
 }  // namespace

@@ -678,6 +678,25 @@ class Refusals(WithStudio):
             self.assertIn("error", self.studio.export(400, what="surface", object=1, name="folder.stl"))
 
 
+class VoxelsOfAHeader(WithStudio):
+    phantoms, words = [], ["v.mhd"]
+
+    def make_folder(self):
+        super().make_folder()
+        with open(os.path.join(self.folder, "v.mhd"), "w") as header:
+            header.write("ObjectType = Image\nNDims = 3\nDimSize = 16 16 16\nElementType = MET_UCHAR\n"
+                         "ElementDataFile = voxels.json\n")
+        with open(os.path.join(self.folder, "voxels.json"), "wb") as voxels:
+            voxels.write(bytes(k // 32 for k in range(16**3)))
+
+    def test_they_are_not_written_over(self):
+        before = content(self.folder, "voxels.json")
+        said = self.studio.export(400, what="recipe", name="voxels.json", overwrite=True)["error"]
+        self.assertEqual(said, "'voxels.json' is the volume that is open, or a part of it")
+        self.assertEqual(content(self.folder, "voxels.json"), before)
+        self.studio.export(what="recipe", name="other.json")
+
+
 @unittest.skipUnless(can_mount(), "skipped: no mounts of one's own here")
 class LittleRoom(unittest.TestCase):
     def setUp(self):

@@ -153,6 +153,8 @@ class CaseRun {
   }
 
   /// Names that a label can have; several objects of a recipe need not have such ones.
+  /// @throws surf::UsageError  one label for several
+  /// @throws surf::InputError  a name that is none
   std::vector<std::string> objects_of_recipe() const {
     const ordered_json recipe = read_json(row_.recipe);
     std::vector<std::string> out;
@@ -161,12 +163,15 @@ class CaseRun {
     } catch (const ordered_json::exception&) {
       return {};  // it is broken, which replay says best
     }
-    if (out.size() > 1)
-      for (const std::string& name : out)
-        if (!is_label(name))
-          throw surf::InputError(
-              fmt::format("{}: object '{}': expected a name of letters and digits, as BIDS has it",
-                          row_.recipe, name));
+    if (out.size() < 2) return out;
+    if (!row_.reference_label.empty())
+      throw surf::UsageError(
+          "reference-label: several objects have the labels 1, 2, ...; leave it empty");
+    for (const std::string& name : out)
+      if (!is_label(name))
+        throw surf::InputError(
+            fmt::format("{}: object '{}': expected a name of letters and digits, as BIDS has it",
+                        row_.recipe, name));
     return out;
   }
 
@@ -189,8 +194,7 @@ class CaseRun {
                                        {"json", summary_file(row_.name)}})
       out.push_back(fmt::format("--{}={}", option, at(name)));
     if (!row_.reference.empty()) out.push_back("--reference=" + row_.reference);
-    if (!row_.reference_label.empty() && objects_.size() <= 1)
-      out.push_back("--reference-label=" + row_.reference_label);
+    if (!row_.reference_label.empty()) out.push_back("--reference-label=" + row_.reference_label);
     out.push_back("--quiet");
     return out;
   }

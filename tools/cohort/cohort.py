@@ -9,9 +9,9 @@ import os
 import pathlib
 import re
 import shlex
-import shutil
 import subprocess
 import sys
+import time
 import zlib
 
 # Cells that may name files; a cell of clicks does if it is no point.
@@ -22,6 +22,7 @@ BASE_MINUTES, VOXELS_PER_MINUTE = 10, 10e6
 RETRIES = 2
 AGAIN = 75  # exit code: more memory or time may help
 LARGEST_ARRAY = 1000
+LONG_AGO_S = 3600  # no file is on its way for so long
 
 
 def newest(folder):
@@ -233,11 +234,13 @@ class Cohort:
         return self.batch("--collect", "--quiet")
 
     def collect(self):
-        """Table and page of all, when no job runs any more; what killed ones have left goes."""
-        for rest in self.output.glob(".sub-*.partial*"):
-            shutil.rmtree(rest, ignore_errors=True)
+        """Table and page of all. Files that killed jobs have left go here, their folders by surfseg, which sees who uses them."""
         for rest in self.output.glob(".surfseg-*"):
-            rest.unlink(missing_ok=True)
+            try:
+                if time.time() - rest.stat().st_mtime > LONG_AGO_S:
+                    rest.unlink()
+            except FileNotFoundError:  # its job has just ended
+                pass
         return self.batch("--collect")
 
 

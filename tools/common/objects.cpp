@@ -9,6 +9,7 @@
 #include <set>
 
 #include "libsurf/base/error.h"
+#include "libsurf/io/write_surface.h"
 #include "tools/common/option_group.h"
 
 namespace surfseg {
@@ -100,13 +101,16 @@ std::string object_path(const std::string& pattern, const std::string& name) {
 std::vector<Output> object_outputs(const std::vector<Output>& patterns,
                                    const std::vector<std::string>& names) {
   std::vector<Output> out;
-  for (const Output& pattern : patterns) {
-    if (names.empty() || !has_object(pattern.second)) {
-      out.push_back(pattern);
+  const auto add = [&](const std::string& option, const std::string& path) {
+    out.emplace_back(option, path);
+    if (option == "-o") out.emplace_back(option, surf::io::file_beside(path));
+  };
+  for (const auto& [option, pattern] : patterns) {
+    if (names.empty() || !has_object(pattern)) {
+      add(option, pattern);
       continue;
     }
-    for (const std::string& name : names)
-      out.emplace_back(pattern.first, object_path(pattern.second, name));
+    for (const std::string& name : names) add(option, object_path(pattern, name));
   }
   return out;
 }

@@ -29,7 +29,8 @@ std::string object_path(const std::string& pattern, const std::string& name);
 /// @throws surf::UsageError  a file that tells of all objects has {object} in its name
 void check_is_of_all(const std::string& option, const std::string& path);
 
-/// Each output with the objects' names, without doubles: for check_outputs().
+/// Each output with the objects' names, without doubles, and the files beside those of -o: for
+/// check_outputs().
 /// @param names  none = as they are
 std::vector<Output> object_outputs(const std::vector<Output>& patterns,
                                    const std::vector<std::string>& names);

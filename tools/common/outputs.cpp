@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <CLI/App.hpp>
+#include <algorithm>
 #include <cerrno>
 #include <cstdlib>
 #include <cstring>
@@ -12,6 +13,7 @@
 
 #include "libsurf/base/error.h"
 #include "libsurf/base/file.h"
+#include "libsurf/volume/read_volume.h"
 #include "libsurf/volume/write_volume.h"
 #include "tools/common/option_group.h"
 
@@ -46,6 +48,9 @@ void check_output(const Output& output) {
   if (const auto size = path.filename().string().size(); longest > 0 && size > std::size_t(longest))
     throw surf::OutputError(fmt::format("{}: {}: the name has {} bytes; the disk takes {}",
                                         output.first, output.second, size, longest));
+  if (!surf::may_be_written(path.string()))
+    throw surf::OutputError(fmt::format("{}: {}: cannot be written: {}", output.first,
+                                        output.second, std::strerror(errno)));
   check_folder_takes_files(output, folder);
 }
 
@@ -55,6 +60,24 @@ std::string identity(const std::string& path) {
 }
 
 }  // namespace
+
+bool is_read_with(const std::string& input, const std::string& path) {
+  std::error_code status;
+  const auto type = fs::status(input, status).type();  // a pipe can be read once
+  if (type != fs::file_type::regular && type != fs::file_type::directory) return false;
+  if (!fs::is_regular_file(path, status)) return false;
+  if (fs::equivalent(input, path, status)) return true;
+  try {
+    const std::vector<std::string> files = surf::volume::volume_files(input);
+    const auto is_it = [&](const std::string& file) { return fs::equivalent(file, path, status); };
+    if (std::none_of(files.begin(), files.end(), is_it)) return false;
+    // Beside the slices of a series there may be what earlier runs have written.
+    const bool is_series = type == fs::file_type::directory || surf::volume::is_dicom_image(input);
+    return !is_series || surf::volume::is_dicom_image(path);
+  } catch (const surf::InputError&) {
+    return false;  // no volume, or a broken one, which is said where it is read
+  }
+}
 
 void check_outputs(const std::vector<Output>& outputs, const std::vector<Output>& inputs) {
   std::vector<Output> seen;
@@ -66,6 +89,10 @@ void check_outputs(const std::vector<Output>& outputs, const std::vector<Output>
     for (const auto& [other, name] : seen)
       if (name == path)
         throw surf::UsageError(fmt::format("{}: {}: is {} too; give another file name",
+                                           output.first, output.second, other));
+    for (const auto& [other, input] : inputs)
+      if (is_read_with(input, path))
+        throw surf::UsageError(fmt::format("{}: {}: is a part of {}; give another file name",
                                            output.first, output.second, other));
     seen.emplace_back(output.first, path);
     check_output(output);

@@ -14,10 +14,16 @@ namespace surfseg {
 /// An option that names an output file, and the name; an empty name is no output.
 using Output = std::pair<std::string, std::string>;
 
-/// Each file can be created, and no two outputs are the same file, nor is one an input.
+/// Whether a file that is there is one of those that are read where `input` is: itself, a slice of
+/// the same series, the voxels of a header.
+bool is_read_with(const std::string& input, const std::string& path);
+
+/// Each file can be created, and no two outputs are the same file, nor is one an input or read with
+/// one.
 /// @param inputs  that are read as well: what names them, as "--marks" or "the input", and the file
-/// @throws surf::UsageError   a name given twice
+/// @throws surf::UsageError   a name given twice, a file that is read
 /// @throws surf::OutputError  the folder is missing or cannot be written to, the name is a folder's
+///                            or a write-protected file's
 void check_outputs(const std::vector<Output>& outputs, const std::vector<Output>& inputs = {});
 
 /// @throws surf::UsageError  a name that does not end as a volume's; an empty one is no output

@@ -60,7 +60,10 @@ class ReplayCommand : public Base {
   Objects segment(const Input& input) override {
     return replayed(
         arguments_, recipe_, this->output(), input.setting,
-        [this](const std::vector<std::string>& names) { check_files(this->image_path(), names); },
+        [this](const std::vector<std::string>& names) {
+          check_files(this->image_path(), names);
+          this->files().check_reference(names);
+        },
         this->on_step());
   }
 

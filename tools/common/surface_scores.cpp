@@ -1,5 +1,7 @@
 #include "tools/common/surface_scores.h"
 
+#include <cmath>
+
 #include "libsurf/mesh/distance.h"
 #include "libsurf/mesh/measure.h"
 #include "libsurf/mesh/overlap.h"
@@ -13,6 +15,15 @@ using surf::Triangles;
 using surf::mesh::Overlap;
 using surf::mesh::Verification;
 
+/// Exact, but of a surface of which some shells, but not all, are inside out: it would take theirs
+/// from that of the others.
+/// @param sampled_mm3  by its samples, whichever way they are wound round
+double volume_of(const Triangles& surface, const Verification& verification, double sampled_mm3) {
+  const int n_inverted = verification.n_inverted_components;
+  const bool are_alike = n_inverted == 0 || n_inverted == verification.n_components;
+  return are_alike ? std::abs(surf::mesh::volume_mm3(surface)) : sampled_mm3;
+}
+
 /// Null for all if one of the two encloses no volume.
 ordered_json overlap_json(const Triangles& surface, const Verification& verification,
                           const Reference& reference, const std::optional<int>& label) {
@@ -21,15 +32,16 @@ ordered_json overlap_json(const Triangles& surface, const Verification& verifica
                          {"volume_mm3", nullptr},
                          {"reference_volume_mm3", nullptr},
                          {"volume_difference_percent", nullptr}};
-  if (!verification.is_solid() ||
-      (!reference.labels && !surf::mesh::verify(reference.surface).is_solid()))
-    return scores;
+  const Verification of_reference =
+      reference.labels ? Verification() : surf::mesh::verify(reference.surface);
+  if (!verification.is_solid() || (!reference.labels && !of_reference.is_solid())) return scores;
   const Overlap overlap = reference.labels ? surf::mesh::overlap(surface, *reference.labels, label)
                                            : surf::mesh::overlap(surface, reference.surface);
-  const double volume = std::abs(surf::mesh::volume_mm3(surface));
+  const double volume = volume_of(surface, verification, overlap.first_mm3);
   // A label's volume is that of its voxels, not of the surface between their centres.
   const double reference_volume =
-      reference.labels ? overlap.second_mm3 : std::abs(surf::mesh::volume_mm3(reference.surface));
+      reference.labels ? overlap.second_mm3
+                       : volume_of(reference.surface, of_reference, overlap.second_mm3);
   if (overlap.first_mm3 + overlap.second_mm3 > 0) {  // else both lie between the grid's points
     scores["dice"] = overlap.dice();
     scores["jaccard"] = overlap.jaccard();

@@ -5,6 +5,7 @@
 #include <CLI/App.hpp>
 #include <algorithm>
 
+#include "libsurf/base/decimal_points.h"
 #include "libsurf/base/error.h"
 #include "libsurf/base/nearest_name.h"
 #include "tools/common/config.h"
@@ -20,10 +21,10 @@ void check_names(const CLI::App& command, const std::vector<std::string>& words)
   const std::vector<std::string> known = option_names(command);
   for (const std::string& word : words) {
     if (word.rfind("--", 0) != 0) continue;
-    const std::string name = word.substr(2);
+    const std::string name = word.substr(2, word.find('=') - 2);
     if (std::find(known.begin(), known.end(), name) == known.end())
       throw surf::UsageError(
-          fmt::format("{} is not an option{}", word, surf::did_you_mean(name, known)));
+          fmt::format("--{} is not an option{}", name, surf::did_you_mean(name, known)));
   }
 }
 
@@ -40,6 +41,7 @@ surf::segment::Options<Dim> typed_options(std::vector<std::string> words, double
   add_preset_option(command, arguments.preset, "");
   check_names(command, words);
   std::reverse(words.begin(), words.end());  // as the parser wants them
+  const surf::DecimalPoints points;          // it reads by strtold()
   try {
     command.parse(std::move(words));
     apply_files(command, "", arguments.preset);

@@ -10,7 +10,8 @@
 namespace surfseg {
 
 /// Everything but clicks and initial surface: lengths such as "--edge-length", "2mm"; "--energy",
-/// "chan-vese"; "--preset", "kidney-ct"; "--fill-cavities".
+/// "chan-vese"; "--preset", "kidney-ct"; "--fill-cavities", "--fill-cavities=false" where a preset
+/// may set it.
 /// @param cell_mm  side of a cube of a voxel's volume or a square of a pixel's area, for lengths in
 ///                 voxels or pixels
 /// @throws surf::UsageError  an option that there is not, or a value that it cannot have

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <CLI/App.hpp>
+#include <utility>
 
 #include "libsurf/base/error.h"
 #include "libsurf/base/log.h"
@@ -28,6 +29,13 @@ VolumeArguments VolumeArguments::or_series(const std::string& uid) const {
 void VolumeArguments::check() const {
   if (frame_index < 0)
     throw surf::UsageError(fmt::format("--frame-index: expected 0 or more; got {}", frame_index));
+}
+
+void VolumeArguments::check_unused(const std::string& path, const std::string& what) const {
+  for (const auto& [option, is_typed] :
+       {std::pair{"--frame-index", frame_index != 0}, {"--series-uid", !series_uid.empty()}})
+    if (is_typed)
+      throw surf::UsageError(fmt::format("{}: {} {}, not a volume", option, path, what));
 }
 
 surf::volume::Volume VolumeArguments::read(const std::string& path) const {

@@ -18,6 +18,10 @@ struct VolumeArguments {
   /// What can be found wrong before the file is read.
   /// @throws surf::UsageError
   void check() const;
+  /// Of a file that is no volume.
+  /// @param what  it is or holds: "is a mesh"
+  /// @throws surf::UsageError  a frame or a series was typed
+  void check_unused(const std::string& path, const std::string& what) const;
   /// @throws surf::UsageError, surf::InputError
   surf::volume::Volume read(const std::string& path) const;
 };

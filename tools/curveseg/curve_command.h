@@ -25,6 +25,7 @@ struct CurveFiles {
   static std::shared_ptr<const surf::segment::Setting<2>> setting(const surf::curve::Image& image);
   std::vector<Output> outputs() const { return {{"-o", output}, {"--mask", mask}}; }
   static std::vector<Output> references() { return {}; }
+  static void check_reference(const std::vector<std::string>&) {}
   /// What can be found wrong with the outputs' names.
   /// @throws surf::UsageError
   void check() const;

@@ -3,6 +3,7 @@
 
 #include <CLI/App.hpp>
 #include <algorithm>
+#include <cmath>
 
 #include "libcurve/io/contour_file.h"
 #include "libcurve/mesh/distance.h"
@@ -10,6 +11,8 @@
 #include "libcurve/mesh/rasterize.h"
 #include "libcurve/mesh/verify.h"
 #include "libsurf/base/error.h"
+#include "libsurf/base/index_box.h"
+#include "libsurf/base/memory.h"
 #include "libsurf/fem/geometry.h"
 #include "tools/common/outputs.h"
 #include "tools/common/report.h"
@@ -30,7 +33,8 @@ constexpr const char* kFooter =
     "slice\n"
     "of a label map, whose pixels that are not 0 (or are --label) are the object. Dice counts "
     "pixel\n"
-    "centres: those of the mask, or of a grid with 1024 along the longer side of both contours.\n"
+    "centres: those of the mask, carried on as far as the contours reach, or of a grid with 1024\n"
+    "along the longer side of both contours; it is unknown where none lies in either of them.\n"
     "Distances are between contours, both ways; against a mask there are none. Contours of a\n"
     "slice (.json) are compared in the world with a label map and with those of another slice,\n"
     "whose grid may be another one; the planes have to be the same.\n\n"
@@ -48,14 +52,24 @@ struct Overlap {
   std::size_t n_first = 0, n_second = 0, n_both = 0;
   double pixel_mm2 = 0;
 
-  double dice() const {
-    return n_first + n_second == 0 ? 1 : 2.0 * double(n_both) / double(n_first + n_second);
-  }
-  double jaccard() const {
-    const auto n_any = n_first + n_second - n_both;
-    return n_any == 0 ? 1 : double(n_both) / double(n_any);
-  }
+  /// Both may lie between the pixels' centres; the scores are unknown then.
+  bool is_empty() const { return n_first + n_second == 0; }
+  double dice() const { return 2.0 * double(n_both) / double(n_first + n_second); }
+  double jaccard() const { return double(n_both) / double(n_first + n_second - n_both); }
 };
+
+/// Contours to compare.
+/// @throws surf::InputError  cannot be read, or have no length
+Segments read_compared(const std::string& path) {
+  Segments out = surf::curve::read_contours(path);
+  double length = 0;
+  for (const auto element : out.elements.rowwise())
+    length += (out.points.row(element[1]) - out.points.row(element[0])).norm();
+  if (!(length > 0 && std::isfinite(length)))
+    throw surf::InputError(fmt::format(
+        "{}: its contours have a length of {} mm, so that nothing can be compared", path, length));
+  return out;
+}
 
 template <class First, class Second>
 Overlap count(std::size_t n, double pixel_mm2, const First& first, const Second& second) {
@@ -70,13 +84,40 @@ Overlap count(std::size_t n, double pixel_mm2, const First& first, const Second&
   return out;
 }
 
+/// The mask's pixels, and those beyond them that the curves may reach.
+surf::IndexBox<2> pixels_of(const Request& request, const Segments& curves, const Image& mask) {
+  constexpr double kMost = 1e9;       // pixels: some seconds
+  constexpr int kFarthest = 1 << 29;  // pixel, so that sizes and sums stay within an int
+  constexpr double kRow = 24;         // bytes that rasterize() needs for a row beside its pixels
+  Eigen::AlignedBox2d box(Eigen::Vector2d(0, 0),
+                          Eigen::Vector2d(mask.size()[0] - 1, mask.size()[1] - 1));
+  for (const auto point : curves.points.rowwise())
+    box.extend(mask.plane_to_pixel() * Eigen::Vector2d(point.transpose()));
+  const Eigen::Vector2d lower = (box.min().array() + 0.5).floor(),
+                        upper = (box.max().array() + 0.5).floor() + 1, size = upper - lower;
+  const double farthest = std::max(lower.cwiseAbs().maxCoeff(), upper.cwiseAbs().maxCoeff());
+  if (!(farthest <= kFarthest && size.prod() <= std::max(kMost, 2.0 * double(mask.n_pixels())) &&
+        surf::fits_in_memory((size[0] + kRow) * size[1])))
+    throw surf::InputError(fmt::format(
+        "{} and {} together span the pixels ({:.4g}, {:.4g}) to ({:.4g}, {:.4g}) of the latter, "
+        "which has {} x {}: too many to compare; are the contours in another unit or place?",
+        request.contour, request.reference.path, lower[0], lower[1], upper[0] - 1, upper[1] - 1,
+        mask.size()[0], mask.size()[1]));
+  return surf::IndexBox<2>::between({int(lower[0]), int(lower[1])}, {int(upper[0]), int(upper[1])});
+}
+
 Overlap overlap_with_mask(const Request& request, const Segments& curves, const Image& mask) {
-  const auto inside = surf::curve::rasterize(curves, mask.size(), mask.pixel_to_plane());
+  const surf::IndexBox<2> pixels = pixels_of(request, curves, mask), of_mask{{0, 0}, mask.size()};
+  Eigen::Affine2d to_plane = mask.pixel_to_plane();
+  to_plane.translate(Eigen::Vector2d(pixels.lower[0], pixels.lower[1]));
+  const auto inside = surf::curve::rasterize(curves, pixels.size, to_plane);
   return count(
-      mask.n_pixels(), mask.pixel_size() * mask.pixel_size(),
+      pixels.n(), mask.pixel_size() * mask.pixel_size(),
       [&](std::size_t at) { return inside[at] != 0; },
       [&](std::size_t at) {
-        const float value = mask.values()[at];
+        const auto pixel = pixels.node(at);
+        if (!of_mask.contains(pixel)) return false;
+        const float value = mask.value(pixel[0], pixel[1]);
         return request.label ? double(value) == *request.label : value != 0;
       });
 }
@@ -139,7 +180,7 @@ double area_of(const Segments& curves) {
 }
 
 ordered_json evaluate(const Request& request) {
-  const Segments curves = surf::curve::read_contours(request.contour);
+  const Segments curves = read_compared(request.contour);
   const auto pixels = surf::curve::pixels_of_contours(request.contour);
   const auto place = place_of(request.contour, pixels);
   const auto verification = surf::curve::verify(curves);
@@ -155,7 +196,8 @@ ordered_json evaluate(const Request& request) {
       if (!value.empty())
         throw surf::UsageError(fmt::format("{}: {} holds contours, whose millimetres are its own",
                                            option, request.reference.path));
-    const Segments reference = surf::curve::read_contours(request.reference.path);
+    request.reference.which.check_unused(request.reference.path, "holds contours");
+    const Segments reference = read_compared(request.reference.path);
     const auto theirs = surf::curve::pixels_of_contours(request.reference.path);
     const Segments found = in_plane(curves, place, place_of(request.reference.path, theirs));
     overlap = overlap_of(found, reference);
@@ -168,8 +210,8 @@ ordered_json evaluate(const Request& request) {
     scores["reference_area_mm2"] = double(overlap.n_second) * overlap.pixel_mm2;
   }
   scores["area_mm2"] = area_of(curves);
-  scores["dice"] = overlap.dice();
-  scores["jaccard"] = overlap.jaccard();
+  scores["dice"] = overlap.is_empty() ? ordered_json() : ordered_json(overlap.dice());
+  scores["jaccard"] = overlap.is_empty() ? ordered_json() : ordered_json(overlap.jaccard());
   scores["distance"] = distance;
   scores["verification"] = {{"passed", verification.passed()},
                             {"message", verification.message()},
@@ -183,8 +225,12 @@ std::string text_of(const ordered_json& scores) {
   const auto number = [&](const ordered_json& value, const char* unit) {
     return fmt::format("{:.4f}{}", value.get<double>(), unit);
   };
-  lines.add("Dice", number(scores["dice"], ""));
-  lines.add("Jaccard", number(scores["jaccard"], ""));
+  if (scores["dice"].is_null()) {
+    lines.add("overlap", "unknown: no pixel's centre lies in either of them");
+  } else {
+    lines.add("Dice", number(scores["dice"], ""));
+    lines.add("Jaccard", number(scores["jaccard"], ""));
+  }
   lines.add("area", number(scores["area_mm2"], " mm2"));
   lines.add("reference area", number(scores["reference_area_mm2"], " mm2"));
   if (const auto& distance = scores["distance"]; !distance.is_null()) {

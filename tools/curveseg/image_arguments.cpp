@@ -106,6 +106,7 @@ surf::curve::Image ImageArguments::read() const {
         throw UsageError(fmt::format(
             "--frame-index: {} is an image, not a 4-D volume; --page names a TIFF file's page",
             path));
+      which.check_unused(path, "is an image");
       return surf::curve::read_image(path, {.spacing_mm = spacing_mm, .page = page});
     }
     // A volume is known by its own reader, whose message is the better one where it begins as one.

@@ -5,12 +5,11 @@
 
 #include "libsurf/base/error.h"
 #include "libsurf/base/file.h"
-#include "libsurf/io/read_surface.h"
-#include "libsurf/mesh/from_label_map.h"
+#include "libsurf/io/write_surface.h"
 #include "libsurf/mesh/rasterize.h"
-#include "libsurf/volume/read_volume.h"
 #include "libsurf/volume/write_volume.h"
 #include "tools/common/outputs.h"
+#include "tools/common/reference.h"
 #include "tools/common/surface_scores.h"
 
 namespace surfseg::python {
@@ -86,14 +85,13 @@ void Surface::save(const std::string& path, const std::string& space) const {
 }
 
 std::string Surface::scores(const std::string& path, std::optional<int> label) const {
-  Reference reference;
-  if (surf::io::is_readable_surface(path)) {
-    if (label) throw surf::UsageError(fmt::format("label: {} is a mesh and has no labels", path));
-    reference.surface = surf::io::read_surface(path);
-  } else {
-    reference.labels = surf::volume::read_volume(path);
-    reference.surface = surf::mesh::surface_of_label_map(*reference.labels, label);
-  }
+  constexpr int kCaller = 3;  // of surfseg.evaluate()
+  const auto warn = [](const std::string& message) {
+    const py::gil_scoped_acquire acquired;
+    if (PyErr_WarnEx(PyExc_UserWarning, message.c_str(), kCaller) != 0)
+      throw py::error_already_set();
+  };
+  const Reference reference = read_reference(path, label, VolumeArguments(), "lps", warn);
   return surface_scores(finished().shape, reference, label).dump();
 }
 

@@ -286,8 +286,8 @@ Exported export_file(const Dialogue& dialogue, const Export& wanted) {
   if (std::filesystem::exists(path)) {
     if (!wanted.may_overwrite)
       throw FileExists(fmt::format("'{}' is there already: overwrite it?", name));
-    if (name == state.volume->name)
-      throw surf::UsageError(fmt::format("'{}' is the volume that is open", name));
+    if (is_read_with(state.volume->volume.source().path, path.string()))
+      throw surf::UsageError(fmt::format("'{}' is the volume that is open, or a part of it", name));
   }
   check_made(state, wanted, is_busy);
   const std::string to = path.string();

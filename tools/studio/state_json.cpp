@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cstring>
 
 #include "tools/studio/object_options.h"
@@ -29,10 +30,10 @@ ordered_json to_json(const OpenVolume& open) {
   const auto range = volume.range();
   const Display display = display_of(volume);
   ordered_json notes = open.notes;
-  if (display.coarser_by > 1)
+  if (const int most = *std::max_element(display.coarser_by.begin(), display.coarser_by.end());
+      most > 1)
     notes.push_back(
-        fmt::format("the views are {} times coarser along each axis; the surface uses all voxels",
-                    display.coarser_by));
+        fmt::format("the views are up to {} times coarser; the surface uses all voxels", most));
   return {{"revision", open.number},
           {"path", open.name},
           {"kept_in", open.recipe.filename().string()},

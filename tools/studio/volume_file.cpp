@@ -39,27 +39,42 @@ std::vector<float> samples_of(const Volume& volume) {
   return out;
 }
 
-/// Slices of a volume, or of means of blocks of it.
+std::array<int, 3> coarser_size(const Volume& volume, const std::array<int, 3>& coarser_by) {
+  std::array<int, 3> out;
+  for (int axis = 0; axis < 3; ++axis)
+    out[axis] = (volume.size()[axis] + coarser_by[axis] - 1) / coarser_by[axis];
+  return out;
+}
+
+/// Slices of a volume, or of means of blocks of it: of the voxels whose centres lie in a block.
+/// The blocks are all alike, also where no whole number of voxels is as long as one of them: a last
+/// one of fewer voxels would reach beyond the volume.
 class Slices {
  public:
-  Slices(const Volume& volume, int block) : volume_(volume), block_(block) {
-    for (int axis = 0; axis < 3; ++axis) size_[axis] = (volume.size()[axis] + block - 1) / block;
+  Slices(const Volume& volume, const std::array<int, 3>& coarser_by)
+      : volume_(volume), size_(coarser_size(volume, coarser_by)) {
+    for (int axis = 0; axis < 3; ++axis) {
+      const long n = volume.size()[axis];
+      for (long i = 0; i < n; ++i)
+        block_of_[axis].push_back(int((2 * i + 1) * size_[axis] / (2 * n)));
+    }
   }
   const std::array<int, 3>& size() const { return size_; }
 
   const std::vector<float>& slice(int k) {
     const auto& full = volume_.size();
-    const int first = k * block_, last = std::min(first + block_, full[2]);
+    const auto [begin, end] = std::equal_range(block_of_[2].begin(), block_of_[2].end(), k);
+    const int first = int(begin - block_of_[2].begin()), last = int(end - block_of_[2].begin());
     values_.resize(std::size_t(full[0]) * full[1] * std::size_t(last - first));
     volume_.copy_box({0, 0, first}, {full[0], full[1], last}, values_.data());
-    if (block_ == 1) return values_;
+    if (size_ == full) return values_;
     sums_.assign(std::size_t(size_[0]) * size_[1], 0);
     counts_.assign(sums_.size(), 0);
     const float* value = values_.data();
     for (int z = first; z < last; ++z)
       for (int j = 0; j < full[1]; ++j)
         for (int i = 0; i < full[0]; ++i) {
-          const std::size_t at = std::size_t(j / block_) * size_[0] + i / block_;
+          const std::size_t at = std::size_t(block_of_[1][j]) * size_[0] + block_of_[0][i];
           sums_[at] += *value++;
           ++counts_[at];
         }
@@ -69,8 +84,8 @@ class Slices {
 
  private:
   const Volume& volume_;
-  int block_;
   std::array<int, 3> size_;
+  std::array<std::vector<int>, 3> block_of_;  // of each voxel along each axis
   std::vector<float> values_, sums_, counts_;
 };
 
@@ -110,23 +125,27 @@ Display display_of(const Volume& volume) {
                                       [](float v) { return v > kLung[0] && v < kLung[1]; });
     out.window = double(n_lung) > kShareOfLung * double(values.size()) ? kThorax : kSoftTissue;
   }
-  const double bytes = 2.0 * double(volume.n_voxels());
-  const int longest = *std::max_element(volume.size().begin(), volume.size().end());
-  while (bytes / std::pow(out.coarser_by, 3) > kMostBytes || longest > kMostVoxels * out.coarser_by)
-    ++out.coarser_by;
-  return out;
+  for (int axis = 0; axis < 3; ++axis)
+    out.coarser_by[axis] = (volume.size()[axis] + kMostVoxels - 1) / kMostVoxels;
+  for (;;) {
+    const auto shown = coarser_size(volume, out.coarser_by);
+    if (2.0 * shown[0] * shown[1] * shown[2] <= kMostBytes) return out;
+    ++out.coarser_by[std::max_element(shown.begin(), shown.end()) - shown.begin()];
+  }
 }
 
-std::string volume_file(const Volume& volume, int coarser_by) {
+std::string volume_file(const Volume& volume, const std::array<int, 3>& coarser_by) {
   Slices slices(volume, coarser_by);
   const Storage storage = storage_of(slices, volume.range());
   nifti_1_header header = {};
   header.sizeof_hdr = sizeof header;
   header.dim[0] = 3;
   Eigen::Affine3d affine = volume.index_to_world();
-  // The centre of the first block.
-  affine.translation() += affine.linear() * Eigen::Vector3d::Constant((coarser_by - 1) / 2.0);
-  affine.linear() *= coarser_by;
+  Eigen::Vector3d block;  // in voxels
+  for (int axis = 0; axis < 3; ++axis)
+    block[axis] = double(volume.size()[axis]) / slices.size()[axis];
+  // To the centre of the first block.
+  affine.translate((block - Eigen::Vector3d::Ones()) / 2).scale(block);
   for (int axis = 0; axis < 3; ++axis) {
     header.dim[axis + 1] = short(slices.size()[axis]);
     header.pixdim[axis + 1] = float(affine.linear().col(axis).norm());

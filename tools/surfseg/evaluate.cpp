@@ -7,11 +7,11 @@
 
 #include "libsurf/base/error.h"
 #include "tools/common/outputs.h"
+#include "tools/common/reference.h"
 #include "tools/common/report.h"
 #include "tools/common/surface_scores.h"
 #include "tools/common/volume_arguments.h"
 #include "tools/surfseg/commands.h"
-#include "tools/surfseg/reference.h"
 
 namespace surfseg {
 namespace {
@@ -24,7 +24,7 @@ constexpr const char* kFooter =
     "volume of\n"
     "labels; without --label all its voxels that are not 0 are the object.\n\n"
     "Dice and Jaccard against a label map count voxel centres, against a mesh the\n"
-    "points of a cubic grid with 256 points along the longer side of both. Distances are\n"
+    "points of a grid with 256 points along each side of both. Distances are\n"
     "between surfaces, both ways: mean and RMS over both areas, 95 % and maximum as the larger of\n"
     "both ways. A label map's surface runs halfway between its voxels, stairs and all:\n"
     "even a perfect surface is about 0.17 voxels from it on average. Where a surface is open "

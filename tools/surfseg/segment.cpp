@@ -71,6 +71,7 @@ class SegmentSurface : public SurfaceCommand {
                   {{"-o", arguments_.output},
                    {"--denoised", arguments_.denoised},
                    {"--start", arguments_.start}});
+    arguments_.check_reference(arguments_.objects);
     std::vector<Output> outputs = arguments_.outputs();
     outputs.insert(outputs.end(), {{"--denoised", arguments_.denoised},
                                    {"--start", arguments_.start},
@@ -114,11 +115,6 @@ class SegmentSurface : public SurfaceCommand {
  private:
   void check_names() const {
     arguments_.SurfaceFiles::check();
-    if (arguments_.objects.size() > 1 && arguments_.reference_label &&
-        !has_object(arguments_.reference))
-      throw surf::UsageError(
-          "--reference-label: several objects have the labels 1, 2, ... of one --reference; put "
-          "{object} into its name for a file of each");
     if (!arguments_.start.empty() && surf::extension(arguments_.start) != ".vtp")
       throw surf::UsageError(
           fmt::format("--start: {}: expected a name that ends in .vtp, which holds every digit",

@@ -15,17 +15,25 @@
 #include "tools/common/command_line.h"
 #include "tools/common/objects.h"
 #include "tools/common/option_group.h"
+#include "tools/common/reference.h"
 #include "tools/report/report.h"
-#include "tools/surfseg/reference.h"
 #include "tools/surfseg/slice_picture.h"
 
 namespace surfseg {
 
 using nlohmann::ordered_json;
 
+namespace {
+
+void check_is_there(const std::string& reference) {
+  if (!std::filesystem::exists(reference))
+    throw surf::InputError(fmt::format("--reference: {}: there is no such file", reference));
+}
+
+}  // namespace
+
 std::vector<Output> SurfaceFiles::outputs() const {
   return {{"-o", output},
-          {"-o", surf::io::file_beside(output)},
           {"--mask", mask},
           {"--picture", picture},
           {"--thumbnail", thumbnail},
@@ -46,9 +54,21 @@ void SurfaceFiles::check() const {
   check_is_of_all("--report", report);
   if (reference_label && reference.empty())
     throw surf::UsageError("--reference-label: which --reference has it?");
-  if (!reference.empty() && !has_object(reference) && !std::filesystem::exists(reference))
-    throw surf::InputError(fmt::format("--reference: {}: there is no such file", reference));
+  if (!reference.empty() && !has_object(reference)) check_is_there(reference);
   which.check();
+}
+
+void SurfaceFiles::check_reference(const std::vector<std::string>& objects) const {
+  if (!has_object(reference)) {
+    if (reference_label && objects.size() > 1)
+      throw surf::UsageError(
+          "--reference-label: several objects have the labels 1, 2, ... of one --reference; put "
+          "{object} into its name for a file of each");
+    return;
+  }
+  if (objects.empty())
+    throw surf::UsageError(fmt::format("--reference: {}: there is no --object to name", reference));
+  for (const std::string& object : objects) check_is_there(object_path(reference, object));
 }
 
 void add_report_options(CLI::App& command, SurfaceFiles& files, const std::string& group) {

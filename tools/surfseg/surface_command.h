@@ -34,6 +34,11 @@ struct SurfaceFiles {
   /// What can be found wrong before the volume is read.
   /// @throws surf::UsageError
   void check() const;
+  /// What can be found wrong with --reference before the work is done.
+  /// @param objects  names of those that are written; none = one without a name
+  /// @throws surf::UsageError  {object} without names, or one label for several objects
+  /// @throws surf::InputError  an object's file is missing
+  void check_reference(const std::vector<std::string>& objects) const;
 };
 
 /// --report and --reference.

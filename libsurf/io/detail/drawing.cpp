@@ -211,10 +211,12 @@ void aim(vtkRenderer& renderer, const Triangles& surface, const std::array<doubl
   const Vector<3> right = Vector<3>::UnitZ().cross(back).normalized();
   Eigen::Matrix3d axes;  // rows: right, up and towards the camera
   axes << right.transpose(), back.cross(right).transpose(), back.transpose();
-  const Points<3> seen = surface.points * axes.transpose();
-  const Vector<3> lower = seen.colwise().minCoeff(), upper = seen.colwise().maxCoeff();
-  const Vector<3> half = 0.5 * (upper - lower);
-  const Vector<3> center = axes.transpose() * (0.5 * (lower + upper));
+  Eigen::AlignedBox3d seen;  // of the triangles: a file may hold more points
+  for (const auto element : surface.elements.rowwise())
+    for (const int vertex : element)
+      seen.extend(Vector<3>(axes * surface.points.row(vertex).transpose()));
+  const Vector<3> half = 0.5 * seen.sizes();
+  const Vector<3> center = axes.transpose() * seen.center();
   const Vector<3> position = center + 2 * half.norm() * back;
   vtkCamera& camera = *renderer.GetActiveCamera();
   camera.ParallelProjectionOn();

@@ -20,9 +20,11 @@ class Shells {
       sets_.join(t[0], t[2]);
     }
     for (Eigen::Index t = 0; t < elements.rows(); ++t) {
-      const Vector<3> a = points.row(elements(t, 0)), b = points.row(elements(t, 1)),
-                      c = points.row(elements(t, 2));
-      volume_[sets_.find(elements(t, 0))] += triple(a, b, c) / 6;
+      // About a point of its own, so that a shell far from the world's origin loses no digits.
+      const int shell = sets_.find(elements(t, 0));
+      const Vector<3> base = points.row(shell), a = points.row(elements(t, 0)),
+                      b = points.row(elements(t, 1)), c = points.row(elements(t, 2));
+      volume_[shell] += triple(a - base, b - base, c - base) / 6;
     }
   }
   /// Those of some triangles.

@@ -2,6 +2,7 @@
 // surgery.
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "libsurf/mesh/detail/surgery_region.h"
@@ -14,6 +15,7 @@ struct Cluster {
   int n_failures = 0, n_growths = 0;
   bool is_planned = false;
   Patch patch;
+  std::optional<RegionPlan> ahead = {};  // made ahead of its turn
 };
 
 /// The surface with all patches.

@@ -224,6 +224,7 @@ std::string state_of(const Work<Dim>& work, std::size_t n_stages, bool goes_on) 
   out["start"] = shape_to_json<Dim>(work.start);
   out["shape"] = shape_to_json<Dim>(work.shape);
   out["energies"] = from_terms(work.energies);
+  if (work.kept_content) out["kept_content"] = from_double(*work.kept_content);
   if (work.certainty) out["certainty"] = from_certainty<Dim>(*work.certainty);
   out["notes"] = work.notes;
   out["reports"] = Json::array();
@@ -239,6 +240,8 @@ StagesDone restore(const std::string& state, Work<Dim>& work) {
     work.start = shape_from_json<Dim>(json.at("start"));
     work.shape = shape_from_json<Dim>(json.at("shape"));
     work.energies = to_terms(json.at("energies"));
+    work.kept_content.reset();
+    if (json.contains("kept_content")) work.kept_content = to_double(json["kept_content"]);
     work.certainty.reset();
     if (json.contains("certainty")) work.certainty = to_certainty<Dim>(json["certainty"]);
     work.notes = json.at("notes").get<std::vector<std::string>>();

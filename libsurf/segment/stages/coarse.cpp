@@ -34,12 +34,14 @@ Minimisation<Dim> with_fixed_steps(const Work<Dim>& work) {
   return out;
 }
 
-/// Whether the stage that has just run may be followed by another.
+/// Whether the stage that has just run may be followed by another: fixed steps that raise the
+/// energy near its minimum have done their part, those that look for their length follow.
 template <int Dim>
 bool may_go_on(const Work<Dim>& work) {
   const StageReport& report = work.reports.back();
   return report.outcome == Outcome::kConverged ||
-         report.flow.termination == flow::Termination::kMaxSteps;
+         report.flow.termination == flow::Termination::kMaxSteps ||
+         report.flow.termination == flow::Termination::kRising;
 }
 
 /// The first part of Alg. 17: fixed steps with coarse curves, and domains that are not adapted to

@@ -30,12 +30,14 @@ class Level : public Stage<Dim> {
     out.flow.rel_tol = std::min(0.5, kTolerance * out.flow.rel_tol);
     out.flow.energy_tol = std::min(0.5, kTolerance * out.flow.energy_tol);
     const Simplices<Dim> before = work.shape;
+    const std::optional<double> content_before = work.kept_content;
     minimise(work, out);
     const StageReport& report = work.reports.back();
     const bool has_vanished = report.outcome == Outcome::kVanished;
     if (has_vanished || report.flow.termination == flow::Termination::kObstacle) {
       // What is too small for the level's blur is found on the next one.
       work.shape = before;
+      work.kept_content = content_before;
       work.notes.push_back(
           fmt::format("level {}: {}; the next one starts where it did", level_, report.message));
     }

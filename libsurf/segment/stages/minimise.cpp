@@ -174,7 +174,7 @@ bool minimise(Work<Dim>& work, const Minimisation<Dim>& minimisation) {
   if (no_energy) std::rethrow_exception(no_energy);
   flow::FlowOptions flow = minimisation.flow;
   flow.stop = work.stop;
-  if (flow.keep_content && !flow.content) {  // that of the start, whatever a stage has changed
+  if (flow.keeps_content() && !flow.content) {  // that of the start, whatever a stage has changed
     if (work.kept_content)
       flow.content = work.kept_content;
     else

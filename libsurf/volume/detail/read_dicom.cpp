@@ -40,6 +40,8 @@ const Tag kSopClassUid(0x0008, 0x0016), kSopInstanceUid(0x0008, 0x0018),
     kPlaneOrientation(0x0020, 0x9116), kPixelMeasures(0x0028, 0x9110),
     kValueTransformation(0x0028, 0x9145);
 
+constexpr const char* kSegmentation = "1.2.840.10008.5.1.4.1.1.66.4";  // of SOPClassUID
+
 /// Of patient, study and frame of reference, and the character set that they are in; what tells who
 /// was examined when, and nothing of how.
 constexpr std::uint32_t kOfOrigin[] = {
@@ -92,19 +94,24 @@ std::string text(const DataSet& data, const Tag& tag) {
   return result;
 }
 
-/// The numbers of a decimal string; empty if there are not exactly n.
-std::vector<double> decimals(const DataSet& data, const Tag& tag, std::size_t n) {
-  const std::string all = text(data, tag);
+/// The numbers of a decimal string; empty if there are not exactly n, or something else is in it.
+std::vector<double> numbers(const std::string& all, std::size_t n) {
   std::vector<double> result;
   for (std::size_t at = 0; at < all.size();) {
     const std::size_t end = std::min(all.find('\\', at), all.size());
     while (at < end && (all[at] == ' ' || all[at] == '+')) ++at;
     double value;
-    if (std::from_chars(all.data() + at, all.data() + end, value).ec != std::errc()) return {};
+    const auto [rest, error] = std::from_chars(all.data() + at, all.data() + end, value);
+    const auto is_padding = [](char c) { return c == ' ' || c == '\0'; };
+    if (error != std::errc() || !std::all_of(rest, all.data() + end, is_padding)) return {};
     result.push_back(value);
     at = end + 1;
   }
   return result.size() == n ? result : std::vector<double>();
+}
+
+std::vector<double> decimals(const DataSet& data, const Tag& tag, std::size_t n) {
+  return numbers(text(data, tag), n);
 }
 
 int unsigned_short(const DataSet& data, const Tag& tag) {
@@ -129,42 +136,46 @@ struct FunctionalGroups {
   Items frames, shared;
 };
 
-/// A number of `tag` from a macro of item n (from 1) of functional groups; empty if it is not
-/// there.
-std::vector<double> macro_decimals(const Items& groups, std::size_t n_item, const Tag& macro,
-                                   const Tag& tag, std::size_t n) {
+/// What `tag` says in a macro of item n (from 1) of functional groups; empty if it is not there.
+std::string macro_text(const Items& groups, std::size_t n_item, const Tag& macro, const Tag& tag) {
   if (!groups || groups->GetNumberOfItems() < n_item) return {};
   const Items items = items_of(groups->GetItem(n_item).GetNestedDataSet(), macro);
   if (!items || items->GetNumberOfItems() < 1) return {};
-  return decimals(items->GetItem(1).GetNestedDataSet(), tag, n);
+  return text(items->GetItem(1).GetNestedDataSet(), tag);
 }
 
 struct FileHeader {
   std::string file, series_uid, description, modality;
+  bool is_segmentation = false;
   std::vector<DicomSlice> slices;  ///< one per frame
   std::string fault;  ///< why the file's slices have no place in space; empty if they have
 };
 
-/// A number of `tag` from the macro `group` of a frame: of its own groups, else of the shared
-/// ones; without functional groups, of the data set itself.
-std::vector<double> frame_decimals(const DataSet& data, const FunctionalGroups& groups, int frame,
-                                   const Tag& group, const Tag& tag, std::size_t n) {
-  auto result = macro_decimals(groups.frames, std::size_t(frame) + 1, group, tag, n);
-  if (result.empty()) result = macro_decimals(groups.shared, 1, group, tag, n);
-  return result.empty() ? decimals(data, tag, n) : result;
+/// What `tag` says in the macro `group` of a frame: of its own groups, else of the shared ones;
+/// without functional groups, in the data set itself.
+std::string frame_text(const DataSet& data, const FunctionalGroups& groups, int frame,
+                       const Tag& group, const Tag& tag) {
+  std::string result = macro_text(groups.frames, std::size_t(frame) + 1, group, tag);
+  if (result.empty()) result = macro_text(groups.shared, 1, group, tag);
+  return result.empty() ? text(data, tag) : result;
 }
 
-/// Empty if the slice has its place, else what is missing.
+/// Empty if the slice has its place and its values, else what is missing.
 std::string place(const DataSet& data, const FunctionalGroups& groups, int frame,
                   DicomSlice& slice) {
-  const auto of_frame = [&](const Tag& group, const Tag& tag, std::size_t n) {
-    return frame_decimals(data, groups, frame, group, tag, n);
+  std::string unreadable;
+  const auto of_frame = [&](const Tag& group, const Tag& tag, std::size_t n, const char* name) {
+    const std::string stated = frame_text(data, groups, frame, group, tag);
+    auto result = numbers(stated, n);
+    if (result.empty() && !stated.empty()) unreadable = fmt::format("readable {}", name);
+    return result;
   };
-  const auto position = of_frame(kPlanePosition, kPosition, 3);
-  const auto orientation = of_frame(kPlaneOrientation, kOrientation, 6);
-  const auto spacing = of_frame(kPixelMeasures, kPixelSpacing, 2);
-  const auto slope = of_frame(kValueTransformation, kSlope, 1);
-  const auto intercept = of_frame(kValueTransformation, kIntercept, 1);
+  const auto position = of_frame(kPlanePosition, kPosition, 3, "ImagePositionPatient");
+  const auto orientation = of_frame(kPlaneOrientation, kOrientation, 6, "ImageOrientationPatient");
+  const auto spacing = of_frame(kPixelMeasures, kPixelSpacing, 2, "PixelSpacing");
+  const auto slope = of_frame(kValueTransformation, kSlope, 1, "RescaleSlope");
+  const auto intercept = of_frame(kValueTransformation, kIntercept, 1, "RescaleIntercept");
+  if (!unreadable.empty()) return unreadable;
   if (position.empty()) return "ImagePositionPatient";
   if (orientation.empty()) return "ImageOrientationPatient";
   if (spacing.empty()) return "PixelSpacing";
@@ -184,6 +195,7 @@ FileHeader header_of(const DataSet& data, const std::string& file) {
   header.series_uid = text(data, kSeriesUid);
   header.description = text(data, kSeriesDescription);
   header.modality = text(data, kModality);
+  header.is_segmentation = text(data, kSopClassUid) == kSegmentation;
   if (const int n = unsigned_short(data, kSamplesPerPixel); n != 1) {
     header.fault = fmt::format("has {} samples per pixel, not 1", n);
     return header;
@@ -230,7 +242,7 @@ FileHeader header_of(const DataSet& data, const std::string& file) {
 /// makes room for all of it.
 void check_pixels(const DataSet& data, const DicomFile& stored, const std::string& file) {
   const auto frames = decimals(data, kFrames, 1);
-  const int n_sample_bytes = (unsigned_short(data, kBitsAllocated) + 7) / 8;
+  const double n_sample_bytes = unsigned_short(data, kBitsAllocated) / 8.0;  // a segmentation: 1/8
   const double n_promised = double(unsigned_short(data, kRows)) * unsigned_short(data, kColumns) *
                             std::max(1, unsigned_short(data, kSamplesPerPixel)) * n_sample_bytes *
                             (frames.empty() ? 1 : std::max(1.0, frames[0]));
@@ -266,7 +278,8 @@ Series read_folder(const std::string& folder, const std::string& path, int& n_sk
   const std::vector<std::string> files = files_in(folder);
   Series series;
   for (const std::string& file : files) {
-    if (auto header = read_header(file))
+    auto header = read_header(file);
+    if (header && !header->is_segmentation)  // it lies beside the images that it was made of
       series[header->series_uid].push_back(std::move(*header));
     else
       ++n_skipped;
@@ -319,7 +332,7 @@ std::vector<FileHeader> files_of(const std::string& path, const ReadOptions& opt
   if (!header)
     throw InputError(
         fmt::format("{}: not a DICOM image, or truncated in its header; give a volume", path));
-  if (header->slices.size() > 1)
+  if (header->slices.size() > 1 || header->is_segmentation)
     return choose_series({{header->series_uid, {*header}}}, options.series_uid, path);
   const fs::path parent = fs::path(path).parent_path();
   return choose_series(read_folder(parent.empty() ? "." : parent.string(), path, n_skipped),
@@ -413,10 +426,17 @@ std::vector<DicomSeries> series_in(const std::string& folder) {
   return described(read_folder(folder, folder, n_skipped));
 }
 
+bool is_image(const std::string& path) {
+  const SilenceGdcm silence;
+  const auto header = read_header(path);
+  return header && !header->is_segmentation;
+}
+
 }  // namespace
 
 extern "C" {
 Volume (*const surf_read_dicom)(const std::string&, const ReadOptions&) = read_dicom;
+bool (*const surf_is_dicom_image)(const std::string&) = is_image;
 std::vector<DicomSeries> (*const surf_dicom_series)(const std::string&) = series_in;
 }
 

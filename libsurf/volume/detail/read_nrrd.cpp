@@ -13,7 +13,9 @@
 #include <mutex>
 #include <optional>
 
+#include "libsurf/base/decimal_points.h"
 #include "libsurf/base/error.h"
+#include "libsurf/base/file.h"
 #include "libsurf/volume/detail/byte_stream.h"
 #include "libsurf/volume/detail/raw_scalars.h"
 
@@ -55,6 +57,7 @@ Loaded load(const std::string& path, Load what) {
   result.state->skipData = what == Load::kHeader;
   result.state->keepNrrdDataFileOpen = what == Load::kHeader;
   nrrdStateVerboseIO = 0;
+  const DecimalPoints points;  // teem reads by sscanf()
   if (nrrdLoad(result.nrrd.get(), path.c_str(), result.state.get()) != 0) {
     const std::string message = last_message();
     const char* advice = message.find("open") != std::string::npos
@@ -220,6 +223,24 @@ std::optional<std::string> data_path(const NrrdIoState& state, const std::string
   return state.dataFNArr->len == 0 ? path : beside(state, state.dataFN[0]);
 }
 
+/// Those in the folder of a pattern such as slices/s%03d.raw that it may name.
+std::vector<std::string> files_like(const std::string& pattern) {
+  const std::filesystem::path path(pattern);
+  const std::string name = path.filename().string();
+  const std::size_t percent = name.find('%');
+  if (percent == std::string::npos) return {};
+  const std::string start = name.substr(0, percent),
+                    end = name.substr(name.find_first_of("diu", percent) + 1);
+  std::vector<std::string> out;
+  const std::string folder = path.parent_path().string();
+  for (const std::string& file : files_in(folder.empty() ? "." : folder)) {
+    const std::string own = std::filesystem::path(file).filename().string();
+    if (own.size() > start.size() + end.size() && own.starts_with(start) && own.ends_with(end))
+      out.push_back(file);
+  }
+  return out;
+}
+
 /// A part of memory that reads like a file: what teem has decoded.
 Volume volume_from_memory(const Nrrd& nrrd, const RawLayout& layout,
                           const Eigen::Matrix4d& index_to_world, Source source) {
@@ -313,8 +334,10 @@ std::vector<std::string> nrrd_files(const std::string& path) {
   take_data_offset(state);
   std::vector<std::string> out = {path};
   for (unsigned n = 0; n < state.dataFNArr->len; ++n) out.push_back(beside(state, state.dataFN[n]));
-  if (state.dataFNFormat)
-    out.push_back(std::filesystem::path(beside(state, state.dataFNFormat)).parent_path().string());
+  if (state.dataFNFormat) {
+    const std::vector<std::string> files = files_like(beside(state, state.dataFNFormat));
+    out.insert(out.end(), files.begin(), files.end());
+  }
   return out;
 }
 

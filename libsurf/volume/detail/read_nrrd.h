@@ -11,7 +11,7 @@ namespace surf::volume {
 /// See read_volume.
 /// @throws InputError
 Volume read_nrrd(const std::string& path, const ReadOptions& options);
-/// See volume_files; a folder stands for all files in it.
+/// See volume_files.
 /// @throws InputError
 std::vector<std::string> nrrd_files(const std::string& path);
 

@@ -13,6 +13,7 @@
 #include <thread>
 
 #include "libsurf/base/error.h"
+#include "tests/surf/not_root.h"
 
 namespace surf {
 namespace {
@@ -133,6 +134,34 @@ TEST_F(Files, AreAsBeforeIfWritingThrows) {
     throw std::runtime_error("disk full");
   };
   EXPECT_THROW(write_atomically(path("a.stl"), fail_halfway), std::runtime_error);
+  EXPECT_EQ(read_text(path("a.stl")), "old");
+  EXPECT_EQ(n_files(), 1);
+}
+
+TEST_F(Files, KeepTheirPermissions) {
+  for (const fs::perms mode : {fs::perms(0640), fs::perms(0666), fs::perms(0444)}) {
+    if (::geteuid() != 0 && mode == fs::perms(0444)) continue;  // only root writes to it
+    write_text(path("a.json"), "old");
+    fs::permissions(path("a.json"), mode);
+    write_bytes(path("a.json"), "new");
+    EXPECT_EQ(read_text(path("a.json")), "new");
+    EXPECT_EQ(fs::status(path("a.json")).permissions(), mode);
+  }
+}
+
+TEST_F(Files, ThatAreWriteProtectedAreRefusedBeforeAnythingIsComputed) {
+  write_text(path("a.stl"), "old");
+  fs::permissions(path("a.stl"), fs::perms(0444));
+  fs::permissions(folder, fs::perms::all);  // which would take another in its place
+  bool is_called = false;
+  {
+    const test::NotRoot anybody;
+    EXPECT_FALSE(may_be_written(path("a.stl")));
+    EXPECT_TRUE(may_be_written(path("none.stl")));
+    EXPECT_THROW(write_atomically(path("a.stl"), [&](const std::string&) { is_called = true; }),
+                 OutputError);
+  }
+  EXPECT_FALSE(is_called);
   EXPECT_EQ(read_text(path("a.stl")), "old");
   EXPECT_EQ(n_files(), 1);
 }

@@ -61,6 +61,36 @@ TYPED_TEST(TwoRegions, MeansAreThoseOfBothSides) {
   }
 }
 
+/// P of the intensity 2 where the shape is, behind waves of 5 cells across the lines that it is
+/// summed along.
+template <int Dim>
+class BehindWaves : public Field<Dim> {
+ public:
+  static constexpr double kCell = 0.05;
+
+  void sample(const Points<Dim>& x, Derivatives order, Samples<Dim>& out) const override {
+    out.resize(x.rows(), order);
+    const auto waves = (2 * std::numbers::pi / (5 * kCell) * x.col(1).array() + 0.3).sin();
+    out.value = (2 * x.col(0).array() + 40 * waves) / kCell;
+  }
+};
+
+TYPED_TEST(TwoRegions, TheMeanInsideIsFreeOfWhatLiesElsewhereHoweverLongTheElements) {
+  constexpr int Dim = TypeParam::value;
+  Vector<Dim> direction = Vector<Dim>::Zero();
+  direction[0] = BehindWaves<Dim>::kCell;
+  for (const int level : {1, 2, 3}) {
+    auto arrays = test::unit_sphere<Dim>(Dim == 2 ? level + 2 : level);
+    Eigen::Matrix<double, Dim, Dim> turn = Eigen::Matrix<double, Dim, Dim>::Identity();
+    turn.template topLeftCorner<2, 2>() = Eigen::Rotation2Dd(0.4).toRotationMatrix();
+    arrays.X = arrays.X * turn;
+    ChanVese<Dim> J(std::make_shared<const Step<Dim>>(), totals<Dim>(), {},
+                    Antiderivative<Dim>{direction, std::make_shared<const BehindWaves<Dim>>()});
+    J.reset({arrays.X, arrays.T});
+    EXPECT_NEAR(J.means()[0], 2, 0.05) << level;
+  }
+}
+
 TYPED_TEST(TwoRegions, EnergyAlmostVanishesOnTheTrueBoundaryAndRisesOnBothSides) {
   constexpr int Dim = TypeParam::value;
   const double at = energy_of_ball<Dim>(0.8).value();

@@ -121,6 +121,37 @@ TEST_F(EvaluateCommand, OpenSurfacesHaveDistancesButNoDice) {
   EXPECT_NE(output_.find("3 border edges"), std::string::npos);
 }
 
+TEST_F(EvaluateCommand, FacetsWithTwoEqualCornersDoNotOpenASurface) {
+  Triangles surface = sphere({10, -20, 30}, 10, 4);
+  surface.points.row(surface.elements(7, 1)) = surface.points.row(surface.elements(7, 0)).eval();
+  io::write_surface(path("a.stl"), surface);
+  ASSERT_EQ(run(fmt::format("{} --reference {} --json {}", path("a.stl"), ball("b.vtp", 10),
+                            path("scores.json"))),
+            0);
+  const std::string json = read(path("scores.json"));
+  EXPECT_GT(number(json, "\"dice\""), 0.99) << json;
+  EXPECT_NEAR(number(json, "\"volume_difference_percent\""), 0, 1);
+  EXPECT_NE(json.find("\"closed\": true"), std::string::npos);
+  EXPECT_NE(output_.find("2 degenerate triangles"), std::string::npos) << output_;
+}
+
+TEST_F(EvaluateCommand, ShellsThatAreInsideOutTakeNoVolumeFromTheOthers) {
+  const Triangles left = sphere({-15, 0, 0}, 10, 4), right = sphere({15, 0, 0}, 8, 4);
+  io::write_surface(path("both.stl"), joined(left, right));
+  const auto difference_of = [&](const Triangles& surface) {
+    io::write_surface(path("a.stl"), surface);
+    EXPECT_EQ(run(fmt::format("{} --reference {} --json {}", path("a.stl"), path("both.stl"),
+                              path("scores.json"))),
+              0);
+    const std::string json = read(path("scores.json"));
+    EXPECT_EQ(number(json, "\"dice\""), 1);
+    return number(json, "\"volume_difference_percent\"");
+  };
+  constexpr double kSampling = 0.2;  // per cent
+  EXPECT_NEAR(difference_of(joined(left, flipped(right))), 0, kSampling);
+  EXPECT_NEAR(difference_of(flipped(joined(left, right))), 0, 1e-9) << "as a whole";
+}
+
 // The grid that counts has 256 points along both together.
 TEST_F(EvaluateCommand, SurfacesBetweenThePointsOfTheGridHaveNoDice) {
   io::write_surface(path("a.ply"), sphere({0, 0, 0}, 0.05, 2));

@@ -42,6 +42,21 @@ TEST(Render, ColoursByNumbersOfThePoints) {
   EXPECT_THROW(render_surface(ball, options), InvalidMesh);
 }
 
+TEST(Render, FramesTheTrianglesNotPointsThatNoneUses) {
+  Triangles ball = mesh::ball({0, 0, 0}, 12, 2);
+  Points<3> points(ball.points.rows() + 1, 3);
+  points << Eigen::RowVector3d(500, -700, 900), ball.points;
+  ball.points = points;
+  ball.elements.array() += 1;
+  RenderOptions options{.width = 400, .height = 200};
+  options.colors = PointArray{"height_mm", points.col(2)};
+  options.range = {-12, 12};
+  const Picture picture = render_surface(ball, options);
+  const Color top = picture.at(100, 30), bottom = picture.at(100, 165);  // yellow, dark blue
+  EXPECT_GT(top[0], top[2] + 40);
+  EXPECT_GT(bottom[2], bottom[1] + 10);
+}
+
 TEST(Render, DrawsTheEdgesIfAsked) {
   RenderOptions options{.width = 400, .height = 200};
   const Triangles ball = mesh::ball({0, 0, 0}, 12, 6);

@@ -197,6 +197,17 @@ TEST(Sheet, ShowsASurfaceInTheOuterHalfOfABorderVoxel) {
   EXPECT_NEAR(picture.at(185, 185)[0], 128, 1) << "a value of the volume, 0";
 }
 
+TEST(Slices, ArePlacedByTheTrianglesNotByPointsThatNoneUses) {
+  const Triangles ball = mesh::ball({5, 0, 0}, 5, 1);
+  Triangles more = ball;
+  more.points.conservativeResize(ball.points.rows() + 1, 3);
+  more.points.bottomRows(1) << -25, 20, 28;
+  const volume::Volume volume = ball_volume();
+  EXPECT_TRUE(jpeg_bytes(draw_slices(more, volume), 90) ==
+              jpeg_bytes(draw_slices(ball, volume), 90));
+  EXPECT_TRUE(jpeg_bytes(draw_sheet(more, volume), 90) == jpeg_bytes(draw_sheet(ball, volume), 90));
+}
+
 TEST(Slices, RefuseASurfaceElsewhereAndAnEmptyWindow) {
   const volume::Volume volume = ball_volume();
   EXPECT_THROW(draw_slices(mesh::ball({500, 0, 0}, 10, 2), volume), UsageError);

@@ -119,6 +119,15 @@ TEST_F(WriteSurface, ObjNamesItsColourInAFileBesideIt) {
   EXPECT_EQ(file_beside("a/t.stl"), "");
 }
 
+TEST_F(WriteSurface, ObjsColourHasAFileWithoutBlanksInItsName) {
+  WriteOptions options;
+  options.colour = {{51, 102, 255}};
+  write_surface(path("my liver.obj"), tetrahedron(), options);
+  EXPECT_NE(read(path("my liver.obj")).find("\nmtllib my_liver.mtl\n"), std::string::npos);
+  EXPECT_TRUE(std::filesystem::exists(path("my_liver.mtl")));
+  EXPECT_EQ(file_beside("a folder/my liver.obj"), "a folder/my_liver.mtl");
+}
+
 TEST_F(WriteSurface, DicomNeedsTheSeriesItBelongsTo) {
   EXPECT_THROW(write_surface(path("t.dcm"), tetrahedron()), Error);
   EXPECT_EQ(n_files(), 0u);

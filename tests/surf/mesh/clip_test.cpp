@@ -175,6 +175,22 @@ TEST(Clip, LeavesNoTrianglesWithoutAreaOfWhatWindsAboutAFace) {
   EXPECT_GT(n_tried, 20);
 }
 
+TEST(Clip, LeavesWhatHasBeenClippedToTheBit) {
+  const Eigen::Vector3d center(1, -2, 3);
+  const Triangles surface = ball(center, 1, 0.35);
+  for (const Eigen::Vector3d& sides :
+       {Eigen::Vector3d(0.5, 0.5, 0.5), Eigen::Vector3d(-0.7, 0.3, 0.9)}) {
+    const Eigen::Matrix3d frame = rotated() * sides.asDiagonal();
+    const auto cells = box_at({4, 4, 4}, frame, center - frame * Eigen::Vector3d(1.3, 2.2, 2.6));
+    const Triangles once = clipped(surface, cells), twice = clipped(once, cells);
+    EXPECT_LT(volume_mm3(once), 0.95 * volume_mm3(surface));
+    ASSERT_EQ(twice.points.rows(), once.points.rows());
+    ASSERT_EQ(twice.elements.rows(), once.elements.rows());
+    EXPECT_EQ(twice.points, once.points);
+    EXPECT_EQ(twice.elements, once.elements);
+  }
+}
+
 TEST(Clip, RefusesWhatHasNothingInTheBox) {
   const auto cells = box_at({3, 3, 3}, Eigen::Matrix3d::Identity(), {5, 5, 5});
   EXPECT_THROW(clipped(ball({0, 0, 0}, 1, 0.4), cells), InvalidMesh);

@@ -99,6 +99,15 @@ TEST(Overlap, OfTwoSurfacesIsKnown) {
   EXPECT_EQ(overlap(one, moved(one, {20, 0, 0})).dice(), 0);
 }
 
+// Thinner than the distance of points that are as far apart along all axes.
+TEST(Overlap, OfThinPlatesIsKnown) {
+  const Triangles plate = moved(cube(), Eigen::Affine3d(Eigen::Scaling(200.0, 200.0, 0.5)));
+  const Overlap found = overlap(plate, moved(plate, {0, 0, 0.25}));
+  constexpr double kSampling = 1.0 / 85;  // one layer of samples in what they share
+  EXPECT_NEAR(found.dice(), 0.5, kSampling);
+  EXPECT_NEAR(found.first_mm3 / 20000, 1, kSampling);
+}
+
 TEST(Overlap, OfConcentricBallsIsTheirVolumes) {
   const Triangles small = sphere({1, 2, 3}, 4, 5), big = sphere({1, 2, 3}, 5, 5);
   const double v = volume_mm3(small), w = volume_mm3(big);

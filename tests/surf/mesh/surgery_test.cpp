@@ -184,6 +184,17 @@ TEST(Surgery, SplitsANeckThatIsTurnedInsideOut) {
   expect_two_balls(resolved(surface, intersecting(surface)));
 }
 
+// What comes apart is told from what has a cavity more by the signs of volumes.
+TEST(Surgery, SplitsANeckFarFromTheOrigin) {
+  for (const Eigen::RowVector3d& far :
+       {Eigen::RowVector3d(3e5, -4e5, 5e5), Eigen::RowVector3d(-3e5, 2e5, 4e5),
+        Eigen::RowVector3d(2e5, 3e5, -5e5)}) {
+    Triangles surface = dumbbell(0, 1.3);
+    surface.points.rowwise() += far;
+    expect_two_balls(resolved(surface, intersecting(surface)));
+  }
+}
+
 TEST(Surgery, SplitsANeckThatIsThinnerThanTheResolution) {
   const Triangles surface = dumbbell(0.97, 0.97);
   std::vector<char> events(surface.elements.rows(), 0);

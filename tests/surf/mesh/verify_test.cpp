@@ -167,6 +167,20 @@ TEST(Verify, FindsATriangleThatNamesAVertexTwice) {
   const Verification found = verify(surface);
   EXPECT_FALSE(found.passed());
   EXPECT_EQ(found.n_degenerate, 1);
+  EXPECT_TRUE(found.closed && found.is_solid()) << "from 1 to 1 there is no border";
+}
+
+// As marching cubes leaves them where the surface passes through a node of the grid.
+TEST(Verify, TrianglesWithTwoEqualCornersDoNotOpenASolid) {
+  Triangles surface = sphere({0, 0, 0}, 1, 3);
+  surface.points.row(surface.elements(5, 1)) = surface.points.row(surface.elements(5, 0)).eval();
+  surface = welded(surface);
+  const Verification found = verify(surface);
+  EXPECT_TRUE(found.closed && found.is_solid()) << found.message();
+  EXPECT_EQ(found.n_degenerate, 2);
+  EXPECT_FALSE(found.passed() || found.manifold || found.outward);
+  EXPECT_EQ(found.n_inverted_components, 0);
+  EXPECT_EQ(verify(flipped(surface)).n_inverted_components, 1);
 }
 
 TEST(Verify, SurvivesAnyTrianglesAtAll) {

@@ -22,13 +22,14 @@ struct End {
 
 End run(const std::vector<EnergyTerm>& energies, const std::string& state = "",
         const ProgressOf<3>& progress = {}, std::stop_source stop = std::stop_source(),
-        std::size_t n_states_to_stop = 0) {
+        std::size_t n_states_to_stop = 0, bool keeps_content = false) {
   static const auto setting = make_setting(test::phantom(volume::PhantomKind::kBall, 40, 0.1));
   Segmentation<3> s(setting);
   const int object = s.add_object("ball");
   Options<3> options;
   options.energies = energies;
   options.n_levels = 2;
+  options.flow.keep_content = keeps_content;
   s.set_options(object, options);
   s.add_click(object, {{0.1, 0, 0}, Side::kInside});
   End out;
@@ -116,6 +117,17 @@ INSTANTIATE_TEST_SUITE_P(, Resuming,
                          [](const auto& way) {
                            return way.param.empty() ? "Automatic" : "Explicit";
                          });
+
+// That of the start, which no shape after the first stage has.
+TEST(ResumingFrom, AnyStageTheVolumeThatIsKeptIsTheSame) {
+  const std::vector<EnergyTerm> energies = {{"chan-vese", 1, {}}, {"area", 0.02, {}}};
+  const auto keeping = [&](const std::string& state) {
+    return run(energies, state, {}, std::stop_source(), 0, true);
+  };
+  const End whole = keeping("");
+  ASSERT_GE(whole.states.size(), 3u);
+  for (const std::string& state : whole.states) expect_same(whole, keeping(state));
+}
 
 TEST(ResumingFrom, AStateThatIsNoneIsTold) {
   for (const char* state : {"{", "[]", "{\"n_stages\":1}",

@@ -40,5 +40,12 @@ TEST(TwoClassContrast, IsNotThatOfOneBrokenValue) {
   EXPECT_NEAR(two_class_contrast(values, {1, 3}), 2, 1e-3);
 }
 
+TEST(TwoClassContrast, IsThatOfASmallObjectBeyondWhatIsUsual) {
+  std::vector<float> values;
+  for (int i = 0; i < 100000; ++i)
+    values.push_back(float(i % 2500 == 0 ? 1 : 0.01 * std::sin(i * 0.618)));
+  EXPECT_NEAR(two_class_contrast(values, {-0.1F, 0.1F}), 1, 0.01);
+}
+
 }  // namespace
 }  // namespace surf::segment

@@ -63,6 +63,15 @@ TEST(InitialSurface, VoxelAxesAreUnitVectorsAlongTheIndices) {
   EXPECT_LT((voxel_axes(volume_of(grid)) - expected).norm(), 1e-15);
 }
 
+// The volume is [-20.5, 20.5]^3 mm; no vertex lies in it.
+TEST(InitialSurface, MayPassThroughTheVolumeOrEncloseItByLargeTriangles) {
+  const volume::Volume volume = volume_of(Matrix3d::Identity());
+  EXPECT_NO_THROW(check_initial(mesh::box({-100, -100, -100}, {100, 100, 100}, 100), volume));
+  EXPECT_NO_THROW(check_initial(mesh::box({-100, -3, -3}, {100, 3, 3}, 200), volume));
+  EXPECT_THROW(check_initial(mesh::box({30, -100, -100}, {100, 100, 100}, 200), volume),
+               InputError);
+}
+
 TEST(InitialSurface, IsRefusedIfItIsOpenOrElsewhere) {
   const volume::Volume volume = volume_of(Matrix3d::Identity());
   Triangles ball = mesh::ball({0, 0, 0}, 5, 2);

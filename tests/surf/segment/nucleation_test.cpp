@@ -95,15 +95,20 @@ TEST(Nucleation, IsWhatARunFromOutsideNeedsForACavity) {
 
 // Each evolution after a cavity was opened would else keep what that has left.
 TEST(Nucleation, LeavesTheVolumeThatIsKept) {
-  SegmentOptions run;
-  run.initial = mesh::ball({0, 0, 0}, 0.6, 0.1);
-  run.energies = {{"chan-vese", 1, {}}, {"area", 0.02, {}}};
-  run.flow.keep_content = true;
-  const double kept = mesh::volume_mm3(segment(shell(), run).shape);
-  run.open_cavities = true;
-  const SegmentResult result = segment(shell(), run);
-  ASSERT_EQ(mesh::solids(mesh::shell_hierarchy(result.shape)).at(0).cavities.size(), 1u);
-  EXPECT_NEAR(mesh::volume_mm3(result.shape), kept, 1e-6 * kept);
+  for (const bool is_by_product : {false, true}) {
+    SegmentOptions run;
+    run.initial = mesh::ball({0, 0, 0}, 0.6, 0.1);
+    run.energies = {{"chan-vese", 1, {}}, {"area", 0.02, {}}};
+    if (is_by_product)
+      run.flow.velocity.product = flow::ScalarProduct::kHMinus1;
+    else
+      run.flow.keep_content = true;
+    const double kept = mesh::volume_mm3(segment(shell(), run).shape);
+    run.open_cavities = true;
+    const SegmentResult result = segment(shell(), run);
+    ASSERT_EQ(mesh::solids(mesh::shell_hierarchy(result.shape)).at(0).cavities.size(), 1u);
+    EXPECT_NEAR(mesh::volume_mm3(result.shape), kept, 1e-6 * kept) << is_by_product;
+  }
 }
 
 // A stroke that ends in the cavity, whose middle is far from it.

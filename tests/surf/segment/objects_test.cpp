@@ -7,10 +7,12 @@
 #include "libsurf/base/error.h"
 #include "libsurf/mesh/difference.h"
 #include "libsurf/mesh/distance.h"
+#include "libsurf/mesh/primitives.h"
 #include "libsurf/mesh/verify.h"
 #include "libsurf/segment/finish_objects.h"
 #include "libsurf/segment/recipe.h"
 #include "libsurf/segment/segment.h"
+#include "tests/surf/message_of.h"
 #include "tests/surf/segment/phantoms.h"
 
 namespace surf::segment {
@@ -260,6 +262,46 @@ TEST(Objects, SayWhatFailed) {
   EXPECT_THROW(std::rethrow_exception(finished[1].failure), NoObject);
   EXPECT_FALSE(finished[2].finished);
   EXPECT_THROW(std::rethrow_exception(finished[2].failure), InvalidMesh);
+}
+
+Triangles cube_at(const Vector<3>& corner, double side) {
+  return mesh::box(corner, corner + Vector<3>::Constant(side), side);
+}
+
+TEST(Objects, SayWhereTheFloatsOfAFileAreTooCoarse) {
+  const auto setting = make_setting(test::two_balls());
+  const auto words_on = [&](const Triangles& surface, const char* extension) {
+    Result<3> result;
+    result.outcome = Outcome::kConverged;
+    result.shape = surface;
+    return test::message_of<InvalidMesh>([&] { finish<3>(*setting, result, extension); });
+  };
+  const Triangles first = cube_at({100, 0, 0}, 1);
+  const Triangles apart = mesh::joined({first, cube_at({101 + 1e-6, 0.25, 0.25}, 1)}),
+                  across = mesh::joined({first, cube_at({100.7, 0.2, 0.3}, 1)});
+  EXPECT_TRUE(words_on(apart, ".stl")
+                  .ends_with("; the file's floats are 7.6e-06 mm apart here, .vtp keeps doubles"))
+      << words_on(apart, ".stl");
+  EXPECT_EQ(words_on(apart, ".vtp"), "accepted");
+  EXPECT_EQ(words_on(across, ".stl").find("floats"), std::string::npos);
+}
+
+// Cut along a wall at 1e6 mm, where floats are 1/16 mm apart and the gap is a thousandth.
+TEST(Objects, SayWhereFloatsLeaveNoGapBesideAWall) {
+  const auto setting = make_setting(test::two_balls());
+  Result<3> first, second;
+  first.outcome = second.outcome = Outcome::kConverged;
+  first.shape = cube_at(Vector<3>::Constant(1e6 + 0.01), 4);
+  second.shape = cube_at(Vector<3>(1e6 + 2.51, 1e6 + 1.51, 1e6 + 0.51), 4);
+  const auto finished =
+      finish_objects<3>(*setting, std::vector<const Result<3>*>{&first, &second}, ".stl");
+  ASSERT_TRUE(finished[0].finished);
+  ASSERT_FALSE(finished[1].finished);
+  const std::string words =
+      test::message_of<InvalidMesh>([&] { std::rethrow_exception(finished[1].failure); });
+  EXPECT_TRUE(words.starts_with("beside object 1: ") &&
+              words.ends_with(" mm apart here, .vtp keeps doubles"))
+      << words;
 }
 
 }  // namespace

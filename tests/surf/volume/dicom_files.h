@@ -168,6 +168,27 @@ inline void write_enhanced(const std::string& file, const ImageFile& image, bool
   save(writer, file, syntax);
 }
 
+/// A binary DICOM Segmentation of three frames.
+inline void write_segmentation(const std::string& file, const Grid& grid,
+                               const std::string& series) {
+  gdcm::Writer writer;
+  gdcm::DataSet& data = writer.GetFile().GetDataSet();
+  ImageFile image;
+  image.columns = grid.size[0];
+  image.rows = grid.size[1];
+  image.series = series;
+  set_identity(data, image, "1.2.840.10008.5.1.4.1.1.66.4");
+  set_pixels(data, image);
+  set(data, {0x0028, 0x0008}, gdcm::VR::IS, "3");
+  set_short(data, {0x0028, 0x0100}, 1);
+  set_short(data, {0x0028, 0x0101}, 1);
+  set_short(data, {0x0028, 0x0102}, 0);
+  set_short(data, {0x0028, 0x0103}, 0);
+  set(data, {0x7fe0, 0x0010}, gdcm::VR::OB,
+      std::string((3 * std::size_t(image.rows) * image.columns + 7) / 8, '\x55'));
+  save(writer, file);
+}
+
 /// The file again, in another transfer syntax.
 inline void compress(const std::string& file, gdcm::TransferSyntax::TSType syntax) {
   gdcm::ImageReader reader;

@@ -92,6 +92,62 @@ TEST_F(ReadDicom, ItsFilesAreThoseOfTheFolder) {
   EXPECT_EQ(volume_files(files[1]), files);
 }
 
+TEST_F(ReadDicom, TheirContentTellsWhateverTheirNames) {
+  const Grid grid = dicom_grids()[0];
+  const auto files = write_series(path("series"), grid);
+  for (const std::string& file : files) std::filesystem::rename(file, file + ".img");
+  expect_volume(read_volume(files[1] + ".img"), grid, kSlope, kIntercept);
+  EXPECT_EQ(volume_files(files[1] + ".img").size(), files.size());
+}
+
+// As `surfseg segment ct/ --mask ct/liver.seg.dcm` leaves one there.
+TEST_F(ReadDicom, SegmentationsBesideASeriesAreLeftOut) {
+  const Grid grid = dicom_grids()[0];
+  const auto files = write_series(path("series"), grid);
+  const std::string segmentation = path("series/liver.seg.dcm");
+  write_segmentation(segmentation, grid, "1.2.3.9");
+  const Volume volume = read_volume(path("series"));
+  expect_volume(volume, grid, kSlope, kIntercept);
+  ASSERT_FALSE(volume.source().notes.empty());
+  EXPECT_NE(volume.source().notes.back().find("1 files"), std::string::npos);
+  EXPECT_EQ(dicom_series(path("series")).size(), 1u);
+  expect_volume(read_volume(files[0]), grid, kSlope, kIntercept);
+  expect_failure(segmentation, segmentation + ": has pixels of 1 bits");
+  EXPECT_FALSE(is_dicom_image(segmentation));
+  EXPECT_TRUE(is_dicom_image(files[0]));
+  EXPECT_FALSE(is_dicom_image(write("series/notes.txt", "no image")));
+}
+
+TEST_F(ReadDicom, NumbersAreReadWholeOrNotAtAll) {
+  const Grid grid = dicom_grids()[0];
+  const auto files = write_series(path("series"), grid);
+  ImageFile image = slice_of(grid, 0);
+  image.slope = " 2 ";
+  image.intercept = "+2000 ";
+  write_slice(files[0], image);
+  expect_volume(read_volume(path("series")), grid, kSlope, kIntercept);
+
+  image.slope = "2,5";
+  write_slice(files[0], image);
+  expect_failure(path("series"), files[0] + ": has no readable RescaleSlope");
+  image.slope = "2";
+  image.intercept = "2000 HU";
+  write_slice(files[0], image);
+  expect_failure(path("series"), files[0] + ": has no readable RescaleIntercept");
+  image.intercept = "";  // says nothing, as where it is left out
+  write_slice(files[0], image);
+  EXPECT_EQ(failure(path("series")), "");
+
+  write_slice(files[0], image);
+  std::string bytes = read(files[0]), comma = spacing_text(image);
+  const std::size_t at = bytes.find(comma);
+  ASSERT_NE(at, std::string::npos);
+  std::replace(comma.begin(), comma.end(), '.', ',');
+  write("series/" + std::filesystem::path(files[0]).filename().string(),
+        bytes.replace(at, comma.size(), comma));
+  expect_failure(path("series"), files[0] + ": has no readable PixelSpacing");
+}
+
 TEST_F(ReadDicom, MissingSlicesAreReportedWithTheirPlaceAndNumber) {
   Grid grid = dicom_grids()[0];
   grid.index_to_world = affine(Eigen::Vector3d(-1, -1, 2).asDiagonal(), {0, 0, 40});

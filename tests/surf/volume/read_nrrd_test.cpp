@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <zlib.h>
 
+#include "tests/surf/comma_locale.h"
 #include "tests/surf/volume/files.h"
 
 namespace surf::volume {
@@ -83,6 +84,20 @@ TEST_F(ReadNrrd, GzipAndTextAreDecoded) {
   expect_volume(read_volume(write("b.nrrd", header + "encoding: ascii\n\n" + text)), grid);
 }
 
+TEST_F(ReadNrrd, NumbersHaveAPointWhateverTheProcessHas) {
+  const Grid grid = grids()[0];
+  const std::string header = header_of(grid, "float", kLpsName, kLps) + "endian: little\n";
+  std::string text;
+  for (const float value : values(grid.size)) text += fmt::format("{} ", value + 0.5f);
+  write("raw.nrrd", header + "encoding: raw\n\n" + raw_bytes(values(grid.size)));
+  write("text.nrrd", header + "encoding: ascii\n\n" + text);
+  const test::CommaLocale comma(path("locale"));
+  if (!comma.is_set()) GTEST_SKIP() << "no locale with a decimal comma, nor localedef and de_DE";
+  expect_volume(read_volume(path("raw.nrrd")), grid);
+  expect_volume(read_volume(path("text.nrrd")), grid, 1, 0.5);
+  EXPECT_EQ(*std::localeconv()->decimal_point, ',');
+}
+
 TEST_F(ReadNrrd, DetachedDataAreFoundBesideTheHeaderAndSkipTheirOwn) {
   const Grid grid = grids()[2];
   const std::string data = raw_bytes(values<std::int16_t>(grid.size));
@@ -117,11 +132,11 @@ TEST_F(ReadNrrd, OneFilePerSliceIsRead) {
       header_of(grid, "short", kLpsName, kLps) + "endian: little\nencoding: raw\ndata file: ";
   expect_volume(read_volume(write("a.nhdr", header + "LIST\n" + list)), grid);
   EXPECT_EQ(volume_files(path("a.nhdr")), files);
-  // By a pattern: all in the folder.
+  // By a pattern: what fits it.
+  write("s.raw.stl", "of another kind");
   expect_volume(
       read_volume(write("a.nhdr", header + fmt::format("s%d.raw 0 {} 1\n", grid.size[2] - 1))),
       grid);
-  files.insert(files.begin(), path("a.nhdr"));
   EXPECT_EQ(volume_files(path("a.nhdr")), files);
 }
 

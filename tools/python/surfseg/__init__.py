@@ -323,19 +323,22 @@ def _words(options: dict, is_flag: dict[str, bool]) -> list[str]:
     is_flag: of every option of the program
     """
     out: list[str] = []
+    unset: list[str] = []  # a preset may set them
     for name, value in options.items():
         option = name.replace("_", "-")
-        has_opposite = "no-" + option in is_flag
+        opposite = "no-" + option
         if isinstance(value, np.bool_):
             value = bool(value)
-        if option not in is_flag and not has_opposite:
+        if option not in is_flag and opposite not in is_flag:
             out.append("--" + option)  # refused, with what may have been meant
-        elif value is None or (value is True and option not in is_flag):
+        elif value is None:
             continue
-        elif value is False and has_opposite:
-            out.append("--no-" + option)
-        elif value is False and is_flag[option]:
-            continue
+        elif isinstance(value, bool) and (opposite in is_flag or is_flag[option]):
+            meant, other = (option, opposite) if value else (opposite, option)
+            if meant in is_flag:
+                out.append("--" + meant)
+            if other in is_flag:
+                unset.append(f"--{other}=false")
         else:
             for item in value if isinstance(value, (list, tuple)) else [value]:
                 if item is True:
@@ -343,7 +346,7 @@ def _words(options: dict, is_flag: dict[str, bool]) -> list[str]:
                     continue
                 is_length = name in _LENGTHS and not isinstance(item, str)
                 out += ["--" + option, f"{item}mm" if is_length else str(item)]
-    return out
+    return unset + out  # the last one counts: of options that contradict none is dropped
 
 
 def _told(progress: Optional[ProgressFunction]):

@@ -180,6 +180,7 @@ class SurfsegStudioLogic(ScriptedLoadableModuleLogic):
         self._lists = (None, None)
         self._observed = []
         self._has_new_points = False
+        self._sent = [[], []]  # points of each list that may have become clicks of the studio
         self._refusal = ""  # of the points as they are
 
     def start(self, program, volume):
@@ -198,9 +199,9 @@ class SurfsegStudioLogic(ScriptedLoadableModuleLogic):
         """A studio that runs already, with its volume open."""
         studio = Studio(address)
         studio.state()
-        if self._process is not None and self._process.is_running() and \
-                self._process.studio.port == studio.port:
-            # The one that was started here, whose address the field has: to join it anew would end it.
+        if self.studio is not None and self.studio.is_same_as(studio):
+            # To join it anew would end one that was started here, and forget what was sent.
+            self._object = None
             self._has_new_points = True
             return
         self.end()
@@ -209,6 +210,7 @@ class SurfsegStudioLogic(ScriptedLoadableModuleLogic):
     def _join(self, studio):
         self.studio = studio
         self._watch = self._object = None
+        self._sent = [[], []]
         if self._is_model_there():
             self._show_surface(None)  # that of another studio
         self._has_new_points = True
@@ -261,9 +263,10 @@ class SurfsegStudioLogic(ScriptedLoadableModuleLogic):
 
     def _take_clicks(self, clicks):
         """What a studio that was joined has and the lists have not, before they are sent: what is not
-        in them is taken back there."""
+        in them is taken back there. What was sent and is not in them any more was moved or removed
+        here."""
         for n, side in enumerate(("inside", "outside")):
-            points = lacking(clicks, side, self._points(self._lists[n]))
+            points = lacking(clicks, side, self._points(self._lists[n]) + self._sent[n])
             if points and self._lists[n] is None:
                 self.make_list(side)
             for point in points:
@@ -271,10 +274,17 @@ class SurfsegStudioLogic(ScriptedLoadableModuleLogic):
 
     def _send_points(self, state):
         self._refusal = ""
+        points = [self._points(node) for node in self._lists]
+        # Until all of it is done the studio may have those from before, too.
+        self._sent = [before + now for before, now in zip(self._sent, points)]
         try:
-            self.studio.set_points(self._object, *map(self._points, self._lists), state=state)
+            self.studio.set_points(self._object, *points, state=state)
+            self._sent = points
         except StudioRefused as error:
-            self._refusal = str(error)
+            if error.status == 409:  # the page was faster: again, by the next state
+                self._has_new_points = True
+            else:
+                self._refusal = str(error)
 
     def _show_words(self, state):
         found = next((o for o in state["objects"] if o["id"] == self._object), None)

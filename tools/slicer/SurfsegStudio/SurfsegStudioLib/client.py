@@ -19,7 +19,12 @@ class StudioError(Exception):
 
 
 class StudioRefused(StudioError):
-    """It is there and does not do what was asked, such as a click outside the volume."""
+    """It is there and does not do what was asked, such as a click outside the volume. With the
+    status 409 a click is another one by now than the one of the state."""
+
+    def __init__(self, reason, status=400):
+        super().__init__(reason)
+        self.status = status
 
 
 class Surface:
@@ -99,23 +104,24 @@ def changes(clicks, wanted):
     then those that came. Both are lists of (side, (x, y, z)); the order of the clicks may be
     another one afterwards."""
     new = list(wanted)
-    old = []  # (index, side) of clicks that are not wanted where they are
+    old = []  # (index, click) of those that are not wanted where they are
     for index, click in enumerate(clicks):
         match = next((w for w in new if _is_same(click, w)), None)
         if match is None:
-            old.append((index, click[0]))
+            old.append((index, click))
         else:
             new.remove(match)
     actions = []
     # The studio takes a click that moves out, too, and puts it at the end: each of these stands
-    # where it was but for those before it. So clicks that move together keep their order.
-    for n_before, (index, side) in enumerate(old):
+    # where it was but for those before it. So clicks that move together keep their order. By "was"
+    # it refuses where the page has done something meanwhile.
+    for n_before, (index, (side, point)) in enumerate(old):
         moved = next((w for w in new if w[0] == side), None)
+        where = {"index": index - n_before, "was": list(point)}
         if moved is None:
-            actions.append({"action": "delete_click", "index": index - n_before})
+            actions.append({"action": "delete_click", **where})
         else:
-            actions.append({"action": "move_click", "index": index - n_before,
-                            "point": list(moved[1])})
+            actions.append({"action": "move_click", **where, "point": list(moved[1])})
             new.remove(moved)
     # An object has to have something inside before anything is outside of it.
     new.sort(key=lambda click: click[0] != "inside")
@@ -129,6 +135,10 @@ class Studio:
         self.host, self.port, self._token = parse_address(address)
         self.address = address.strip()
         self.timeout_s = timeout_s
+
+    def is_same_as(self, other):
+        """Whether the same running program answers both: another one has another token."""
+        return (self.port, self._token) == (other.port, other._token)
 
     def request(self, method, path, body=None):
         """The bytes of the answer."""
@@ -146,7 +156,7 @@ class Studio:
         finally:
             connection.close()
         if answer.status != 200:
-            raise StudioRefused(self._reason(answer.status, data))
+            raise StudioRefused(self._reason(answer.status, data), answer.status)
         return data
 
     @staticmethod

@@ -67,10 +67,7 @@ async function followVolume(): Promise<void> {
 }
 
 function drawNotes(): void {
-  const v = volume();
-  const notes = [...(v?.notes ?? [])];
-  if (v && v.coarser_by > 1 && !notes.some((n) => /coarser/.test(n)))
-    notes.push(`Shown ${v.coarser_by} times coarser; surfaces use the full data.`);
+  const notes = volume()?.notes ?? [];
   const key = JSON.stringify(notes);
   const container = byId('volume-notes');
   if (container.dataset.shown === key) return;

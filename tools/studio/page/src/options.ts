@@ -1,11 +1,14 @@
 // The panel of options, made from the program's own table: groups, units, a line of help; energies with their parameters; presets.
 // Edits are a draft until they are applied, because every change lets the surface evolve anew.
-import type { EnergyKind, Option, OptionValues, StudioObject } from './protocol';
+import type { EnergyKind, Option, OptionValue, OptionValues, StudioObject } from './protocol';
 import { byId, h, iconButton, refill } from './dom';
 import { act } from './server';
 import { activeObject, page } from './state';
 
-let draft: OptionValues | null = null;
+/** Of options that are edited alone: what another page sets of the others meanwhile holds. Null: as where nothing is set. */
+type Changes = Record<string, OptionValue | null>;
+
+let draft: Changes | null = null;
 let draftOf: number | null = null;
 let shown = '';
 
@@ -25,14 +28,22 @@ export function drawOptions(): void {
     energies(o), buttons(o));
 }
 
-function values(o: StudioObject): OptionValues { return draft ?? o.options; }
+function values(o: StudioObject): OptionValues {
+  return Object.fromEntries(Object.entries({ ...o.options, ...draft }).filter(([, value]) => value !== null)) as OptionValues;
+}
+
+/** That make the object's options those that are wanted. */
+function changesTo(o: StudioObject, wanted: OptionValues): Changes | null {
+  const keys = [...new Set([...Object.keys(o.options), ...Object.keys(wanted)])]
+    .filter((key) => JSON.stringify(wanted[key]) !== JSON.stringify(o.options[key]));
+  return keys.length ? Object.fromEntries(keys.map((key) => [key, wanted[key] ?? null])) : null;
+}
 
 function edit(o: StudioObject, change: (values: OptionValues) => void, redraw: boolean): void {
-  const before = JSON.stringify(draft);
-  draft = structuredClone(values(o));
-  change(draft);
-  if (JSON.stringify(draft) === JSON.stringify(o.options)) draft = null;
-  if (redraw || (before === 'null') !== (draft === null)) drawOptions();
+  const had = draft !== null, wanted = structuredClone(values(o));
+  change(wanted);
+  draft = changesTo(o, wanted);
+  if (redraw || had !== (draft !== null)) drawOptions();
   else { shown = JSON.stringify([o.id, o.options, true, draft]); }
 }
 
@@ -143,9 +154,7 @@ function energy(table: EnergyKind[], e: Energy, index: number,
 async function apply(o: StudioObject): Promise<void> {
   const sent = draft;
   if (!sent) return;
-  // The program changes what it is told of alone: null is what holds where nothing is set.
-  const options = { ...Object.fromEntries(Object.keys(o.options).map((key) => [key, null])), ...sent };
-  const done = await act({ action: 'set_options', object: o.id, options });
+  const done = await act({ action: 'set_options', object: o.id, options: sent });
   // What was typed meanwhile is another draft.
   if (done && draft === sent) { draft = null; shown = ''; drawOptions(); }
 }
@@ -156,5 +165,5 @@ function buttons(o: StudioObject): Node {
       onclick: () => { void apply(o); } }, 'Apply'),
     h('button', { type: 'button', disabled: !draft, 'data-key': 'revert', onclick: () => { draft = null; drawOptions(); } }, 'Discard'),
     h('button', { type: 'button', disabled: !Object.keys(values(o)).length, 'data-key': 'standard',
-      onclick: () => { draft = {}; if (JSON.stringify(o.options) === '{}') draft = null; drawOptions(); } }, 'All standard'));
+      onclick: () => { draft = changesTo(o, {}); drawOptions(); } }, 'All standard'));
 }

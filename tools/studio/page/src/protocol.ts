@@ -33,7 +33,7 @@ export interface ListedFile { path: string; kind: string; words?: string; series
 
 export interface Volume {
   revision: number; path: string; kept_in?: string; size: Point; spacing_mm: Point; index_to_world: number[][];
-  minimum: number; maximum: number; window: [number, number] | null; is_ct: boolean; coarser_by: number; notes: string[];
+  minimum: number; maximum: number; window: [number, number] | null; is_ct: boolean; coarser_by: Point; notes: string[];
 }
 
 export interface Job {

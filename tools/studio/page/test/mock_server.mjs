@@ -109,7 +109,7 @@ function encode({ points, triangles, unit }, frame, arrays) {
 
 const clone = (x) => JSON.parse(JSON.stringify(x));
 const volumeState = () => ({ revision: ++volumes, path: isCt ? 'abdomen/ct.nii.gz' : 'phantom.nii.gz', size, spacing_mm: spacing, index_to_world: affine,
-  minimum: Math.min(...data.slice(0, 10000), -1040), maximum: 220, window: isCt ? [-160, 240] : [-20, 240], is_ct: isCt, coarser_by: 1, notes: [] });
+  minimum: Math.min(...data.slice(0, 10000), -1040), maximum: 220, window: isCt ? [-160, 240] : [-20, 240], is_ct: isCt, coarser_by: [1, 1, 1], notes: [] });
 let volumes = Date.now(), volumesAsked = 0, isBroken = has('broken');
 const state = {
   revision: 1, program: { name: 'surfseg', version: '1.0.0' }, folder: 'scans',

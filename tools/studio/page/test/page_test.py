@@ -573,7 +573,29 @@ def options_that_are_typed_meanwhile_are_kept(browser):
         check(browser.js("document.getElementById('option-smoothing').value") == "3", "still there")
         browser.press("#apply-options")
         browser.until("studio.state.objects[0].options.smoothing === 3")
-        check(server.received("set_options")[-1]["options"] == {"edge_length_mm": 1.5, "smoothing": 3}, "and applied")
+        check(server.received("set_options")[-1]["options"] == {"smoothing": 3}, "and applied")
+
+
+def options_that_another_page_sets_stay(browser):
+    with Server() as server:
+        segment_something(browser, server)
+        other = lambda options: browser.js(  # noqa: E731
+            "fetch('/api/do', { method: 'POST', headers: { 'Content-Type': 'application/json' }, body: JSON.stringify("
+            f"{{ action: 'set_options', object: 1, options: {json.dumps(options)} }}) }})")
+        other({"fill_cavities": True})
+        browser.until("studio.state.objects[0].options.fill_cavities")
+        browser.press("#tab-options")
+        browser.press("#option-edge_length_mm")
+        browser.type("1.5")
+        other({"smoothing": 3, "fill_cavities": None})
+        browser.until("studio.state.objects[0].options.smoothing === 3")
+        browser.until("document.getElementById('option-smoothing').value === '3'")
+        check(browser.js("document.getElementById('option-edge_length_mm').value") == "1.5", "the draft")
+        browser.press("#apply-options")
+        browser.until("studio.state.objects[0].options.edge_length_mm === 1.5")
+        check(server.received("set_options")[-1]["options"] == {"edge_length_mm": 1.5}, f"{server.received('set_options')[-1]}")
+        check(browser.js("studio.state.objects[0].options") == {"smoothing": 3, "edge_length_mm": 1.5}, "both")
+        done(browser)
 
 
 def an_option_that_was_set_is_reset(browser):
@@ -601,7 +623,7 @@ def an_option_that_was_set_is_reset(browser):
         choose("option-edge_length_mm", "", "input")
         choose("option-topology", "")
         browser.press("[data-key=energy-remove0]")
-        apply({"fill_cavities": True}, {"edge_length_mm": None, "topology": None, "energies": None, "fill_cavities": True})
+        apply({"fill_cavities": True}, {"edge_length_mm": None, "topology": None, "energies": None})
         browser.press("[data-key=standard]")
         apply({}, {"fill_cavities": None})
 
@@ -746,7 +768,8 @@ TESTS = [clicks_land_in_the_voxel_that_is_seen, clicking_dragging_deleting_and_u
          the_3d_view_turns_while_the_surface_evolves, a_click_is_moved_by_the_keyboard, a_click_stays_selected_where_it_goes,
          a_click_that_is_another_one_by_now_is_left_alone, what_another_page_adds_leaves_the_active_object,
          a_page_that_is_not_seen_does_not_listen, clicks_wait_where_the_graphics_are_lost, objects_and_proposals, proposals_are_drawn_although_they_come_before_the_volume,
-         what_was_hidden_in_one_scan_is_seen_in_the_next, options_are_applied_together, options_that_are_typed_meanwhile_are_kept, an_option_that_was_set_is_reset,
+         what_was_hidden_in_one_scan_is_seen_in_the_next, options_are_applied_together, options_that_are_typed_meanwhile_are_kept,
+         options_that_another_page_sets_stay, an_option_that_was_set_is_reset,
          files_are_exported_and_overwritten_after_a_question,
          files_are_listed_where_no_volume_is_open, errors_and_a_lost_connection_are_told,
          the_volume_of_a_program_that_was_started_anew_is_shown,

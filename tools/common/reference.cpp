@@ -1,4 +1,4 @@
-#include "tools/surfseg/reference.h"
+#include "tools/common/reference.h"
 
 #include <fmt/format.h>
 
@@ -47,19 +47,21 @@ surf::Triangles read_compared(const std::string& path, const std::string& unstat
   return out;
 }
 
+void warn_in_log(const std::string& message) { surf::log(surf::LogLevel::kWarning, message); }
+
 Reference read_reference(const std::string& path, const std::optional<int>& label,
-                         const VolumeArguments& which, const std::string& unstated_space) {
+                         const VolumeArguments& which, const std::string& unstated_space,
+                         const std::function<void(const std::string&)>& warn) {
   Reference reference;
   if (surf::io::is_readable_surface(path)) {
     if (label) throw surf::UsageError(fmt::format("--label: {} is a mesh and has no labels", path));
+    which.check_unused(path, "is a mesh");
     reference.surface = read_compared(path, unstated_space);
   } else {
     reference.labels = which.read(path);
     if (const auto why = label ? std::nullopt : no_label_map(*reference.labels))
-      surf::log(surf::LogLevel::kWarning,
-                fmt::format("{}: {}: is this a label map? All voxels that are not 0 count as the "
-                            "object",
-                            path, *why));
+      warn(fmt::format("{}: {}: is this a label map? All voxels that are not 0 count as the object",
+                       path, *why));
     reference.surface = surf::mesh::surface_of_label_map(*reference.labels, label);
   }
   return reference;

@@ -1,0 +1,23 @@
+// Permissions, which root need not heed.
+#pragma once
+
+#include <unistd.h>
+
+namespace surf::test {
+
+/// While it lives a process of root may do what anybody may.
+class NotRoot {
+ public:
+  NotRoot() : was_root_(::geteuid() == 0 && ::seteuid(kNobody) == 0) {}
+  ~NotRoot() {
+    if (was_root_) (void)!::seteuid(0);
+  }
+  NotRoot(const NotRoot&) = delete;
+  NotRoot& operator=(const NotRoot&) = delete;
+
+ private:
+  static constexpr uid_t kNobody = 65534;
+  bool was_root_;
+};
+
+}  // namespace surf::test
