@@ -69,7 +69,7 @@ if(DCMTK_FOUND)
                         DCMTK::dcmdata DCMTK::oflog DCMTK::ofstd)
 endif()
 
-if(SURFSEG_BUILD_TOOLS)
+if(SURFSEG_BUILD_TOOLS OR SURFSEG_BUILD_TESTS)
   find_package(CLI11 REQUIRED)
 endif()
 if(SURFSEG_BUILD_TESTS)

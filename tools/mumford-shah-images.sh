@@ -5,13 +5,14 @@
 #   tools/mumford-shah-images.sh DATA_DIR
 #
 # DATA_DIR holds img2d_cmr_hf09.png, img2d_mr_sarcoma_sts002.png and their masks (IMAGE__STRUCTURE.png).
-# An image that is not there is skipped, and the page says so. The program of the studies is built with
-#   cmake --build --preset release --target mumford_shah_study
+# An image that is not there is skipped, and the page says so. The program of the studies,
+# mumford_shah_study, is built first.
 set -euo pipefail
 root=$(cd "$(dirname "$0")/.." && pwd)
 [ $# -eq 1 ] || { sed -n '2,9p' "$0" >&2; exit 2; }
 data=$(cd "$1" && pwd)
 output=$root/docs/mumford-shah-images.md
+[ -n "${MUMFORD_SHAH_STUDY:-}" ] || cmake --build "$root/build/release" --target mumford_shah_study >&2
 program=${MUMFORD_SHAH_STUDY:-$root/build/release/bin/mumford_shah_study}
 command -v "$program" >/dev/null ||
   { echo "mumford-shah-images.sh: $program is missing; build the target mumford_shah_study" >&2; exit 2; }

@@ -6,13 +6,13 @@
 #
 # DATA_DIR holds img2d_mr_sarcoma_sts002.png, img2d_cmr_hf09.png, mri_t1_braincrop_snap.nii.gz,
 # ct_vertebra_tpt.nii.gz and their masks (IMAGE__STRUCTURE). What is not there is skipped, and the
-# page says so. The program of the study is built with
-#   cmake --build --preset release --target real_images_study
+# page says so. The program of the study, real_images_study, is built first.
 set -euo pipefail
 root=$(cd "$(dirname "$0")/.." && pwd)
-[ $# -eq 1 ] || { sed -n '2,10p' "$0" >&2; exit 2; }
+[ $# -eq 1 ] || { sed -n '2,9p' "$0" >&2; exit 2; }
 data=$(cd "$1" && pwd)
 output=$root/docs/real-images.md
+[ -n "${REAL_IMAGES_STUDY:-}" ] || cmake --build "$root/build/release" --target real_images_study >&2
 program=${REAL_IMAGES_STUDY:-$root/build/release/bin/real_images_study}
 command -v "$program" >/dev/null ||
   { echo "real-images.sh: $program is missing; build the target real_images_study" >&2; exit 2; }

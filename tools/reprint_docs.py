@@ -9,6 +9,7 @@ import tempfile
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
+BINARIES = ROOT / "build/release/bin"
 # Page, and the study with its words; {scratch} is a folder for pictures.
 STUDIES = [
     ("energy-derivatives", ["derivative_study"]),
@@ -139,13 +140,17 @@ def check(name, words, binaries, writes):
 def main():
     parser = argparse.ArgumentParser(prog="reprint-docs.sh", description="Tables of docs/*.md against what their studies print now.")
     parser.add_argument("pages", nargs="*", metavar="PAGE", help=f"of {', '.join(dict.fromkeys(name for name, _ in STUDIES))}; none: all")
-    parser.add_argument("--binaries", type=Path, default=ROOT / "build/release/bin", help="folder of the studies [build/release/bin]")
+    parser.add_argument("--binaries", type=Path, default=BINARIES, help="folder of the studies [build/release/bin]")
     parser.add_argument("--write", action="store_true", help="write what is printed into the page, where it has as many rows")
     arguments = parser.parse_args()
     unknown = set(arguments.pages) - {name for name, _ in STUDIES}
     if unknown:
         parser.error(f"no study prints tables of {', '.join(sorted(unknown))}")
     wanted = [(name, words) for name, words in STUDIES if not arguments.pages or name in arguments.pages]
+    if arguments.binaries == BINARIES:  # other builds leave the studies as they are
+        targets = dict.fromkeys(words[0] for _, words in wanted)
+        if subprocess.run(["cmake", "--build", BINARIES.parent, "--target", *targets], stdout=subprocess.DEVNULL).returncode:
+            parser.error(f"{BINARIES.parent}: the studies cannot be built; cmake --preset release first")
     missing = [words[0] for _, words in wanted if not (arguments.binaries / words[0]).exists()]
     if missing:
         parser.error(f"{arguments.binaries}: {', '.join(missing)} missing: build the target studies first")

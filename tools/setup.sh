@@ -24,7 +24,7 @@ packages=(
   libdcmtk-dev dicom3tools python3-pydicom python3-meshio python3-vtk9 lib3mf1
   libcpp-httplib-dev chromium libxml2-utils
   xvfb xauth libgl1-mesa-dri help2man
-  dpkg-dev file
+  dpkg-dev file jq
 )
 
 fail() {

@@ -117,11 +117,12 @@ void write_into_stream(const std::string& path,
   copy_into(std::move(written), path);
 }
 
-/// The file that takes another's place has its permissions; where there was none, what the umask
-/// leaves.
-void keep_permissions(const fs::path& before, const fs::path& now) {
+/// The file that takes another's place has its permissions, and those added; where there was none,
+/// what the umask leaves.
+void keep_permissions(const fs::path& before, const fs::path& now, mode_t added) {
   struct stat found;
-  if (::stat(before.c_str(), &found) == 0) (void)!::chmod(now.c_str(), found.st_mode & 0777);
+  if (::stat(before.c_str(), &found) == 0)
+    (void)!::chmod(now.c_str(), (found.st_mode & 0777) | added);
 }
 
 /// Of one file that is being written: processes in containers have the same numbers, and threads of
@@ -172,7 +173,11 @@ bool is_stream(const std::string& path) {
 }
 
 bool may_be_written(const std::string& path) {
-  return ::faccessat(AT_FDCWD, path.c_str(), W_OK, AT_EACCESS) == 0 || errno == ENOENT;
+  // AT_EACCESS is a system call of its own, which older containers forbid.
+  const int found = ::geteuid() == ::getuid()
+                        ? ::access(path.c_str(), W_OK)
+                        : ::faccessat(AT_FDCWD, path.c_str(), W_OK, AT_EACCESS);
+  return found == 0 || errno == ENOENT;
 }
 
 void write_atomically(const std::string& path,
@@ -193,10 +198,14 @@ void write_atomically(const std::string& path,
                        name.substr(name.size() - kMostOfTheName));
   const fs::path temporary = folder / fmt::format(".surfseg-{}-{}", own_word(), name);
   try {
+    if (fs::exists(target, status)) {  // nobody else reads on while it is written
+      std::ofstream(temporary).close();
+      keep_permissions(target, temporary, S_IWUSR);
+    }
     write(temporary.string());
     if (!sync(temporary))
       throw OutputError(fmt::format("{}: cannot be written: {}", path, std::strerror(errno)));
-    keep_permissions(target, temporary);
+    keep_permissions(target, temporary, 0);
     fs::rename(temporary, target, status);
     if (status) throw OutputError(fmt::format("{}: cannot be written: {}", path, status.message()));
     sync(folder);  // of the name; some file systems do not know how

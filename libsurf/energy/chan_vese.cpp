@@ -13,7 +13,7 @@ namespace {
 constexpr int kAntiderivativeOrder = 4;  // P is smoother than I
 // P holds all of the intensities along its line up to a point, those far from the shape, too, which
 // cancel only as far as the rule resolves them: longer elements are integrated in parts.
-constexpr double kLongestPart = 4;  // in cells
+constexpr double kLongestPart = 4;  // in spacings of the lines
 constexpr int kMostParts = 16;      // of a side
 
 /// The rule on each of the parts that come of dividing every side into n.
@@ -84,10 +84,9 @@ ChanVese<Dim>::ChanVese(std::shared_ptr<const Field<Dim>> I, const ImageTotals& 
 template <int Dim>
 Eigen::VectorXd ChanVese<Dim>::integrals_over(const fem::Geometry<Dim>& shape) const {
   if (!antiderivative_) return RegionEnergy<Dim>::integrals_over(shape);
-  const double cell_mm = antiderivative_->direction.norm();
   Samples<Dim> samples;
   double sum = 0;
-  for (const auto& [n, elements] : by_parts(shape, kLongestPart * cell_mm)) {
+  for (const auto& [n, elements] : by_parts(shape, kLongestPart * antiderivative_->spacing_mm)) {
     const auto rule = in_parts(fem::quadrature<Dim>(kAntiderivativeOrder), n);
     antiderivative_->P->sample(
         fem::quadrature_points<Dim>(shape.points(), shape.elements()(elements, Eigen::all),

@@ -21,8 +21,9 @@ struct ImageTotals {
 /// divergence theorem gives int_Gamma P direction . nu dS.
 template <int Dim>
 struct Antiderivative {
-  Vector<Dim> direction;                ///< as long as the cells of I
+  Vector<Dim> direction;
   std::shared_ptr<const Field<Dim>> P;  ///< its value
+  double spacing_mm;                    ///< of the lines along which it is summed
 };
 
 struct ChanVeseOptions {

@@ -82,7 +82,8 @@ void check_vertices(const Triangles& surface, const std::vector<EdgeUse>& uses,
 int n_inverted_components(const Triangles& surface) {
   const std::vector<Shell> shells = shell_hierarchy(surface).shells;
   return static_cast<int>(std::count_if(shells.begin(), shells.end(), [](const Shell& shell) {
-    return shell.is_outward != (shell.depth % 2 == 0);
+    // What encloses nothing, such as a triangle whose corners are one point, has no side.
+    return shell.volume_mm3 != 0 && shell.is_outward != (shell.depth % 2 == 0);
   }));
 }
 

@@ -5,34 +5,13 @@
 #include <vector>
 
 namespace surf::segment {
-namespace {
-
-// Of the values, or so many: broken voxels, metal. More than that are an object, however small.
-constexpr double kShareOfBroken = 1e-5;
-constexpr double kMostBroken = 8;
-
-/// `usual`, or the range of the values where too many of them lie beyond an end of it.
-std::array<float, 2> ends(std::span<const float> values, const std::array<float, 2>& usual) {
-  const auto [lowest, highest] = std::minmax_element(values.begin(), values.end());
-  const double most = std::max(kMostBroken, kShareOfBroken * double(values.size()));
-  const auto n_below =
-      std::count_if(values.begin(), values.end(), [&](float value) { return value < usual[0]; });
-  const auto n_above =
-      std::count_if(values.begin(), values.end(), [&](float value) { return value > usual[1]; });
-  return {double(n_below) > most ? *lowest : std::max(usual[0], *lowest),
-          double(n_above) > most ? *highest : std::min(usual[1], *highest)};
-}
-
-}  // namespace
 
 double two_class_contrast(std::span<const float> values, const std::array<float, 2>& usual) {
   constexpr int kBins = 1024;
-  if (values.empty()) return 1;
-  const auto [lowest, highest] = ends(values, usual);
-  const auto within = [lowest = lowest, highest = highest](float value) {
-    return std::min(std::max(value, lowest), highest);
-  };
-  const double low = lowest, width = double(highest) - low;
+  const auto [lowest, highest] = std::minmax_element(values.begin(), values.end());
+  if (lowest == values.end() || !(*highest > *lowest)) return 1;
+  const auto within = [&](float value) { return std::min(std::max(value, usual[0]), usual[1]); };
+  const double low = within(*lowest), width = double(within(*highest)) - low;
   if (!(width > 0)) return 1;
   std::vector<double> counts(kBins), sums(kBins);
   double sum = 0;
@@ -56,6 +35,11 @@ double two_class_contrast(std::span<const float> values, const std::array<float,
     contrast = distance;
   }
   return contrast;
+}
+
+std::array<float, 2> with_object(const std::array<float, 2>& usual, const SeedModel& seed) {
+  if (!(seed.radius_mm > 0)) return usual;
+  return {std::min(usual[0], float(seed.mean)), std::max(usual[1], float(seed.mean))};
 }
 
 }  // namespace surf::segment

@@ -169,7 +169,7 @@ std::vector<KindParameter<Dim>> mumford_shah_parameters() {
           Dim == 2 ? "0.5 px" : "0.25 vox"),
       chosen_parameter<Dim>(
           "contrast", "intensity", "what intensities are divided by", ParameterRange::positive(),
-          [](const Context& context) { return context.model.contrast(); },
+          [](const Context& context) { return context.model.contrast(context.seed); },
           "the distance of the image's two classes of intensities")};
 }
 

@@ -10,7 +10,7 @@ std::shared_ptr<const Field<Dim>> EnergyModel<Dim>::edge_indicator(double lambda
 }
 
 template <int Dim>
-double EnergyModel<Dim>::contrast() const {
+double EnergyModel<Dim>::contrast(const SeedModel&) const {
   const double width = double(extent_.range[1]) - extent_.range[0];
   return width > 0 ? width : 1;
 }

@@ -14,6 +14,8 @@
 
 namespace surf::segment {
 
+struct SeedModel;
+
 /// Where an image (Dim = 2) or volume (Dim = 3) lies, and which values it has.
 template <int Dim>
 struct ImageExtent : ImageBox<Dim> {
@@ -68,7 +70,8 @@ class EnergyModel {
   const energy::ImageTotals& smoothed_totals();
   /// The distance of object and background in intensity, > 0: what (I - u)^2 is divided by the
   /// square of. The whole range unless a model knows better.
-  virtual double contrast() const;
+  /// @param seed  what the image says round the seeds; all 0 without one
+  virtual double contrast(const SeedModel& seed) const;
   /// Of all fields made so far.
   virtual std::size_t memory_bytes() const = 0;
 

@@ -108,6 +108,7 @@ std::vector<std::string> files_and_folders(const std::string& path) {
   if (reader == read_nrrd) return nrrd_files(path);
   std::error_code status;
   if (reader != read_dicom || std::filesystem::is_directory(path, status)) return {path};
+  if (!is_dicom_image(path)) return {path};  // a segmentation, which is no slice of anything
   const std::string folder = std::filesystem::path(path).parent_path().string();
   return {folder.empty() ? "." : folder};
 }

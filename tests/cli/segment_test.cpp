@@ -396,8 +396,10 @@ TEST_F(Segment, WhatAKilledCheckOfAFolderHasLeftIsInNobodysWay) {
 TEST_F(Segment, WriteProtectedOutputsAreRefusedBeforeTheWork) {
   write("files/s.stl", "kept");
   std::filesystem::permissions(file("s.stl"), std::filesystem::perms(0444));
-  std::filesystem::permissions(path("files"), std::filesystem::perms::all);
+  for (const std::string& folder : {path(""), path("files")})
+    std::filesystem::permissions(folder, std::filesystem::perms::all);
   const surf::test::NotRoot anybody;
+  if (!anybody.may_enter(path("files"))) GTEST_SKIP() << "root cannot become anybody here";
   EXPECT_NO_THROW(check_outputs({{"-o", file("t.stl")}}));
   EXPECT_THROW(check_outputs({{"-o", file("s.stl")}}), surf::OutputError);
 }

@@ -33,7 +33,7 @@ hidden=$(dpkg-deb -c "$deb" | awk '$1 !~ /^(l|-r..r..r|dr.xr.xr.x)/')
 
 root=$scratch/root
 dpkg-deb -x "$deb" "$root"
-if readelf -d "$root"/usr/bin/* "$root"/usr/lib/*.so* | grep -E 'R(UN)?PATH'; then
+if find "$root/usr" -type f \( -path '*/bin/*' -o -name '*.so*' \) -exec readelf -d {} + | grep -E 'R(UN)?PATH'; then
   fail "a file has a search path of its own"
 fi
 man=$root/usr/share/man/man1

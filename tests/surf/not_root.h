@@ -1,7 +1,10 @@
 // Permissions, which root need not heed.
 #pragma once
 
+#include <fcntl.h>
 #include <unistd.h>
+
+#include <string>
 
 namespace surf::test {
 
@@ -11,6 +14,10 @@ class NotRoot {
   NotRoot() : was_root_(::geteuid() == 0 && ::seteuid(kNobody) == 0) {}
   ~NotRoot() {
     if (was_root_) (void)!::seteuid(0);
+  }
+  /// Whether it has become somebody who may write into a folder.
+  bool may_enter(const std::string& folder) const {
+    return ::geteuid() != 0 && ::faccessat(AT_FDCWD, folder.c_str(), W_OK | X_OK, AT_EACCESS) == 0;
   }
   NotRoot(const NotRoot&) = delete;
   NotRoot& operator=(const NotRoot&) = delete;

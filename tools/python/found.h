@@ -3,7 +3,6 @@
 
 #include <fmt/format.h>
 
-#include <filesystem>
 #include <memory>
 #include <string>
 #include <utility>
@@ -11,14 +10,14 @@
 #include "libsurf/base/error.h"
 #include "libsurf/segment/finish.h"
 #include "libsurf/segment/history.h"
+#include "tools/common/outputs.h"
 #include "tools/python/arrays.h"
 
 namespace surfseg::python {
 
-/// @throws surf::UsageError  the file is that of the image
+/// @throws surf::UsageError  the image was read from the file, or from others and it
 inline void check_is_not_input(const std::string& path, const std::string& image) {
-  std::error_code none;
-  if (std::filesystem::equivalent(path, image, none))
+  if (is_read_with(image, path))
     throw surf::UsageError(
         fmt::format("{}: is the file that the image was read from; give another name", path));
 }

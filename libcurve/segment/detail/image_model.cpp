@@ -36,8 +36,8 @@ ImageModel::ImageModel(const Image& image, const segment::ImageExtent<2>& extent
       options_(options),
       intensity_(intensity_field(image, options)) {}
 
-double ImageModel::contrast() const {
-  return segment::two_class_contrast(image_.values(), extent().usual);
+double ImageModel::contrast(const segment::SeedModel& seed) const {
+  return segment::two_class_contrast(image_.values(), segment::with_object(extent().usual, seed));
 }
 
 std::size_t ImageModel::memory_bytes() const {
@@ -47,7 +47,8 @@ std::size_t ImageModel::memory_bytes() const {
 std::optional<energy::Antiderivative<2>> ImageModel::antiderivative() const {
   if (options_.interpolation != Interpolation::kSpline) return {};
   return energy::Antiderivative<2>{image_.pixel_to_plane().linear().col(0),
-                                   intensity_antiderivative(image_, options_)};
+                                   intensity_antiderivative(image_, options_),
+                                   image_.pixel_to_plane().linear().col(1).norm()};
 }
 
 std::unique_ptr<energy::ShapeEnergy<2>> ImageModel::mumford_shah(

@@ -19,7 +19,7 @@ class ImageModel : public segment::EnergyModel<2> {
 
   std::shared_ptr<const Field<2>> intensity() const override { return intensity_; }
   /// Of the two classes of pixels.
-  double contrast() const override;
+  double contrast(const segment::SeedModel& seed) const override;
   std::size_t memory_bytes() const override;
   std::optional<energy::Antiderivative<2>> antiderivative() const override;
   std::unique_ptr<energy::ShapeEnergy<2>> mumford_shah(

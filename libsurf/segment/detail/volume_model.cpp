@@ -61,7 +61,9 @@ std::optional<energy::Antiderivative<3>> ImageModel::antiderivative() const {
   const volume::Grid& grid = smoothed_.grid();
   if (double(grid.size[0]) * grid.size[1] * grid.size[2] > kMostIntegrated) return {};
   if (!integral_) integral_ = smoothed_.intensity_integral();
-  return energy::Antiderivative<3>{grid.index_to_world.linear().col(0), integral_};
+  const auto axes = grid.index_to_world.linear();
+  const double spacing_mm = std::min(axes.col(1).norm(), axes.col(2).norm());
+  return energy::Antiderivative<3>{axes.col(0), integral_, spacing_mm};
 }
 
 /// One pass over the voxels, needed by the outer mean only.
@@ -81,7 +83,7 @@ energy::ImageTotals ImageModel::sum_up() const {
 }
 
 /// From every n-th voxel along each axis where there are many.
-double ImageModel::contrast() const {
+double ImageModel::contrast(const SeedModel& seed) const {
   const auto& size = volume_.size();
   const int stride =
       static_cast<int>(std::ceil(std::cbrt(double(volume_.n_voxels()) / kMostSamples)));
@@ -92,7 +94,7 @@ double ImageModel::contrast() const {
       for (int i = 0; i < size[0]; i += stride)
         values.push_back(slice[std::size_t(j) * size[0] + i]);
   }
-  return two_class_contrast(values, extent().usual);
+  return two_class_contrast(values, with_object(extent().usual, seed));
 }
 
 std::unique_ptr<energy::ShapeEnergy<3>> ImageModel::mumford_shah(

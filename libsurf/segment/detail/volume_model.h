@@ -34,7 +34,7 @@ class ImageModel : public EnergyModel<3> {
   /// Where there are at most kMostIntegrated nodes, since whole rows of them are kept.
   std::optional<energy::Antiderivative<3>> antiderivative() const override;
   /// Of the two classes of voxels.
-  double contrast() const override;
+  double contrast(const SeedModel& seed) const override;
   std::size_t memory_bytes() const override;
   std::unique_ptr<energy::ShapeEnergy<3>> mumford_shah(
       const PiecewiseSmooth& parameters) const override;

@@ -216,6 +216,10 @@ FileHeader header_of(const DataSet& data, const std::string& file) {
     return header;
   }
   const auto frames = decimals(data, kFrames, 1);
+  if (frames.empty() && !text(data, kFrames).empty()) {
+    header.fault = "has no readable NumberOfFrames";
+    return header;
+  }
   const int n_frames = frames.empty() ? 1 : static_cast<int>(std::clamp(frames[0], 1.0, 1e5));
   if (n_frames > 1 && !data.FindDataElement(kFrameGroups)) {
     header.fault = fmt::format("has {} frames without a place of each in space", n_frames);

@@ -156,6 +156,7 @@ TEST_F(Files, ThatAreWriteProtectedAreRefusedBeforeAnythingIsComputed) {
   bool is_called = false;
   {
     const test::NotRoot anybody;
+    if (!anybody.may_enter(folder)) GTEST_SKIP() << "root cannot become anybody here";
     EXPECT_FALSE(may_be_written(path("a.stl")));
     EXPECT_TRUE(may_be_written(path("none.stl")));
     EXPECT_THROW(write_atomically(path("a.stl"), [&](const std::string&) { is_called = true; }),

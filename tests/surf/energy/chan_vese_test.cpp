@@ -66,26 +66,27 @@ TYPED_TEST(TwoRegions, MeansAreThoseOfBothSides) {
 template <int Dim>
 class BehindWaves : public Field<Dim> {
  public:
-  static constexpr double kCell = 0.05;
+  static constexpr double kCell = 0.05, kAlong = 0.4;
 
   void sample(const Points<Dim>& x, Derivatives order, Samples<Dim>& out) const override {
     out.resize(x.rows(), order);
     const auto waves = (2 * std::numbers::pi / (5 * kCell) * x.col(1).array() + 0.3).sin();
-    out.value = (2 * x.col(0).array() + 40 * waves) / kCell;
+    out.value = (2 * x.col(0).array() + 40 * waves) / kAlong;
   }
 };
 
 TYPED_TEST(TwoRegions, TheMeanInsideIsFreeOfWhatLiesElsewhereHoweverLongTheElements) {
   constexpr int Dim = TypeParam::value;
   Vector<Dim> direction = Vector<Dim>::Zero();
-  direction[0] = BehindWaves<Dim>::kCell;
+  direction[0] = BehindWaves<Dim>::kAlong;
   for (const int level : {1, 2, 3}) {
     auto arrays = test::unit_sphere<Dim>(Dim == 2 ? level + 2 : level);
     Eigen::Matrix<double, Dim, Dim> turn = Eigen::Matrix<double, Dim, Dim>::Identity();
     turn.template topLeftCorner<2, 2>() = Eigen::Rotation2Dd(0.4).toRotationMatrix();
     arrays.X = arrays.X * turn;
     ChanVese<Dim> J(std::make_shared<const Step<Dim>>(), totals<Dim>(), {},
-                    Antiderivative<Dim>{direction, std::make_shared<const BehindWaves<Dim>>()});
+                    Antiderivative<Dim>{direction, std::make_shared<const BehindWaves<Dim>>(),
+                                        BehindWaves<Dim>::kCell});
     J.reset({arrays.X, arrays.T});
     EXPECT_NEAR(J.means()[0], 2, 0.05) << level;
   }

@@ -44,7 +44,8 @@ TEST(TwoClassContrast, IsThatOfASmallObjectBeyondWhatIsUsual) {
   std::vector<float> values;
   for (int i = 0; i < 100000; ++i)
     values.push_back(float(i % 2500 == 0 ? 1 : 0.01 * std::sin(i * 0.618)));
-  EXPECT_NEAR(two_class_contrast(values, {-0.1F, 0.1F}), 1, 0.01);
+  const SeedModel seed{.mean = 1, .radius_mm = 2};
+  EXPECT_NEAR(two_class_contrast(values, with_object({-0.1F, 0.1F}, seed)), 1, 0.01);
 }
 
 }  // namespace

@@ -84,9 +84,10 @@ TEST(EveryKind, HasTheDefaultsThatItHadByName) {
   EXPECT_EQ(of("alignment").parameters, (Parameters{{"sign", 1}, {"scale", 4 * lambda}}));
   EXPECT_EQ(of("prescribed-curvature").parameters,
             (Parameters{{"curvature", 0}, {"lambda", lambda}}));
-  EXPECT_EQ(of("mumford-shah").parameters, (Parameters{{"mu", std::pow(10 * cell, 2)},
-                                                       {"gamma", 0.25 * cell},
-                                                       {"contrast", scene.model.contrast()}}));
+  EXPECT_EQ(of("mumford-shah").parameters,
+            (Parameters{{"mu", std::pow(10 * cell, 2)},
+                        {"gamma", 0.25 * cell},
+                        {"contrast", scene.model.contrast(scene.context.seed)}}));
   const EnergyTerm balloon = of("minimal-surface");
   EXPECT_EQ(balloon.parameters, (Parameters{{"gamma0", 1},
                                             {"gamma", -std::max(1.2 * (2 / 0.2), 0.5 / cell)},
@@ -297,12 +298,12 @@ EnergyKind<3> brighter_than() {
   level.meaning = "what the object is brighter than";
   level.standard = ParameterDefault<3>::chosen(
       [](const KindContext<3>& context, const EnergyTerm&) {
-        return context.seed.mean - context.model.contrast() / 2;
+        return context.seed.mean - context.model.contrast(context.seed) / 2;
       },
       "half the image's contrast below the seeds");
   kind.parameters = {level};
   kind.build = [](const KindContext<3>& context, const EnergyTerm& term) {
-    const double at = parameter(term, "level"), scale = context.model.contrast();
+    const double at = parameter(term, "level"), scale = context.model.contrast(context.seed);
     const auto darkness =
         surf::energy::mapped_field<3>(context.model.intensity(), [=](double intensity) {
           return std::array<double, 3>{(at - intensity) / scale, -1 / scale, 0};
